@@ -1,8 +1,8 @@
-//! The Bouc-Wen benchmark of nonlinear system identification. The program chooses a model that computes the displacement of
-//! an oscillator with hysteresis from the force on it.
+//! The Bouc-Wen benchmark of nonlinear system identification: the program chooses a model that computes the displacement of an
+//! oscillator with hysteresis from the force on it.
 //!
-//! `cargo bench --bench bouc_wen` integrates the oscillator, searches a model on multisines, and prints its root mean squared
-//! errors on an unseen multisine and an unseen swept sine, beside published errors.
+//! `cargo bench --bench bouc_wen` integrates the oscillator, searches a model on multisines, and prints its RMS errors on an
+//! unseen multisine and an unseen swept sine, beside published errors.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use loopscope::progress::Progress;
 use loopscope::questions::{Request, Search, WITHIN, find_best, train};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-/// Samples per second after decimation. The next constant is the number of integration steps per sample.
+/// Samples per second after decimation.
 const RATE: f64 = 750.0;
 const STEPS: usize = 20;
 /// Samples of a multisine.

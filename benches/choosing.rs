@@ -1,8 +1,7 @@
-//! Quality of the search for the best model, on sensors for which no rule was tuned. It compares the error of the proposal on
-//! unseen recordings with the best of all candidates.
+//! Quality of the search for the best model, on sensors for which no rule was tuned: the error of the proposal on unseen
+//! recordings, beside that of the best candidate.
 //!
-//! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of the same
-//! kinds.
+//! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of these kinds.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -85,7 +84,6 @@ const FORCES: &[Axis] = &[Axis::Fx, Axis::Fy, Axis::Fz];
 const ONE: &[Axis] = &[Axis::Fz];
 const WRENCH: &[Axis] = &[Axis::Fx, Axis::Fy, Axis::Fz, Axis::Mx, Axis::My, Axis::Mz];
 
-/// Sample rate (Hz).
 const RATE: f64 = 25.0;
 
 const PLAIN: Sensor = Sensor {
@@ -201,7 +199,6 @@ const SENSORS: &[Sensor] = &[
     Sensor { name: "drifting zeros, no past", drift: 0.2, ..PLAIN },
 ];
 
-/// State of one gauge's history.
 struct Memory {
     past: Past,
     before: f64,

@@ -1,5 +1,4 @@
-//! Time to choose thresholds on the built-in sensor (202,500 training and 40,500 test samples), from recordings to the
-//! answer.
+//! Time to choose thresholds on the built-in sensor (202,500 training and 40,500 test samples), from recordings to answer.
 
 use std::sync::Arc;
 

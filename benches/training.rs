@@ -1,7 +1,6 @@
 //! Time of an epoch of the paper's network: 12 inputs, three layers of 100 units, 6 targets, batches of 100.
 //!
-//! One network is trained at the size of the paper's patterns B and A. Two networks are trained on two threads, where the
-//! time of an epoch of both shows the gain.
+//! One network is trained at the size of the paper's patterns B and A, then two on two threads, whose time shows the gain.
 
 use std::thread;
 use std::time::{Duration, Instant};

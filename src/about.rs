@@ -2,7 +2,6 @@
 
 use std::sync::LazyLock;
 
-/// The version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Licences of the program, one at the user's choice, with their names.
 pub const OWN_LICENCES: [(&str, &str); 2] =

@@ -1,4 +1,4 @@
-//! The command line. It opens the window, or runs one job for scripts and machines without a display.
+//! The command line, which opens the window, or runs one job for scripts and machines without a display.
 
 mod apply;
 mod best;

@@ -79,7 +79,6 @@ pub enum Way {
 }
 
 impl Way {
-    /// Returns the way on the command line and in the window.
     fn words(self) -> [&'static str; 2] {
         match self {
             Self::Roles => ["--train, --test or --split", "press its role, or Split"],
@@ -155,28 +154,24 @@ pub struct Finding {
     pub place: Option<Place>,
     /// Figures of the observation; may be empty.
     pub figures: String,
-    /// Share of full scale by which it makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
+    /// Share of full scale by which the finding makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
     pub cost: f64,
 }
 
 impl Finding {
-    /// Returns a finding with its observation in a few words.
     pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
         Self { id, severity, seen: seen.into(), place: None, figures: String::new(), cost: 0.0 }
     }
 
-    /// Returns the finding with its figures.
     pub(crate) fn with(self, figures: impl Into<String>) -> Self {
         Self { figures: figures.into(), ..self }
     }
 
-    /// Returns the finding with its cost.
     pub(crate) fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
     }
 
-    /// Returns findings in the order of the list: faults of recordings first, then by severity, then by cost. Findings of one
-    /// kind are merged.
+    /// Returns findings in order: faults of recordings first, then by severity, then by cost. Findings of one kind are merged.
     pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<Vec<Self>> = Vec::new();
         for own in found {
@@ -205,7 +200,6 @@ impl Finding {
         Self { seen, figures: String::new(), ..own.remove(0) }
     }
 
-    /// Returns the observation with its place and figures.
     fn observation(&self) -> String {
         let mut text = self.seen.clone();
         if !self.figures.is_empty() {
@@ -313,11 +307,13 @@ pub enum Id {
     WorseOnTest,
     NoBetterThanMean,
     LargerLeftOut,
-    FewDirections,
     MovesTogether,
     NotReached,
     LinearOnly,
     Unreached,
+    Simulated,
+    NoLookBack,
+    TaredUnderLoad,
 }
 
 impl Id {
@@ -329,8 +325,7 @@ impl Id {
         )
     }
 
-    /// Returns the category (a constant word), the effect on the calibration with the remedy, and the ways to apply the
-    /// remedy.
+    /// Returns the category (a constant word), the effect on the calibration with the remedy, and the ways to apply the remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
             Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {
@@ -569,11 +564,6 @@ impl Id {
             ),
             Self::NoBetterThanMean => ("error", "no better than predicting the mean", &[]),
             Self::LargerLeftOut => ("error_ratio", "", &[]),
-            Self::FewDirections => (
-                "correlation",
-                "these loads do not determine the matrix in the other directions; load each of these axes without the other",
-                &[],
-            ),
             Self::MovesTogether => (
                 "correlation",
                 "the effects of the two axes on the gauges are hard to separate; load one axis without the other, \
@@ -588,6 +578,11 @@ impl Id {
                 "a network or kernel has more parameters, so only cross-validation can assess it",
                 &[],
             ),
+            Self::Simulated => ("origin", "", &[]),
+            Self::NoLookBack => ("thresholds", "", &[]),
+            Self::TaredUnderLoad => {
+                ("tare", "the zeros contain this load; tare over a time without load", &[Way::Tare])
+            }
             Self::Unreached => (
                 "next",
                 "no proposed load determines them; use other masses, or a mass on an arm",

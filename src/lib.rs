@@ -124,7 +124,6 @@ mod tests {
         }
     }
 
-    /// Code outside tests uses only rooms below its own.
     #[test]
     fn no_room_uses_a_room_above() {
         let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

@@ -1,6 +1,5 @@
-//! The program's log: written to standard error according to `RUST_LOG`. Errors of file dialogs are kept for the window.
-//!
-//! A file dialog that fails looks like one that was cancelled. Its library reports the failure only in the log.
+//! The program's log: written to standard error according to `RUST_LOG`. Errors of file dialogs are kept for the window: a
+//! failed dialog looks like a cancelled one, and its library reports the failure only in the log.
 
 use std::sync::Mutex;
 
@@ -8,7 +7,6 @@ use log::{Level, LevelFilter, Log, Metadata, Record};
 
 use crate::panicked::locked;
 
-/// Name that the library of the file dialogs logs under.
 const DIALOGS: &str = "rfd";
 
 static DIALOG_ERROR: Mutex<Option<String>> = Mutex::new(None);

@@ -25,7 +25,7 @@ impl MinMax {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Returns the part that all ranges have in common. Its `min` is above its `max` if there is none.
+    /// Returns the part that all ranges have in common; without one, `min` is above `max`.
     pub fn common(all: impl Iterator<Item = Self>) -> Self {
         let part = |a: Self, b: Self| Self { min: a.min.max(b.min), max: a.max.min(b.max) };
         all.reduce(part).unwrap_or(Self::NONE)

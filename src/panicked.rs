@@ -10,11 +10,9 @@ thread_local! {
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Error for work that panicked, with the message of the panic.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("internal error, please report it: {message}")]
 pub struct Panicked {
-    /// Message of the panic.
     pub message: String,
 }
 
@@ -32,10 +30,7 @@ pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
         .map_err(|payload| Panicked { message: panic_message(&*payload) })
 }
 
-/// Does the work like [`caught`], for crates that panic on damaged files. The message is not also written to standard error.
-///
-/// # Errors
-/// [`Panicked`] with the message of the panic.
+/// Does the work like [`caught`], for crates that panic on damaged files. The message is not written to standard error.
 pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -52,7 +47,6 @@ pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     done
 }
 
-/// Returns the message of a panic.
 pub fn panic_message(payload: &(dyn Any + Send)) -> String {
     payload
         .downcast_ref::<&str>()

@@ -27,7 +27,7 @@ impl Progress {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Returns a handle for a part of the work. It is cancelled with the whole, but counts its own steps.
+    /// Returns a handle for a part of the work, which is cancelled with the whole but counts its own steps.
     pub fn part(&self) -> Self {
         Self(Arc::new(Inner { cancelled: Arc::clone(&self.0.cancelled), ..Inner::default() }))
     }

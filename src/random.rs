@@ -31,7 +31,6 @@ impl Random {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Returns a uniform number between two bounds.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
@@ -93,8 +92,7 @@ mod tests {
         assert!(counts.values().all(|count| (850..=1150).contains(count)));
     }
 
-    /// For 40,000 numbers, the mean has a standard error of 0.005 and the variance one of 0.007. The tolerance is five
-    /// standard errors.
+    /// For 40,000 numbers, the standard errors are 0.005 (mean) and 0.007 (variance). The tolerance is five standard errors.
     #[test]
     fn normals_have_zero_mean_and_unit_variance() {
         let mut random = Random::new(5, &[]);

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 /// Shared value that is compared by its address in memory, which is fast for any size.
 pub trait Shared {
-    /// Returns the address.
     fn place(&self) -> *const ();
 }
 

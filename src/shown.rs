@@ -4,8 +4,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
-/// Maximum length of a message in characters. The middle of a longer one is left out, so that a terminal still shows
-/// earlier messages.
+/// Maximum length of a message in characters. A longer one loses its middle, so that a terminal still shows earlier messages.
 const MESSAGE_CHARS: usize = 1200;
 /// Number of characters kept before the omitted middle.
 const START_CHARS: usize = 900;

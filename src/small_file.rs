@@ -1,7 +1,5 @@
-//! Small files: calibrations, column maps, sessions.
-//!
-//! Guarantees: a pipe or device is refused, because reading it might never end. At most the limit is read, even if the
-//! file system gives a smaller size.
+//! Small files: calibrations, column maps, sessions. A pipe or device is refused, because reading it might never end. At most
+//! the limit is read, even if the file system gives a smaller size.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
@@ -33,7 +31,6 @@ pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Resul
     Ok(content)
 }
 
-/// Reason why a TOML file cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {reason}")]
 pub struct TomlError {
@@ -41,10 +38,8 @@ pub struct TomlError {
     reason: String,
 }
 
-/// Maximum size of a TOML file in bytes.
 const TOML_BYTES_LIMIT: u64 = 1 << 20;
 
-/// Reads `what` from a TOML file.
 pub(crate) fn read_toml<T>(
     path: &Path,
     what: &str,

@@ -11,10 +11,8 @@ impl<F: FnMut()> pulp::WithSimd for Work<F> {
     }
 }
 
-/// Runs `work` with the instructions of this processor. The closure must be `#[inline(always)]`.
-///
-/// The closure is called by reference, so that it is inlined. If it were called by value, as [`pulp::Arch::dispatch`] does,
-/// it would be a separate function without these instructions, in which each `mul_add` is a call.
+/// Runs `work` with the instructions of this processor. The closure must be `#[inline(always)]`. It is called by reference:
+/// called by value, as [`pulp::Arch::dispatch`] does, it would be a separate function in which each `mul_add` is a call.
 #[inline(always)]
 pub(crate) fn vectorised(work: impl FnMut()) {
     pulp::Arch::new().dispatch(Work(work));

@@ -250,7 +250,7 @@ fn check_labview(folder: &Path) {
     assert_eq!((recording.gauge_units()[5].as_str(), messages.as_str()), ("mV/V", ""));
 }
 
-/// Checks that the wrench named as reference and the array named as gauges are read, unless other topics are chosen.
+/// Checks that the topics named as reference and gauges are read, unless other topics are chosen.
 #[cfg(feature = "mcap")]
 fn check_several_topics(folder: &Path) {
     let path = folder.join("several.mcap");
@@ -687,7 +687,6 @@ fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
     }
 }
 
-/// Returns all fixtures that this build reads.
 fn fixtures() -> Vec<PathBuf> {
     let mut endings = vec!["npz", "npy", "mat", "lvm", "jsonl"];
     if cfg!(feature = "hdf5") {

@@ -1,5 +1,4 @@
-//! Compares the program with `golden/generate.py` and `golden/blocks.py`, an independent implementation of the same rules in
-//! NumPy.
+//! Compares the program with `golden/generate.py` and `golden/blocks.py`, an independent implementation in NumPy.
 
 #[path = "support/program.rs"]
 mod program;

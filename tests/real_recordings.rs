@@ -1,5 +1,4 @@
-//! Recordings of real sensors, read by column maps. They are not part of this project, so the tests run only if they are
-//! available. The figures must equal those of NumPy on the same files by the rules of `golden/generate.py`.
+//! Recordings of real sensors, read by column maps. They are no part of this project, so the tests run only where they exist.
 
 #[path = "support/program.rs"]
 mod program;
@@ -256,7 +255,6 @@ fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>
     })
 }
 
-/// Returns one column of a row-major table.
 fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f64> {
     values.iter().skip(at).step_by(n_columns).copied()
 }
@@ -300,8 +298,7 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Draws cross-plots of every real recording: a gauge over time, over the next gauge, and over the load; an output over the
-/// load.
+/// Draws cross-plots of every real recording: a gauge over time, the next gauge, and the load; an output over the load.
 #[test]
 fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {

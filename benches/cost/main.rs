@@ -1,5 +1,4 @@
-//! Time of the first fit and of a slider step over the number of samples, with all samples on screen, and the memory that
-//! they need.
+//! Time of the first fit and of a slider step over the number of samples, all of them on screen, and the memory used.
 //!
 //! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples. Other numbers can be given after `--`.
 

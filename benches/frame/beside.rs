@@ -1,5 +1,5 @@
-//! Time of a frame with loops, relative to a frame with the traces of the same samples; and time of a frame with traces,
-//! relative to the same panes zoomed in to one or two visible samples.
+//! Time of a frame with loops, relative to one with the traces of the same samples; and of a frame with traces, relative to
+//! the same panes zoomed in to one or two samples.
 
 use std::time::Instant;
 
@@ -14,7 +14,6 @@ use crate::screen::Screen;
 /// Number of frames of each kind, of which the median counts.
 const FRAMES: usize = 200;
 
-/// Prints a table of frames.
 pub fn report() {
     println!("a frame at rest, median of {FRAMES} [ms]");
     println!(
@@ -22,8 +21,7 @@ pub fn report() {
         "samples", "empty", "traces", "loops", "traces : empty", "loops : traces"
     );
     let sensor = || simulated::recordings(simulated::DEFAULT_SEED);
-    // The numbers of samples are few enough for lines, those of the built-in sensor, and very many. The last two are drawn as
-    // density.
+    // Few enough samples for lines, those of the built-in sensor, and very many. The last two are drawn as density.
     row("2,700, one recording", Screen::showing(sensor()), View::One(0));
     row("243,000", Screen::showing(sensor()), View::All);
     row("20,000,000", Screen::showing(long_recording(20_000_000)), View::All);

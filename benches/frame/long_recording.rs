@@ -2,7 +2,6 @@
 
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-/// Returns one very long synthetic recording.
 pub fn long_recording(n: usize) -> RecordingSet {
     let wave = |k: usize, phase: usize| {
         let t = k as f64 * 1e-3;

@@ -32,7 +32,6 @@ enum Work {
     Comparison,
 }
 
-/// Prints a table of delays.
 pub fn report() {
     println!(
         "from the moment when a display asks (60 times a second) to the picture, pointer moving over a trace [ms]"

@@ -9,10 +9,8 @@ use loopscope::ui::{NativeDialogs, Shell};
 
 const SIZE: egui::Vec2 = egui::vec2(1600.0, 900.0);
 
-/// The window on some recordings.
 pub struct Screen {
     context: egui::Context,
-    /// The program in the window.
     pub shell: Shell,
 }
 
@@ -41,7 +39,6 @@ impl Screen {
         assert!(self.shell.engine().analysis().is_some(), "{:?}", self.shell.engine().problem());
     }
 
-    /// Draws one frame.
     pub fn frame(&mut self, pointer: Option<egui::Pos2>) {
         let input = egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, SIZE)),

@@ -1,10 +1,9 @@
 //! Contribution of a look-back to the sums by age of the past sample: the sums for all t_th from one pass.
 //!
 //! For one F_th, the search with the longest t_th finds the past samples for every shorter t_th as well. If the past
-//! sample is too old for the shorter t_th, the columns of the look-back are zero. t_th therefore only decides which
-//! samples contribute to the products *of these columns*.
-//!
-//! Guarantees: added class by class to sums in which these columns are zero, the products give the sums for each t_th.
+//! sample is too old for the shorter t_th, the columns of the look-back are zero. So t_th only decides which samples
+//! contribute to the products *of these columns*. Added class by class to sums in which these columns are zero, the
+//! products give the sums for each t_th.
 
 use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::NormalEquations;
@@ -17,7 +16,6 @@ use crate::vectorised::vectorised;
 /// Products of the columns of look-backs with all columns, separated by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgedSums {
-    /// First column of the look-backs.
     first: usize,
     n_columns: usize,
     stride: usize,
@@ -34,7 +32,6 @@ impl AgedSums {
         Self { first, n_columns, stride, products: vec![0.0; n_classes * rows * stride] }
     }
 
-    /// Returns the memory for the first look-back in bytes.
     pub fn size_bytes(design: &Design, n_axes: usize, n_classes: usize) -> usize {
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
         n_classes * design.n_gauges().next_multiple_of(TILE) * stride * size_of::<f64>()
@@ -44,10 +41,7 @@ impl AgedSums {
         self.n_columns.next_multiple_of(TILE) * self.stride
     }
 
-    /// Adds the products of one age class to sums in which the look-back columns of these samples are zero.
-    ///
-    /// # Panics
-    /// If the class does not exist, or the sums have other columns.
+    /// Adds an age class to sums in which its look-back columns are zero; panics if there is no such class, or columns differ.
     pub fn add_class_to(&self, class: usize, sums: &mut NormalEquations) {
         assert_eq!(sums.stride(), self.stride, "sums over the same columns");
         let products = &self.products[class * self.class_len()..];
@@ -93,11 +87,8 @@ pub struct ThresholdAges<'a> {
     pub t_ths_secs: &'a [f64],
 }
 
-/// Returns the products of each piece by age, otherwise like [`recording_sums`](crate::calibration::recording_sums), or
-/// like [`cold_sums`](crate::calibration::cold_sums) if `is_cold`.
-///
-/// # Panics
-/// If the recording has no reference, a piece extends beyond it, or the design has no look-back.
+/// Returns the products of each piece by age, otherwise like [`recording_sums`](crate::calibration::recording_sums), or from
+/// a cold start at each piece if `is_cold`. Panics as that function does, or if the design has no look-back.
 pub fn aged_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -120,11 +111,8 @@ pub fn aged_sums(
     })
 }
 
-/// Returns the contribution of the look-backs to the sums of each piece of a recording. Added to the sums without past samples,
-/// it gives those of [`recording_sums`](crate::calibration::recording_sums), to the last bit.
-///
-/// # Panics
-/// As [`recording_sums`](crate::calibration::recording_sums).
+/// Returns the contribution of the look-backs to the sums of each piece. Added to the sums without past samples, it gives
+/// those of [`recording_sums`](crate::calibration::recording_sums), to the last bit. Panics as that function does.
 pub fn look_back_sums(
     design: &Design,
     conventional: PresentLoads<'_>,

@@ -1,7 +1,6 @@
 //! Calibration: the result of a fit, with its quality.
 //!
-//! Guarantees: a [`Calibration`], fitted or read, has matching shapes and finite numbers. Applied to a recording, it
-//! gives the same loads as the fit.
+//! Guarantees: a fitted or read [`Calibration`] has matching shapes and finite numbers, and applies as it was fitted.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -30,22 +29,16 @@ use crate::shown::counted;
 /// Root mean squared errors per axis; `None` if there is nothing to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// Error on the training recordings.
     pub train_rmse: Option<Vec<f64>>,
-    /// Error on the test recordings.
     pub test_rmse: Option<Vec<f64>>,
     /// Error on each group of training recordings with a fit to the others; see [`CrossValidation`].
     pub cv_rmse: Option<Vec<f64>>,
 }
 
-/// Errors of the manufacturer's calibration on the recordings of a new calibration.
-///
-/// **Shapes** one entry per axis; `None` if the manufacturer's calibration lacks the axis, or nothing can be scored.
+/// Errors of the manufacturer's calibration per axis; `None` if it lacks the axis, or nothing can be scored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FactoryScores {
-    /// RMSE over the training recordings.
     pub train_rmse: Vec<Option<f64>>,
-    /// RMSE over the test recordings.
     pub test_rmse: Vec<Option<f64>>,
     /// Offset added on each axis because there is no tare, in the unit of the axis.
     pub offsets: Vec<Option<f64>>,
@@ -55,32 +48,26 @@ pub struct FactoryScores {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Quality {
-    /// Number of training samples.
     pub n_train: u64,
-    /// Number of test samples.
     pub n_test: u64,
     /// Scores of the conventional calibration, which uses the present sample alone.
     pub conventional: Scores,
-    /// Scores with history and regressor.
     pub compensated: Scores,
     /// Number of independent features of the linear fit.
     pub rank: usize,
-    /// Ratio of the largest to the smallest singular value of the independent columns, standardised and scaled to unit
-    /// length. `None` if no column is independent.
+    /// Ratio of the largest to the smallest singular value of the independent columns, standardised and scaled to unit length.
     pub condition: Option<f64>,
     /// Ridge strength of the linear fit per axis; empty if each block has its own.
     pub ridge: Vec<f64>,
     /// End of the range of candidates at which the kernel's ridge lies, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel_ridge_edge: Option<GridEdge>,
-    /// Two standard deviations of the load around the compensated load, if the regressor gives them. Root mean square
-    /// over the test samples, or over the training samples without any, per axis.
+    /// Two standard deviations around the compensated load, if known: RMS per axis over test (else training) samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<Vec<f64>>,
-    /// Ridge strengths of each block, if blocks have their own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ridge_by_block: Vec<BlockRidge>,
-    /// Groups held out in cross-validation; `None` without cross-validation, or if the file does not contain it.
+    /// Groups held out in cross-validation; `None` if there was none, or the file does not contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
     /// Standard errors of the compensated matrix, if there is a cross-validation and the matrix is not too large.
@@ -89,8 +76,7 @@ pub struct Quality {
     /// Value within which 95 % of the held-out errors lie, if enough groups were held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
-    /// Effective number of coefficients with the ridge, for the axis with most. Known after a linear fit, and not
-    /// stored in files.
+    /// Effective number of coefficients with the ridge, for the axis with most. Set by a linear fit, never stored in files.
     #[serde(skip)]
     pub free_coefficients: Option<f64>,
 }
@@ -120,10 +106,9 @@ impl Quality {
     }
 }
 
-/// Ridge of one block.
+/// Ridge of one block, described in words.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BlockRidge {
-    /// Description of the block.
     pub block: String,
     /// Strength per axis; `None` if the block does not help and is removed.
     pub strengths: Vec<Option<f64>>,
@@ -132,9 +117,7 @@ pub struct BlockRidge {
 /// A fit with no more samples than coefficients, which could pass through every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined {
-    /// Number of training samples.
     pub samples: u64,
-    /// Number of coefficients per axis.
     pub coefficients: usize,
 }
 
@@ -147,9 +130,7 @@ impl Undetermined {
     }
 }
 
-/// Calibration that can be saved, read and applied.
-///
-/// Maps refer to columns by kind. In a file the columns have names; see [`Calibration::in_file`].
+/// Calibration that can be saved, read and applied. In a file, columns have names; see [`Calibration::in_file`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Always [`FORMAT`](super::error::FORMAT).
@@ -182,8 +163,7 @@ pub struct Calibration {
     pub gap_secs: f64,
     /// Minimum time between samples kept for look-backs and lags (s).
     pub history_step_secs: f64,
-    /// Largest load of each axis for which the sensor is known, in the unit of the axis: the rated load if entered,
-    /// else 1.2 times the largest training load. Zero or missing if unknown.
+    /// Largest known load of each axis: the rated load, else 1.2 times the largest training load. Zero or missing if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
     /// Range of valid readings of each gauge; `None` for an unknown limit, empty if all are unknown.
@@ -211,8 +191,7 @@ pub struct Calibration {
     /// Median sample rate of the training recordings before decimation (Hz); `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// Files of the training and test recordings, if they were read again; see
-    /// [`with_sources`](crate::export::with_sources).
+    /// Files of training and test recordings, if read again; see [`with_sources`](crate::export::with_sources).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
     /// Tare of the training recordings. If there is one, gauges must also be tared before the calibration is applied.
@@ -223,24 +202,22 @@ pub struct Calibration {
 /// Value beyond every gauge reading and every load, in the range of single precision.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
 
-/// Returns the default minimum time between kept samples (s): about a third of the step of the recordings. Jitter then
-/// drops no sample, and a robot that samples faster needs no more memory.
+/// Returns the default minimum time between kept samples (s), a third of the recordings' step: jitter drops no sample, and
+/// a robot that samples faster needs no more memory.
 pub(crate) fn history_step_by_rate(rate_hz: Option<f64>) -> f64 {
     const UNKNOWN_RATE_HZ: f64 = 1000.0;
     // The factor is no simple fraction, so rounding of times cannot decide which samples are kept.
     0.3137 / rate_hz.unwrap_or(UNKNOWN_RATE_HZ)
 }
 
-/// Loads that a calibration computes for a recording.
-///
-/// **Shapes** loads are `n × n_axes` row-major; `past` has one index per sample for each look-back.
+/// Loads that a calibration computes for a recording, `n × n_axes` row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLoads {
-    /// Uncompensated load, from the present gauges.
+    /// Load from the present gauges.
     pub conventional: Vec<f64>,
-    /// Compensated load, with history and regressor.
+    /// Load with history and regressor.
     pub compensated: Vec<f64>,
-    /// Past sample of each sample, or its own index if there is none.
+    /// Past sample of each sample for each look-back, or its own index if there is none.
     pub past: Vec<Vec<u32>>,
 }
 
@@ -261,8 +238,7 @@ impl Calibration {
         (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
     }
 
-    /// Returns the lower and upper clipping limits of all gauges, or `None` if all are unknown. Unknown limits get
-    /// [`NEVER_REACHED`].
+    /// Returns the lower and upper clipping limits of all gauges ([`NEVER_REACHED`] if unknown), or `None` if all are unknown.
     pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {
         let ends = |end: fn(&(Option<f64>, Option<f64>)) -> f64| {
             self.gauge_limits.iter().map(end).collect()
@@ -372,8 +348,7 @@ impl Calibration {
             .then_some(Undetermined { samples, coefficients })
     }
 
-    /// Returns the reason why there are no cross-validation scores. `None` if there are scores, or if the calibration was not
-    /// fitted here.
+    /// Returns the reason why there are no cross-validation scores; `None` if there are scores, or the fit was not made here.
     pub fn no_cross_validation(&self) -> Option<NoCrossValidation> {
         let is_known = self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0;
         (!is_known).then(|| NoCrossValidation::of(self.regressor.learner()))
@@ -397,10 +372,7 @@ impl Calibration {
         silent.map(|(_, axis)| *axis).collect()
     }
 
-    /// Checks that a recording has the gauges of the calibration.
-    ///
-    /// # Errors
-    /// [`CalibrationError::Gauges`] if it has other gauges.
+    /// Checks that a recording has the gauges of the calibration; otherwise the error is [`CalibrationError::Gauges`].
     pub fn check_gauges(&self, recording: &Recording) -> Result<(), CalibrationError> {
         if recording.gauge_names() == self.gauges {
             Ok(())
@@ -413,11 +385,8 @@ impl Calibration {
         }
     }
 
-    /// Returns the recording with only the auxiliary channels of the calibration, and with gauges tared as in the
-    /// calibration.
-    ///
-    /// # Errors
-    /// [`CalibrationError`] if it has other gauges or lacks a channel.
+    /// Returns the recording with only the auxiliary channels of the calibration, and with gauges tared as in it. The error is
+    /// [`CalibrationError`] if the recording has other gauges or lacks a channel.
     pub fn prepared<'a>(
         &self,
         recording: &'a Recording,
@@ -455,9 +424,7 @@ impl Calibration {
         }
     }
 
-    /// Applies the calibration to every sample of a recording. The history starts at the first sample.
-    ///
-    /// # Errors
+    /// Applies the calibration to every sample of a recording, whose first sample starts the history. The error is
     /// [`CalibrationError`] if the gauges differ, or an auxiliary channel is missing.
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
         let recording = &*self.prepared(recording)?;
@@ -503,8 +470,7 @@ impl Calibration {
         self.over_blocks(stream, recording, past, samples.start, loads, take);
     }
 
-    /// Returns the standard deviation of the load around the compensated load, `n × n_axes` row-major, if the regressor
-    /// gives it.
+    /// Returns the standard deviation around the compensated load, `n × n_axes` row-major, if the regressor gives it.
     pub(crate) fn deviations(&self, recording: &Recording, past: &[Vec<u32>]) -> Option<Vec<f64>> {
         let learned = self.learned.as_ref().filter(|learned| learned.knows_deviation())?;
         let n_axes = self.axes.len();
@@ -519,8 +485,7 @@ impl Calibration {
         Some(deviations)
     }
 
-    /// Calls `take` for blocks of samples from `first` on: raw rows, inputs of the nonlinear part (empty without),
-    /// buffers, and the part of `out` for these samples.
+    /// Calls `take` for blocks of samples: raw rows, inputs of any nonlinear part, buffers, and the block's part of `out`.
     fn over_blocks(
         &self,
         mut stream: FeatureStream<'_>,
@@ -568,7 +533,6 @@ impl Calibration {
     }
 }
 
-/// Returns the name of a channel with its unit.
 fn named(name: &str, unit: &str) -> String {
     match unit {
         "" => name.to_owned(),
@@ -587,10 +551,10 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
     inputs.truncate(start + raw.len() - usize::from(design.offset));
 }
 
-/// Past samples of a recording, one list per look-back.
+/// Past samples of a recording, one list for each look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// Returns the past samples of each look-back. After cancellation, the remaining samples have none.
+/// Returns the past samples. After cancellation, the remaining samples have none.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

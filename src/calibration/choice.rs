@@ -1,10 +1,12 @@
-//! Rule of choice among several fits: the fit with the lowest held-out error, and the smallest fit nearly as good. It
-//! serves models, ridge strengths, thresholds, radii and time constants.
+//! Rule of choice among models, ridge strengths, thresholds, radii or time constants: the fit with the lowest held-out
+//! error, and the smallest fit nearly as good.
 //!
 //! Guarantees: fits are compared block by block on the same held-out samples, so the difficulty of a block cancels. The
 //! lowest and the highest tenth of the differences are ignored (at least one each, from five blocks on), so one extreme
 //! block decides nothing. A fit is eligible only if its error is below the conventional one with 90 % confidence and in
 //! no group above 1.1 times the conventional one.
+
+use statrs::function::beta::inv_beta_reg;
 
 /// Maximum ratio of a fit's error to the conventional error in one group.
 pub(crate) const HARM: f64 = 1.1;
@@ -14,8 +16,7 @@ const TRIMMED: f64 = 0.1;
 const FEWEST_TRIMMED: usize = 5;
 /// Minimum number of blocks in a group for an estimate of the group's own scatter.
 const FEWEST_OF_GROUP: usize = 3;
-/// Maximum excess of the error, as a share of the lowest error, at which the smaller of two settings of one model is
-/// chosen.
+/// Maximum relative excess over the lowest error at which the smaller of two settings of one model is chosen.
 pub(crate) const NEARLY: f64 = 0.01;
 /// Maximum relative difference of equal errors. Rounding must not decide.
 const TIE: f64 = 1e-9;
@@ -23,9 +24,7 @@ const TIE: f64 = 1e-9;
 /// Held-out samples, cut into contiguous blocks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
-    /// Number of samples of each block.
     pub samples: Vec<f64>,
-    /// Group of each block.
     pub groups: Vec<usize>,
 }
 
@@ -49,10 +48,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Returns true if the first error is below the second with 90 % confidence: the trimmed difference by Student's t,
-    /// and the sign of the pooled difference.
-    ///
-    /// The scatter of only two blocks is not known, so both must agree.
+    /// Returns true if the first error is below the second with 90 % confidence: the trimmed difference by Student's t, and the
+    /// sign of the pooled difference. Two blocks must agree, because their scatter is not known.
     fn is_below(&self) -> bool {
         let needed = match self.counted {
             0 | 1 => return false,
@@ -63,32 +60,19 @@ impl Comparison {
     }
 }
 
-/// Returns the 90 % quantile of Student's t.
+/// Returns Student's t that is exceeded with a probability of 10 %.
 fn t_of_90_percent(freedom: usize) -> f64 {
-    match freedom {
-        0 => f64::INFINITY,
-        1 => 3.077_683_537,
-        2 => 1.885_618_083,
-        n => {
-            // Cornish-Fisher series around the normal quantile. Its error is below 0.003 from three degrees of freedom
-            // on.
-            let (z, n) = (1.281_551_566_f64, n as f64);
-            let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
-            z + (z3 + z) / (4.0 * n)
-                + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
-                + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n.powi(3))
-        }
-    }
+    let n = freedom as f64;
+    let x = inv_beta_reg(0.5 * n, 0.5, 2.0 * 0.1);
+    (n * (1.0 - x) / x).sqrt()
 }
 
-/// Reason why a fit is not eligible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
     /// The error is not below the conventional one with 90 % confidence.
     NotBetter,
     /// The error in one group is too large.
     Harms {
-        /// Index of the group.
         group: usize,
         /// Ratio of the fit's error to the conventional error in this group.
         ratio: f64,
@@ -102,7 +86,6 @@ pub struct Choice {
     pub accurate: usize,
     /// Smallest fit that is nearly as good.
     pub smallest: usize,
-    /// Reason why each fit is not eligible; `None` if it is.
     pub refused: Vec<Option<Refusal>>,
 }
 
@@ -113,7 +96,6 @@ impl Blocks {
         Self { groups: (0..samples.len()).collect(), samples }
     }
 
-    /// Compares the summed squared errors of two fits block by block.
     pub fn compare(&self, one: &[f64], other: &[f64]) -> Comparison {
         let mut blocks: Vec<(f64, f64)> = (one.iter().zip(other).zip(&self.samples))
             .filter(|(_, n)| **n > 0.0)
@@ -154,11 +136,10 @@ impl Blocks {
         one.iter().all(|own| own.is_finite()) && self.compare(one, &other).is_below()
     }
 
-    /// Returns the group with the largest ratio of the fit's error to the conventional error, if the ratio is above the
-    /// limit.
+    /// Returns the group with the largest ratio of the fit's error to the conventional error, if above the limit.
     ///
-    /// A group of several blocks must exceed the limit with 90 % confidence. For a smaller group, the limit uses the
-    /// mean conventional error if the group's own is lower, because that may be small by chance.
+    /// A group of several blocks must exceed the limit with 90 % confidence. For a smaller group, the limit uses the mean
+    /// conventional error if the group's own is lower, because that may be small by chance.
     fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
         let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
         let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);
@@ -186,9 +167,8 @@ impl Blocks {
     }
 
     /// Chooses among `n` fits: the conventional calibration, then all others from the smallest to the largest. `squares(at)`
-    /// returns the summed squared errors of each block, weighted over axes.
-    ///
-    /// The smallest is the first fit whose error is within the share `within` of the lowest, with 90 % confidence.
+    /// is the weighted squared error of each block. The smallest is the first fit within `within` of the lowest error, with
+    /// 90 % confidence.
     pub fn choose<'a>(
         &self,
         n: usize,
@@ -225,10 +205,8 @@ impl Blocks {
     }
 }
 
-/// Chooses a setting of one model and returns its index among `n_tried`, of which the last is the simplest. `square(at,
-/// part)` is the squared error of a part.
-///
-/// The last setting replaces the conventional calibration: others must be better with 90 % confidence.
+/// Returns the index of the chosen setting of one model among `n_tried`, of which the last is the simplest. It replaces the
+/// conventional calibration: others must be better with 90 % confidence. `square(at, part)` is a part's squared error.
 pub(crate) fn simplest_good(
     n_tried: usize,
     n_parts: usize,
@@ -246,15 +224,11 @@ pub(crate) fn simplest_good(
     last - blocks.choose(n_tried, NEARLY, |at| &squares[at]).smallest
 }
 
-/// Shares of a second stage that may be added to the linear one, largest first. With zero, the linear stage stands
-/// alone.
+/// Shares of a second stage that may be added to the linear one, largest first. With zero, the linear stage stands alone.
 pub(crate) const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
-/// Returns the index of the best of [`SHARES`], preferring zero if it is nearly as good. `square(at, part)` is the
-/// squared error of a part.
-///
-/// The share is no additional shrinkage. A share below one means that both stages have the same direction but different
-/// sizes.
+/// Returns the index of the best of [`SHARES`], or of zero if nearly as good; `square(at, part)` is a part's squared error.
+/// The share is no additional shrinkage: below one, both stages have the same direction but different sizes.
 pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     let sum = |at: &usize| (0..n_parts).map(|part| square(*at, part)).sum::<f64>();
     let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));
@@ -283,8 +257,7 @@ mod tests {
         }
     }
 
-    /// Without a tenth at each end, the mean of 1 … 10 stays the same. Yuen's standard error is that of the winsorised
-    /// values over 0.8.
+    /// Without a tenth at each end, the mean of 1 … 10 is the same. Yuen's error is that of the winsorised values over 0.8.
     #[test]
     fn the_standard_error_is_yuens() {
         let one: Vec<f64> = (1..=10).map(f64::from).collect();

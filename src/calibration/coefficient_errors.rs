@@ -10,12 +10,10 @@ pub(crate) const MOST_FEATURES: usize = 48;
 
 /// Standard errors of the coefficients by the delete-one-group jackknife.
 ///
-/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981. With fits θᵢ that each leave out one of G
-/// parts: `var = (G − 1)/G Σ (θᵢ − θ̄)²`. The parts are the folds of cross-validation, because neighbouring samples are
-/// correlated.
+/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: `var = (G − 1)/G Σ (θᵢ − θ̄)²`, from fits θᵢ
+/// without one of G parts. The parts are the folds of cross-validation, because neighbouring samples are correlated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoefficientErrors {
-    /// Parts that were left out in turn.
     pub left_out: CrossValidation,
     /// Standard error of each coefficient of the compensated matrix, one row per axis and one column per feature.
     pub standard: Vec<Vec<f64>>,
@@ -53,8 +51,7 @@ impl CoefficientErrors {
 mod tests {
     use super::*;
 
-    /// For a mean, the jackknife gives the known s²/n. The values 1, 2, 6 have the leave-one-out means 4, 3.5, 1.5, and
-    /// s²/n is 7/3.
+    /// For a mean, the jackknife gives s²/n. The values 1, 2, 6 have the leave-one-out means 4, 3.5, 1.5, and s²/n is 7/3.
     #[test]
     fn the_jackknife_of_a_mean_is_the_variance_over_the_number() {
         let fits = [4.0, 3.5, 1.5].map(|mean| LinearMap::new(Vec::new(), vec![vec![mean, -mean]]));

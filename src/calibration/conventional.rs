@@ -1,7 +1,6 @@
 //! Conventional calibration: the load from the present gauges alone (Eq. 3-8).
 //!
-//! It depends on the training recordings and the offset, but not on thresholds. The look-back searches with its loads,
-//! so it is fitted first and kept.
+//! It depends on the training recordings and the offset alone, and the look-back searches with it, so it is fitted first.
 
 use rayon::prelude::*;
 
@@ -23,11 +22,8 @@ pub struct Conventional {
 }
 
 impl Conventional {
-    /// Fits the training recordings, then fits the residuals once more to remove rounding errors. After cancellation, the
-    /// result is not valid.
-    ///
-    /// # Panics
-    /// If there is no training recording, or their columns differ.
+    /// Fits the training recordings, then fits the residuals once more to remove rounding errors. The result is not valid after
+    /// cancellation. Panics if there is no training recording, or their columns differ.
     pub fn fit(training: &[&Recording], offset: bool, progress: &Progress) -> Self {
         let first = training.first().expect("the fit needs a training recording");
         let n_axes = first.axes().len();

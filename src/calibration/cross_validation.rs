@@ -1,17 +1,13 @@
-//! The parts that cross-validation leaves out in turn, and their description in words.
-
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::recording::GroupedBy;
 
-/// Parts that cross-validation leaves out in turn.
+/// Parts that cross-validation leaves out in turn, and their description in words.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
-    /// Kind of the groups.
     pub by: GroupedBy,
-    /// Number of groups.
     pub groups: usize,
     /// Number of parts: that of the groups, or fewer if several groups are left out together.
     pub parts: usize,

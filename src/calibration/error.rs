@@ -10,7 +10,6 @@ pub const FORMAT: &str = "loopscope calibration";
 /// Version of the file that this program writes and reads.
 pub const VERSION: u32 = 2;
 
-/// Reason why a calibration cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]

@@ -1,9 +1,9 @@
 //! Estimator: computes one load per sample at run time, as on a robot.
 //!
-//! Guarantees: the loads equal those of [`Calibration::apply`] on the same samples, if the clock does not jump
-//! (features bit for bit; sums of a network may be rounded differently). Memory is bounded by the longest t_th and lag.
-//! A bad sample is refused and does not affect later samples. If the clock is reset, the history starts anew within
-//! [`STRAYS`] samples, so no load is that of an older sample. Exported code behaves the same.
+//! Guarantees: the loads equal those of [`Calibration::apply`] on the same samples, unless the clock jumps (features bit for
+//! bit; sums of a network may be rounded differently). Memory is bounded by the longest t_th and lag. A bad sample is refused
+//! and does not affect later samples. If the clock is reset, the history starts anew within [`STRAYS`] samples, so no load
+//! is that of an older sample. Exported code behaves the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
 use crate::calibration::error::CalibrationError;
@@ -28,7 +28,6 @@ pub struct Estimator<'a> {
     wrapped_secs: f64,
     /// Start of the history (s): the first sample, or the first sample after a gap or restart.
     since_secs: f64,
-    /// Number of consecutive samples with an implausible time.
     strays: u32,
     /// Offset that taring subtracts from each gauge.
     gauge_zero: Vec<f64>,
@@ -44,7 +43,6 @@ pub struct Estimator<'a> {
 
 /// Reason why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum SampleError {
     #[error("the sample has {actual} gauges, but the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
@@ -57,7 +55,6 @@ pub enum SampleError {
 }
 
 impl SampleError {
-    /// Returns the status of a sample refused for this reason.
     pub const fn status(&self) -> Status {
         match self {
             Self::OffTheClock { .. } => Status::REJECTED_TIME,
@@ -69,10 +66,7 @@ impl SampleError {
 }
 
 impl<'a> Estimator<'a> {
-    /// Creates the estimator before the first sample. `design` is the design of the calibration.
-    ///
-    /// # Errors
-    /// [`CalibrationError`] if the calibration is not valid.
+    /// Creates the estimator before the first sample, with the calibration's `design`. [`CalibrationError`] if it is not valid.
     pub fn new(calibration: &'a Calibration, design: &'a Design) -> Result<Self, CalibrationError> {
         calibration.validate()?;
         let n_axes = calibration.axes.len();
@@ -96,10 +90,8 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// Tares with `mean`, the mean gauge readings of the unloaded sensor. The history starts anew.
-    ///
-    /// # Errors
-    /// [`SampleError`] if `mean` is not one finite number per gauge. The state is then unchanged.
+    /// Tares with `mean`, the mean gauge readings of the unloaded sensor, and starts the history anew. The state is unchanged
+    /// on [`SampleError`]: `mean` is not one finite number per gauge.
     pub fn tare(&mut self, mean: &[f64]) -> Result<(), SampleError> {
         self.check_numbers(mean, &[])?;
         let zero = mean.iter().zip(self.calibration.unloaded());
@@ -115,21 +107,18 @@ impl<'a> Estimator<'a> {
         self.wrapped_secs = 0.0;
     }
 
-    /// Sets the offsets that were already subtracted from the gauges of later samples. They are needed only to detect
-    /// clipping if the calibration was fitted to gauges that were not tared.
+    /// Sets the offsets that were already subtracted from the gauges. They only detect clipping, for a calibration that was
+    /// fitted to gauges without tare.
     pub(crate) fn set_subtracted_before(&mut self, offsets: impl Iterator<Item = f64>) {
         self.subtracted_before.clear();
         self.subtracted_before.extend(offsets);
     }
 
-    /// Processes the next sample and returns its status and compensated load.
+    /// Processes the next sample, time in s and gauges as in training, and returns its status and compensated load (N, N·m).
     ///
-    /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit
-    /// counter wrapped. Such a sample is refused. The [`STRAYS`]th in a row is accepted as the first sample of a clock
-    /// that was reset. A repeated time counts as no elapsed time, as in recordings. A step longer than the
-    /// calibration's gap is a gap.
-    ///
-    /// **Units** `time` in s, gauges as in the training recordings, loads in N and N·m.
+    /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit counter
+    /// wrapped. Such a sample is refused. The [`STRAYS`]th in a row is accepted as the first sample of a clock that was reset.
+    /// A repeated time counts as no elapsed time, as in recordings. A step longer than the calibration's gap is a gap.
     ///
     /// # Errors
     /// [`SampleError`] if the sample cannot be used. The next good sample continues after the last good one.
@@ -137,10 +126,7 @@ impl<'a> Estimator<'a> {
         self.update_with(time, gauges, &[])
     }
 
-    /// Processes a sample as [`Self::update`], for a calibration with auxiliary channels, given in its order and units.
-    ///
-    /// # Errors
-    /// As [`Self::update`].
+    /// Processes a sample as [`Self::update`], with the auxiliary channels in the calibration's order and units.
     pub fn update_with(
         &mut self,
         time: f64,
@@ -174,8 +160,7 @@ impl<'a> Estimator<'a> {
         Ok((status, &self.compensated))
     }
 
-    /// Processes a sample as [`Self::update_with`]. Returns its status and compensated load, NaN if the sample is refused.
-    /// `is_held` says that an auxiliary value is too old.
+    /// Processes a sample as [`Self::update_with`], with a NaN load if it is refused. `is_held`: an auxiliary value is too old.
     pub(crate) fn update_or_nan(
         &mut self,
         time: f64,
@@ -194,8 +179,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Returns true if a gauge is clipped. The gauges are compared as measured, or tared if the limits are of tared
-    /// gauges.
+    /// Returns true if a gauge is clipped. Gauges are compared as measured, or tared if the limits are of tared gauges.
     fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
         let is_tared = self.calibration.tare.is_some();
         let as_measured = gauges.iter().zip(&self.subtracted_before);
@@ -207,7 +191,6 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Clears the history but keeps the tare.
     fn forget(&mut self) {
         self.strays = 0;
         self.stream = FeatureStream::new(self.design);
@@ -297,7 +280,6 @@ impl<'a> Estimator<'a> {
     }
 }
 
-/// Creates the look-back before the first sample.
 fn look_back(calibration: &Calibration) -> LiveLookBack {
     let look_backs = calibration.features.look_backs.iter();
     let longest_secs = look_backs.map(|look_back| look_back.t_th_secs);
@@ -484,8 +466,7 @@ mod tests {
         assert_runs_as_applied(&calibration, &stamped.unwrap(), 0.0);
     }
 
-    /// Missing samples cost only their history: after a pause, the compensated load is at least as good as the
-    /// conventional load, except for its noise.
+    /// After a pause, the compensated load is at least as good as the conventional load, except for its noise.
     #[test]
     fn after_a_pause_the_load_is_no_worse_than_without_history() {
         let all = simulated::recordings(7);

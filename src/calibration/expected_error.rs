@@ -1,5 +1,3 @@
-//! Expected error of a calibration: for each axis the value within which 95 % of the held-out errors lie.
-
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -7,27 +5,22 @@ use serde::{Deserialize, Serialize};
 use crate::recording::Axis;
 use crate::shown::counted;
 
-/// Number and kind of the held-out samples.
+/// Number of held-out samples, and of the groups or test recordings that they belong to.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
-    /// Number of groups that were left out in turn, or of test recordings.
     pub groups: usize,
-    /// Number of samples.
     pub samples: u64,
 }
 
-/// Expected error of one axis, in its unit.
+/// Value within which 95 % of the held-out errors of one axis lie, in the axis' unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisExpectedError {
-    /// The axis.
     pub axis: Axis,
-    /// Unit of all figures.
     pub unit: String,
-    /// Smallest and largest load of the recordings.
     pub range: (f64, f64),
     /// The larger of the two values below; `None` if the load on the axis hardly changes.
     pub value: Option<f64>,
-    /// Value in percent of full scale.
+    /// Percentage of full scale.
     pub percent_fs: Option<f64>,
     /// Value in cross-validation.
     pub cross_validation: Option<f64>,
@@ -35,15 +28,12 @@ pub struct AxisExpectedError {
     pub test: Option<f64>,
 }
 
-/// Expected error of a calibration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExpectedError {
-    /// Figures of each axis.
     pub axes: Vec<AxisExpectedError>,
     /// Samples held out in cross-validation; `None` if only test recordings are used.
     pub cross_validation: Option<HeldOut>,
-    /// Samples of the test recordings; `None` without any.
     pub test: Option<HeldOut>,
     /// Sentence on conditions that the recordings do not cover.
     pub not_covered: String,

@@ -8,18 +8,14 @@ use crate::calibration::error::CalibrationError;
 use crate::calibration::validate::{check_features, check_head};
 use crate::features::FeatureSettings;
 
-/// Reason why a file is not a valid calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationFileError {
-    /// The file is not JSON, or a field is missing or has a wrong type.
     #[error("not a calibration file: {0}")]
     Json(#[from] serde_json::Error),
-    /// The values are not valid.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
 }
 
-/// Format and version of a file.
 #[derive(Deserialize)]
 struct Head {
     format: String,
@@ -28,9 +24,6 @@ struct Head {
 
 impl Calibration {
     /// Reads and validates the JSON of [`Calibration::in_file`].
-    ///
-    /// # Errors
-    /// [`CalibrationFileError`] for the first fault.
     pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
         let head: Head = serde_json::from_slice(content)?;
         check_head(&head.format, head.version)?;
@@ -56,9 +49,6 @@ impl Calibration {
     }
 
     /// Returns the unknown keys of the file from which this calibration was read, each with its place.
-    ///
-    /// # Errors
-    /// If the content is not JSON.
     pub fn unknown_keys(&self, content: &[u8]) -> Result<Vec<String>, serde_json::Error> {
         let file: Value = serde_json::from_slice(content)?;
         let known = serde_json::to_value(self.in_file())?;

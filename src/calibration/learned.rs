@@ -1,33 +1,25 @@
-//! Nonlinear part of a calibration: learns the load, or the residuals of the linear calibration (hybrid).
-
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
 use crate::calibration::network::{Network, NetworkError};
 use crate::calibration::settings::Learner;
 
-/// Nonlinear regression on standardised features, without the offset.
+/// Nonlinear part of a calibration: learns the load from standardised features, or the residuals of the linear part (hybrid).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Learned {
-    /// Layers of units.
     Network(Network),
-    /// Similarity to landmarks.
     Kernel(Kernel),
 }
 
-/// Fault that makes a nonlinear regression unusable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LearnedError {
-    /// Fault of the network.
     #[error(transparent)]
     Network(#[from] NetworkError),
-    /// Fault of the kernel.
     #[error(transparent)]
     Kernel(#[from] KernelError),
 }
 
-/// Buffers for intermediate results.
 #[derive(Clone, Debug, Default)]
 pub struct LearnedScratch {
     kernel: KernelScratch,
@@ -35,7 +27,6 @@ pub struct LearnedScratch {
 }
 
 impl Learned {
-    /// Returns the kind of the regression.
     pub fn learner(&self) -> Learner {
         match self {
             Self::Network(_) => Learner::Network,
@@ -43,7 +34,6 @@ impl Learned {
         }
     }
 
-    /// Returns a description.
     pub fn describe(&self) -> String {
         match self {
             Self::Kernel(kernel) => format!(
@@ -64,7 +54,6 @@ impl Learned {
         }
     }
 
-    /// Returns the number of stored numbers.
     pub fn n_numbers(&self) -> usize {
         match self {
             Self::Network(network) => network.n_parameters(),
@@ -76,9 +65,6 @@ impl Learned {
     }
 
     /// Checks everything that a file may contain.
-    ///
-    /// # Errors
-    /// [`LearnedError`] for the first fault.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), LearnedError> {
         match self {
             Self::Network(network) => Ok(network.validate(n_columns, n_axes)?),
@@ -135,8 +121,7 @@ impl Learned {
         matches!(self, Self::Kernel(_))
     }
 
-    /// Writes the standard deviations of the loads around the predictions, `n × n_axes` row-major, or zeros if the
-    /// regression has none.
+    /// Writes the standard deviations around the predictions, `n × n_axes` row-major; zeros if the regression has none.
     pub fn deviations(
         &self,
         rows: &[f64],

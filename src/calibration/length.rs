@@ -1,6 +1,4 @@
-//! Check of the length of lists, for all parts of a calibration.
-
-/// List with a wrong number of entries.
+/// List with a wrong number of entries, in any part of a calibration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field} has {actual} entries, but it must have {expected}")]
 pub struct WrongLength {
@@ -9,10 +7,6 @@ pub struct WrongLength {
     pub actual: usize,
 }
 
-/// Checks the number of entries of a list.
-///
-/// # Errors
-/// [`WrongLength`] if the numbers differ.
 pub(super) fn check_length(field: &str, expected: usize, actual: usize) -> Result<(), WrongLength> {
     if actual == expected {
         Ok(())

@@ -1,16 +1,15 @@
 //! Linear least squares and ridge regression from sums (Eq. 8), with the numerical rank.
 //!
-//! Guarantees: a column that is zero, or that earlier columns in the order of [`ColumnKind`] explain, gets the
-//! coefficient zero. A past that equals the present therefore gives exactly the conventional calibration.
+//! Guarantees: a column that is zero, or explained by earlier columns in the order of [`ColumnKind`], gets the coefficient
+//! zero. A past that equals the present therefore gives exactly the conventional calibration.
 
 use faer::{Mat, Side};
 
 use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 
-/// Maximum unexplained share of a column's squared length for the column to count as explained by others.
-///
-/// Sums have relative rounding errors near 1e-15. A column that is 1e-6 of its length away from the others is kept.
+/// Maximum unexplained share of a column's squared length for the column to count as explained. Sums have relative rounding
+/// errors near 1e-15. A column that is 1e-6 of its length away from the others is kept.
 const EXPLAINED_BELOW: f64 = 1e-12;
 
 /// A least-squares solution.
@@ -29,20 +28,16 @@ pub struct Terms<'a> {
     pub used: &'a [usize],
     /// Kind of each column of the sums.
     pub kinds: &'a [ColumnKind],
-    /// Coefficients that were subtracted from the loads to give the targets, `p × q` row-major; empty for none.
-    ///
-    /// A column that cannot be distinguished from others must have the total coefficient zero. Its coefficient on these
+    /// Coefficients that were subtracted from the loads to give the targets, `p × q` row-major; empty for none. A column that
+    /// others explain must total zero, so its coefficient on these targets is minus the known one.
     /// targets is then minus the known one.
     pub known: &'a [f64],
 }
 
-/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`.
-///
-/// Targets are residuals of the conventional calibration, and gauges and offset are not shrunk. A stronger ridge
-/// therefore moves the result towards the conventional calibration.
+/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. Targets are residuals of
+/// the conventional calibration, whose gauges and offset are not shrunk, so a stronger ridge moves the result towards it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ridge<'a> {
-    /// Plain least squares.
     None,
     /// `penaltyⱼ = strength · ‖xⱼ‖²` with strength ≥ 0. Strength 1 halves the coefficient of a single column.
     Relative(f64),
@@ -65,15 +60,10 @@ impl Ridge<'_> {
     }
 }
 
-/// Solves `min ‖Y − XB‖²` with a ridge.
+/// Solves `min ‖Y − XB‖²` with a ridge, whose penalties are added to the diagonal of `XᵀX` (Eq. 5 and 8).
 ///
 /// Uses a Cholesky factorisation of columns scaled to unit length, with diagonal pivoting within each [`ColumnKind`].
-/// The cost `O(p³ + p²q)` does not depend on the number of samples.
-///
-/// **Source** Eq. 5 and 8. A ridge adds the penalties to the diagonal of `XᵀX`.
-///
-/// # Panics
-/// If a column does not exist, or the terms have another number of columns than the sums.
+/// The cost `O(p³ + p²q)` does not depend on the number of samples. Panics if the terms do not fit the columns of the sums.
 pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
@@ -161,24 +151,18 @@ impl Terms<'_> {
         self.kinds.iter().map(share).collect()
     }
 
-    /// Returns [`Self::shares`] for each target.
     pub fn of_targets(&self, strengths: &[f64]) -> Vec<Vec<f64>> {
         strengths.iter().map(|one| self.shares(*one)).collect()
     }
 
-    /// Returns the fitted columns with a finite share. Columns with an infinite share are removed.
+    /// Returns the fitted columns with a finite share.
     pub fn kept(&self, shares: &[f64]) -> Vec<usize> {
         let used = self.used.iter().copied();
         used.filter(|column| shares[*column].is_finite()).collect()
     }
 }
 
-/// Solves as [`fit`], with shares for each target; see [`Ridge::Shares`]. Columns with an infinite share are removed.
-///
-/// The rank is that of the columns without ridge.
-///
-/// # Panics
-/// If there is not one list of shares per target.
+/// Solves as [`fit`], with [`Ridge::Shares`] for each target; infinite shares remove columns. The rank is that without ridge.
 pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]) -> Fit {
     let q = sums.n_targets();
     assert_eq!(shares.len(), q, "one list of shares per target");
@@ -198,10 +182,8 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
     found
 }
 
-/// Returns the condition number of the design: the ratio of the largest to the smallest singular value of its
-/// independent columns, scaled to unit length. `None` if no column is independent.
-///
-/// Because it is computed from sums, values above about 1e7 are not accurate.
+/// Returns the condition number of the design: the ratio of the largest to the smallest singular value of its independent
+/// columns, scaled to unit length. Computed from sums, values above about 1e7 are not accurate. `None` without such a column.
 pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> Option<f64> {
     let inverse_length: Vec<f64> =
         used.iter().map(|&i| inverse_length(sums.feature_product(i, i))).collect();
@@ -344,8 +326,7 @@ mod tests {
         }
     }
 
-    /// A gauge that is constantly 3 is explained by the offset, in any order of columns. The known coefficient of the
-    /// gauge is cancelled.
+    /// The offset explains a gauge that is constantly 3, in any order of columns, and cancels its known coefficient.
     #[test]
     fn a_constant_gauge_loses_its_known_coefficient() {
         let rows: Vec<Vec<f64>> = (0..30)

@@ -15,23 +15,19 @@ pub(super) fn is_usable(number: f64) -> bool {
     number.abs() <= LARGEST
 }
 
-/// Load as a linear function of features: `load = matrix · features`.
+/// Load as a linear function of features: `load = matrix · features`, with one row per axis and one column per feature.
 ///
 /// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. The inverse is fitted directly,
 /// so more gauges than axes (Eq. 5) need no other treatment than equal numbers (Eq. 4).
 ///
-/// **Shapes** `matrix` has one row per axis and one column per feature. [`Column::Offset`] is always 1.
-///
-/// **Units** N or N·m per unit of the gauge. Monomials have no unit, because they are products of standardised gauges.
+/// **Units** N or N·m per unit of the gauge. Monomials have no unit: they are products of standardised gauges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearMap {
-    /// Columns of the matrix.
     #[serde(skip)]
     pub columns: Vec<Column>,
     /// Column names in files; empty except in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
     #[serde(rename = "features")]
     pub(super) names_in_file: Vec<String>,
-    /// Matrix with one row per axis.
     pub matrix: Vec<Vec<f64>>,
 }
 
@@ -40,12 +36,11 @@ impl LinearMap {
         Self { columns, matrix, names_in_file: Vec::new() }
     }
 
-    /// Returns the column names for these gauge names.
     pub fn names(&self, gauges: &[String]) -> Vec<String> {
         Column::names(&self.columns, gauges)
     }
 
-    /// Writes the load of one sample (Eq. 7). If the row lacks the last column, this column is an offset of 1.
+    /// Writes the load of one sample (Eq. 7). A row without the last column gets an offset of 1.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
         for (axis, load) in load.iter_mut().enumerate().take(self.matrix.len()) {
@@ -53,9 +48,7 @@ impl LinearMap {
         }
     }
 
-    /// Writes the result of [`Self::apply`] for each row, bit for bit.
-    ///
-    /// **Shapes** `rows` is `n × n_features`, `loads` `n × n_axes`, both row-major.
+    /// Writes the result of [`Self::apply`] for each row of `n_features`, bit for bit.
     pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
         vectorised(
             #[inline(always)]
@@ -95,16 +88,13 @@ impl LinearMap {
         }
     }
 
-    /// Returns the load on one axis.
     #[inline]
     pub fn load(&self, features: &[f64], axis: usize) -> f64 {
         let (slopes, offset) = self.matrix[axis].split_at(features.len());
         dot(slopes, features) + offset.first().unwrap_or(&0.0)
     }
 
-    /// Returns the coefficients of this map of gauges and offset on the standardised columns of `design`.
-    ///
-    /// **Shapes** `n_columns × n_axes`, row-major.
+    /// Returns the coefficients of this map on the standardised columns of `design`, `n_columns × n_axes` row-major.
     pub(crate) fn standardised(&self, design: &Design) -> Vec<f64> {
         let n_axes = self.matrix.len();
         let mut coefficients = vec![0.0; design.n_columns() * n_axes];
@@ -117,10 +107,8 @@ impl LinearMap {
         coefficients
     }
 
-    /// Returns this map of gauges and offset, corrected by `coefficients` on the columns of `design`.
-    ///
-    /// **Shapes** `coefficients` is `n_columns × n_axes` row-major, on standardised columns. The result is on raw
-    /// columns.
+    /// Returns this map of gauges and offset on raw columns, corrected by `coefficients` on the standardised columns of
+    /// `design`, `n_columns × n_axes` row-major.
     pub(crate) fn corrected(&self, design: &Design, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let n_axes = self.matrix.len();
         let present = design.present();
@@ -161,7 +149,6 @@ pub(crate) struct PresentLoads<'a> {
 }
 
 impl PresentLoads<'_> {
-    /// Returns the load of sample `k` on one axis.
     #[inline]
     pub fn at(&self, k: usize, axis: usize) -> f64 {
         match self.kept {
@@ -170,7 +157,6 @@ impl PresentLoads<'_> {
         }
     }
 
-    /// Writes the load of sample `k`.
     #[inline]
     pub fn row(&self, k: usize, out: &mut [f64]) {
         match self.kept {
@@ -179,7 +165,6 @@ impl PresentLoads<'_> {
         }
     }
 
-    /// Returns the load of every sample on one axis.
     pub fn column(&self, axis: usize) -> Vec<f64> {
         (0..self.recording.n_samples()).map(|k| self.at(k, axis)).collect()
     }

@@ -1,5 +1,4 @@
-//! Calibration from gauges to load: sums over recordings, linear least squares, network and kernel, and the calibration
-//! file.
+//! Calibration from gauges to load: sums over recordings, least squares, network and kernel, and the calibration file.
 
 mod aged_sums;
 #[expect(clippy::module_inception, reason = "the main type has the name of the module")]
@@ -12,10 +11,10 @@ mod error;
 mod estimator;
 mod expected_error;
 mod file_form;
-pub mod kernel;
+pub(crate) mod kernel;
 mod learned;
 mod length;
-pub mod linear;
+pub(crate) mod linear;
 mod linear_map;
 pub mod network;
 mod no_cross_validation;
@@ -33,15 +32,15 @@ pub(crate) use calibration::{
     BlockRidge, FactoryScores, NEVER_REACHED, Past, Quality, Scores, Undetermined,
     history_step_by_rate, learned_inputs, past_samples,
 };
-pub use choice::{Blocks as ErrorBlocks, Choice, Refusal};
+pub(crate) use choice::{Blocks as ErrorBlocks, Refusal};
 pub(crate) use choice::{HARM, NEARLY, SHARES, best_share, simplest_good, weighed};
-pub use coefficient_errors::CoefficientErrors;
+pub(crate) use coefficient_errors::CoefficientErrors;
 pub(crate) use coefficient_errors::MOST_FEATURES;
 pub(crate) use conventional::Conventional;
-pub use cross_validation::CrossValidation;
+pub(crate) use cross_validation::CrossValidation;
 pub(crate) use error::{CalibrationError, FORMAT, VERSION};
+pub use estimator::Estimator;
 pub(crate) use estimator::STRAYS;
-pub use estimator::{Estimator, SampleError};
 pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut};
 pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
@@ -53,7 +52,7 @@ pub(crate) use network::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED, UNITS,
 };
 pub use network::{Network, NetworkSettings};
-pub use no_cross_validation::NoCrossValidation;
+pub(crate) use no_cross_validation::NoCrossValidation;
 pub(crate) use normal_equations::NormalEquations;
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};

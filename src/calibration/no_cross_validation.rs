@@ -1,11 +1,8 @@
-//! Reasons why there are no cross-validation errors.
-
 use crate::calibration::settings::Learner;
 use crate::shown::counted;
 
 /// Reason why there are no cross-validation errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum NoCrossValidation {
     #[error("nothing was left out")]
     NotDone,
@@ -32,7 +29,7 @@ pub enum NoCrossValidation {
 }
 
 impl NoCrossValidation {
-    /// Returns the reason for a fit that has no cross-validation errors although it was fitted here.
+    /// Returns the reason why a fit that was made here has no cross-validation errors.
     pub fn of(learner: Option<Learner>) -> Self {
         match learner {
             Some(Learner::Network) => Self::Network,

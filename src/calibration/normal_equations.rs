@@ -1,10 +1,10 @@
 //! Normal equations: the sums `XᵀX`, `XᵀY`, `YᵀY` and n, all that least squares needs of a recording.
 //!
-//! Sums of blocks, recordings and computers can be added. To leave out a recording, the sums of the others are added
-//! again. Subtracting would leave rounding errors that look like data to a test of the rank.
+//! Sums of blocks, recordings and computers can be added. To leave out a recording, the sums of the others are added again:
+//! subtracting would leave rounding errors that look like data to a test of the rank.
 //!
-//! Guarantees: one pass over the rows. Products are summed over short blocks before they are added to the total, so
-//! rounding errors grow with the number of blocks and not of samples.
+//! Guarantees: one pass over the rows. Products are summed over short blocks before they are added to the total, so rounding
+//! errors grow with the number of blocks and not of samples.
 
 use crate::vectorised::vectorised;
 use std::ops::Range;
@@ -16,9 +16,8 @@ const LANES: usize = 8;
 /// Number of product rows computed together. `TILE × LANES` sums fit into registers.
 pub(super) const TILE: usize = 4;
 
-/// `n` and the Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets.
-///
-/// **Source** Eq. 8. The sum of squared residuals depends on the data only through these sums.
+/// `n` and the Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets. The sum of squared residuals (Eq. 8)
+/// depends on the data only through these sums.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
     n_samples: u64,
@@ -29,7 +28,6 @@ pub struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// Creates empty sums.
     pub fn new(n_features: usize, n_targets: usize) -> Self {
         let width = n_features + n_targets;
         Self {
@@ -53,27 +51,19 @@ impl NormalEquations {
         self.n_features + self.n_targets
     }
 
-    /// Returns the number of samples.
     pub fn n_samples(&self) -> u64 {
         self.n_samples
     }
 
-    /// Returns the number of features p.
     pub fn n_features(&self) -> usize {
         self.n_features
     }
 
-    /// Returns the number of targets q.
     pub fn n_targets(&self) -> usize {
         self.n_targets
     }
 
-    /// Adds rows to the sums.
-    ///
-    /// **Shapes** `rows` is `m × stride`, row-major, each row `[x | y | 0 …]`.
-    ///
-    /// # Panics
-    /// If `rows` is not a whole number of rows.
+    /// Adds rows `[x | y | 0 …]`, each [`Self::stride`] long; panics if the last row is not whole.
     pub fn add_rows(&mut self, rows: &[f64]) {
         let stride = self.stride();
         assert_eq!(rows.len() % stride, 0, "rows must be whole");
@@ -93,10 +83,7 @@ impl NormalEquations {
         );
     }
 
-    /// Adds the sums of other samples.
-    ///
-    /// # Panics
-    /// If the numbers of columns differ.
+    /// Adds the sums of other samples; panics if the numbers of columns differ.
     pub fn add(&mut self, other: &Self) {
         assert_eq!(
             (self.n_features, self.n_targets),
@@ -109,12 +96,8 @@ impl NormalEquations {
         self.n_samples += other.n_samples;
     }
 
-    /// Returns `take` of the sums of all parts but one, for each part whose index is `wanted`.
-    ///
-    /// The sums of the other parts are added by recursive halving and never subtracted.
-    ///
-    /// # Panics
-    /// If the parts have different columns.
+    /// Returns `take` of the sums of all parts but one, for each `wanted` part. The sums of the other parts are added by
+    /// recursive halving and never subtracted. Panics if the parts have different columns.
     pub fn each_without<T: Send>(
         parts: &[Self],
         wanted: impl Fn(usize) -> bool + Sync,
@@ -127,12 +110,7 @@ impl NormalEquations {
         without_each_of(parts, 0, nothing, &wanted, &take)
     }
 
-    /// Returns the sums of the same samples with targets `Y − XB`.
-    ///
-    /// **Shapes** `coefficients` is `p × q`, row-major.
-    ///
-    /// # Panics
-    /// If `coefficients` has another shape.
+    /// Returns the sums of the same samples with targets `Y − XB`, B = `coefficients` (`p × q` row-major, else panics).
     pub fn less(&self, coefficients: &[f64]) -> Self {
         let (p, q, stride) = (self.n_features, self.n_targets, self.stride());
         let mut rest = self.clone();
@@ -147,13 +125,8 @@ impl NormalEquations {
         rest
     }
 
-    /// Adds products of the columns from `first` on with all columns. These columns must have been zero in the samples
-    /// of the products; see [`AgedSums`](crate::calibration::AgedSums).
-    ///
-    /// **Shapes** `products` has one row of [`NormalEquations::stride`] per column.
-    ///
-    /// # Panics
-    /// If `products` has more rows than there are columns from `first` on.
+    /// Adds products of the columns from `first` on, one row of [`Self::stride`] each. These columns must have been zero in the
+    /// samples of the products; see [`AgedSums`](crate::calibration::AgedSums). Panics if there are more rows than columns.
     pub(crate) fn add_products(&mut self, first: usize, products: &[f64]) {
         let stride = self.stride();
         for (column, row) in (first..).zip(products.chunks_exact(stride)) {
@@ -167,7 +140,6 @@ impl NormalEquations {
         }
     }
 
-    /// Returns the sums of the same samples with these features set to zero.
     pub fn without(&self, features: Range<usize>) -> Self {
         let (mut rest, stride) = (self.clone(), self.stride());
         for (i, row) in rest.gram.chunks_exact_mut(stride).enumerate() {
@@ -176,7 +148,6 @@ impl NormalEquations {
         rest
     }
 
-    /// Returns the memory of the sums in bytes.
     pub fn size_bytes(&self) -> usize {
         self.gram.len() * size_of::<f64>()
     }
@@ -203,12 +174,8 @@ impl NormalEquations {
         self.gram[at * self.stride() + at]
     }
 
-    /// Returns the sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`, without predicting samples.
-    ///
-    /// **Shapes** `coefficients` is `p × q`, row-major.
-    ///
-    /// # Panics
-    /// If `coefficients` has another shape.
+    /// Returns the sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`, without predicting samples. Panics unless
+    /// `coefficients` is `p × q`, row-major.
     pub fn squared_residuals(&self, coefficients: &[f64]) -> Vec<f64> {
         let (p, q) = (self.n_features, self.n_targets);
         assert_eq!(coefficients.len(), p * q, "one coefficient per feature and target");
@@ -365,8 +332,7 @@ mod tests {
         }
     }
 
-    /// The second column is nonzero only in the first part. Without this part it must be exactly zero, without rounding
-    /// errors.
+    /// The second column is nonzero only in the first part. Without this part it must be exactly zero, without rounding errors.
     #[test]
     fn leaving_out_a_part_removes_it_exactly() {
         let parts: Vec<NormalEquations> = (0..5)

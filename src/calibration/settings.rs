@@ -78,8 +78,7 @@ pub struct FitSettings {
     pub history_rate_hz: f64,
     /// Full scale of each axis, in axis order. Missing or `None` entries are measured from the recordings.
     pub full_scale: Vec<Option<f64>>,
-    /// Reference value of auxiliary channels by name; gauge matrix and offset apply at this value. Without an entry,
-    /// the reference is the mean over the training recordings.
+    /// Reference value of auxiliary channels by name, at which gauge matrix and offset apply; else their training mean.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub auxiliary_references: BTreeMap<String, f64>,
 }
@@ -118,12 +117,9 @@ pub enum Regressor {
     HybridKernel,
 }
 
-/// Nonlinear part of a regressor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Learner {
-    /// Layers of units.
     Network,
-    /// Similarity to landmarks.
     Kernel,
 }
 
@@ -195,8 +191,7 @@ pub enum RidgeChoice {
     Strength(f64),
     /// For each axis, the strength that predicts held-out recordings best.
     Auto,
-    /// For each axis and block, the strength that predicts held-out recordings best. A block that does not help is
-    /// removed.
+    /// For each axis and block, the strength that predicts held-out recordings best; a block that does not help is removed.
     ByBlock,
 }
 
@@ -206,7 +201,6 @@ impl Default for RidgeChoice {
     }
 }
 
-/// Setting with an invalid value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     #[error(transparent)]
@@ -224,9 +218,7 @@ pub enum SettingsError {
 }
 
 impl FitSettings {
-    ///
-    /// # Errors
-    /// [`SettingsError`] for the first value out of range.
+    /// Checks every value; the error is [`SettingsError`] for the first one out of range.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.features.validate()?;
         self.network.validate()?;

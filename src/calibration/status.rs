@@ -35,7 +35,6 @@ impl Status {
         ("REJECTED_VALUE", Self::REJECTED_VALUE),
     ];
 
-    /// Texts of the flags, in the order of output.
     const WORDS: [(Self, &'static str); 7] = [
         (Self::REJECTED_TIME, "rejected: time"),
         (Self::REJECTED_VALUE, "rejected: value"),

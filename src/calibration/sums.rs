@@ -1,8 +1,7 @@
 //! Sums over a recording and its past samples, computed in one pass.
 //!
 //! Columns are the standardised columns of the [`Design`]. Targets are the residuals of the conventional calibration,
-//! `L − L_conv`. Residuals are small, so `YᵀY − …` keeps its digits, and the solution also refines the conventional
-//! one.
+//! `L − L_conv`. They are small, so `YᵀY − …` keeps its digits, and the solution also refines the conventional one.
 
 use std::ops::Range;
 
@@ -15,12 +14,11 @@ use crate::lanes;
 use crate::progress::Progress;
 use crate::recording::{AuxiliaryTable, Recording};
 
-/// Range of samples with separate sums.
+/// Range of samples with separate sums, within one recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// Samples within one recording.
     pub samples: Range<usize>,
-    /// Fold of the cross-validation that contains these samples.
+    /// Fold of the cross-validation.
     pub fold: usize,
 }
 
@@ -31,10 +29,8 @@ const BLOCK: usize = 128;
 
 /// Accumulator of rows.
 pub(super) trait TakesRows: Send {
-    /// Adds rows with their classes.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]);
 
-    /// Adds the sums of other samples.
     fn add(&mut self, other: &Self);
 }
 
@@ -59,7 +55,7 @@ pub(super) struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
-    /// **Shapes** `past` has one index per sample for each look-back; targets are `L − conventional`.
+    /// Creates a pass. `past` has one index per sample for each look-back; targets are `L − conventional`.
     pub fn new(
         design: &'a Design,
         conventional: PresentLoads<'a>,
@@ -70,11 +66,11 @@ impl<'a> Pass<'a> {
         Self { design, conventional, past: past.into_iter().collect(), progress, is_cold }
     }
 
-    /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, because
-    /// the state of the blocks runs through them. After cancellation, samples are missing.
+    /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, as the state
+    /// of the blocks runs through them. After cancellation, samples are missing.
     ///
-    /// `class` returns the class of a sample, or `None` to skip it. Skipping keeps the blocks of rows aligned: adding
-    /// the result to sums in which the skipped samples are zero gives identical bits.
+    /// `class` returns the class of a sample, or `None` to skip it. Skipping keeps the blocks of rows aligned: added to sums in
+    /// which the skipped samples are zero, the result has identical bits.
     pub fn sums<T: TakesRows>(
         &self,
         pieces: &[Piece],
@@ -146,7 +142,6 @@ impl<'a> Pass<'a> {
             .collect()
     }
 
-    /// Computes the rows of some samples.
     #[inline(always)]
     fn fill(
         &self,
@@ -190,7 +185,6 @@ impl<'a> Pass<'a> {
 struct Block {
     stride: usize,
     rows: Vec<f64>,
-    /// Samples of the rows.
     kept: Vec<usize>,
     classes: Vec<usize>,
 }
@@ -198,12 +192,8 @@ struct Block {
 /// Class of samples that are in no sum.
 const NONE: usize = usize::MAX;
 
-/// Returns the sums of each piece of a recording; see [`Pass::sums`].
-///
-/// **Shapes** `past` has one index per sample for each look-back. Targets are `L − conventional`.
-///
-/// # Panics
-/// If the recording has no reference, or a piece extends beyond it.
+/// Returns the sums of each piece of a recording; see [`Pass::new`] and [`Pass::sums`]. Panics if the recording has no
+/// reference, or a piece extends beyond it.
 pub fn recording_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -219,7 +209,7 @@ pub fn recording_sums(
     pass.sums(pieces, empty, |_, _| Some(0))
 }
 
-/// Returns the past samples within each piece. If a past sample lies before its piece, the sample itself takes its place.
+/// Returns the past samples within each piece. A sample whose past lies before its piece is its own past.
 fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;

@@ -1,10 +1,8 @@
-//! Recordings that a calibration was made from, so that files and calibration can be matched.
-
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Role;
 
-/// A recording that a calibration was fitted to or scored on.
+/// Recording that a calibration was fitted to or scored on, so that files and calibration can be matched.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UsedRecording {
     pub name: String,

@@ -7,7 +7,6 @@ use crate::calibration::linear_map::LinearMap;
 use crate::calibration::linear_map::{LARGEST, is_usable};
 use crate::features::{Column, FeatureSettings};
 
-/// Checks that all numbers are at least `least` and small enough to compute a load.
 fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {
     match numbers.iter().find(|x| !(**x >= least && is_usable(**x))) {
         None => Ok(()),
@@ -19,9 +18,6 @@ fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationErr
 
 impl Calibration {
     /// Checks everything that a file may contain.
-    ///
-    /// # Errors
-    /// [`CalibrationError`] for the first fault.
     pub fn validate(&self) -> Result<(), CalibrationError> {
         check_head(&self.format, self.version)?;
         if self.gauges.is_empty() {

@@ -137,7 +137,6 @@ impl ApplyJob {
         self.traces.traces.iter().try_for_each(|path| run.print_path(path))
     }
 
-    /// Computes the loads of samples as they come.
     fn answer_rows(&self, run: &Run, calibration: Calibration) -> Result<(), JobError> {
         let writes = self.out.is_some() || self.traces.traces.is_some();
         let ([path], false) = (&self.files[..], writes) else {
@@ -171,7 +170,7 @@ impl ApplyJob {
         }
     }
 
-    /// Returns the reason why there is no calibration. It suggests to swap the arguments if the calibration was named last.
+    /// Returns the reason why there is no calibration, with a hint to swap the arguments if the calibration was named last.
     fn swapped(&self, error: ReadCalibrationError) -> JobError {
         let may_be_one =
             |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());

@@ -19,7 +19,6 @@ use super::values::{named_file, number_in};
 use crate::engine::SEARCH_MINUTES;
 use crate::export::{Together, interrupt_stops};
 use crate::features::Range;
-use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
@@ -55,12 +54,10 @@ pub struct BestJob {
     json: bool,
 }
 
-/// The JSON object that `best --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     #[serde(flatten)]
     best: &'a Best,
-    /// Arguments of `fit` that fit the proposed model.
     fit: Option<&'a String>,
 }
 
@@ -104,14 +101,14 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
-            // Ctrl-C stopped the search only; the export of its result has its own progress.
+            // Ctrl-C stopped the search only; the export has its own progress.
             let progress = Progress::default();
             let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;
             check_determined(&calibration, self.force)?;
             let data = request.datasets.get(&request.key(), &progress)?;
             if let Some(worse) = data.worse_at_start(&calibration)? {
-                run.say.warning(worse.text(Face::CommandLine));
+                run.say.finding(worse);
             }
             let mut files = Together::default();
             let identity = Identity::default();

@@ -45,7 +45,6 @@ pub struct CheckJob {
     json: bool,
 }
 
-/// The JSON object that `check --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     simulated: bool,
@@ -89,7 +88,6 @@ impl Work for CheckJob {
     }
 }
 
-/// Writes the verdict, its reasons and the figures as text.
 fn print(report: &Report<'_>, out: &mut Vec<u8>) -> io::Result<()> {
     let found = report.found;
     if report.simulated {

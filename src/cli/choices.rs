@@ -19,9 +19,7 @@ use crate::features::{
 };
 use crate::recording::RecordingSet;
 
-/// Heading of the features in `--help`.
 const HEADING: &str = "Features";
-/// Heading of the regressor's options in `--help`.
 const REGRESSOR_HEADING: &str = "Regressor";
 
 /// F_th of each look-back; empty for "none".
@@ -73,7 +71,6 @@ impl<T: Listed> FromArgMatches for FromList<T> {
     }
 }
 
-/// The feature blocks, one option each.
 #[derive(Debug, Default)]
 struct ListedBlocks {
     blocks: Blocks,
@@ -207,7 +204,6 @@ pub struct CommonArgs {
 }
 
 impl CommonArgs {
-    /// The rated loads.
     pub fn rated(&self) -> Rated {
         Rated::of(self.full_scale.as_ref().map_or(&[], |list| &list.0))
     }
@@ -246,7 +242,6 @@ pub struct BlockArgs {
     pub auxiliary_reference: Vec<AuxiliaryReference>,
 }
 
-/// Name and reference value of an auxiliary channel.
 #[derive(Clone, Debug)]
 pub struct AuxiliaryReference(String, f64);
 
@@ -376,12 +371,10 @@ pub struct ModelArgs {
 }
 
 impl ModelArgs {
-    /// The rated loads.
     pub fn rated(&self) -> Rated {
         self.choices.blocks.common.rated()
     }
 
-    /// Returns the settings of these arguments for these recordings.
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
         for (at, _) in &self.choices.learning.0.0 {
@@ -396,7 +389,6 @@ impl ModelArgs {
 }
 
 impl FitChoices {
-    /// Returns the settings of these arguments for these recordings.
     pub fn settings(
         &self,
         say: &Messages,

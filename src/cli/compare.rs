@@ -18,7 +18,7 @@ use crate::calibration::{FitSettings, Regressor, Scores};
 use crate::export::write_atomically;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
-    Candidate, Model, ModelRow, ModelState, compare, model_table, paper_candidates,
+    Candidate, Comparison, Model, ModelRow, compare, model_table, paper_candidates,
 };
 use crate::recording::Axis;
 use crate::report::{Cell, Table};
@@ -57,7 +57,6 @@ pub struct CompareJob {
     json: bool,
 }
 
-/// A row of the JSON array that `compare --json` prints.
 #[derive(Serialize)]
 struct Row<'a> {
     #[serde(flatten)]
@@ -89,7 +88,6 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Returns the table of models with the errors on these samples.
 fn table(rows: &[Row<'_>], sets: &[ScoreSet]) -> Table {
     let titles: Vec<String> = sets.iter().map(|set| format!("RMSE, {}", set.label())).collect();
     let axes = rows.first().map_or(&[][..], |row| row.axes);
@@ -97,8 +95,7 @@ fn table(rows: &[Row<'_>], sets: &[ScoreSet]) -> Table {
         mark: Cell::words(""),
         name: &row.words[0],
         data: &row.words[1],
-        settings: &row.model.settings,
-        state: Ok(row.model),
+        model: row.model,
     });
     Table { title: titles.join("; "), ..model_table(axes, sets, rows) }
 }
@@ -127,20 +124,19 @@ impl Work for CompareJob {
                 candidates.push(candidate);
             }
         }
-        let states = compare(&recordings, &settings, &candidates, &run.progress, &|_| {
-            run.say.show(&run.progress);
-        });
+        let asked = Comparison { recordings, settings, candidates };
+        let outcomes = compare(&asked, &run.progress, &|_| run.say.show(&run.progress));
         let (mut rows, mut failed) = (Vec::new(), None);
-        for (candidate, state) in candidates.iter().zip(&states) {
-            let (history, pattern) = (candidate.history(), candidate.pattern());
-            match state {
-                ModelState::Ready(model) => rows.push(Row::of(candidate, model)),
-                ModelState::Failed(error) => {
-                    let label = candidate.regressor.label();
+        for (candidate, outcome) in asked.candidates.iter().zip(&outcomes) {
+            match outcome {
+                Some(Ok(model)) => rows.push(Row::of(candidate, model)),
+                Some(Err(error)) => {
+                    let (label, history) = (candidate.regressor.label(), candidate.history());
+                    let pattern = candidate.pattern();
                     run.say.error(&format_args!("{label}, {history}, pattern {pattern}: {error}"));
                     failed = Some(error.clone());
                 }
-                ModelState::Waits | ModelState::Runs(_) => {}
+                None => {}
             }
         }
         if let Some(path) = &self.csv {

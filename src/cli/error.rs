@@ -21,7 +21,6 @@ const SOURCE_ENDED: u8 = 4;
 
 #[derive(Debug)]
 pub enum JobError {
-    /// The arguments are wrong.
     Usage(String),
     /// The recordings do not determine the model, or the calibration exceeds its limits.
     NotMet(String),
@@ -31,16 +30,13 @@ pub enum JobError {
     SourceEnded(String),
     /// Standard output cannot be written to.
     Output(io::Error),
-    /// Any other error, with its message.
     Other(Box<dyn Error>),
 }
 
-/// Returns an error for a wrong argument.
 pub fn usage<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::Usage(message.into()))
 }
 
-/// Returns an error for recordings or a calibration that do not meet a requirement.
 pub fn not_met<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::NotMet(message.into()))
 }

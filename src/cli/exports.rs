@@ -35,7 +35,7 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
     }
 }
 
-/// Returns the request with the history rate of [`coarse_history`], and prints what that rate costs.
+/// Returns the request with the history rate of [`coarse_history`], and prints the cost of this rate.
 ///
 /// # Errors
 /// [`JobError`] if a fit fails.

@@ -113,12 +113,11 @@ impl Work for FitJob {
             check_determined(&calibration, self.force)?;
         }
         // Grave findings are also printed on standard error, for users who read the figures alone.
-        let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter()).partition(|found| {
                 matches!(found.id, Id::Undetermined | Id::NoCrossValidation | Id::ColdStart)
             });
-        grave.iter().for_each(|found| run.say.warning(text(found)));
+        grave.iter().for_each(|found| run.say.finding(found.clone()));
         let factory = match &self.factory {
             Some(path) => factory_scores(path, &request, &calibration)?,
             None => None,
@@ -148,7 +147,7 @@ impl Work for FitJob {
             if !others.is_empty() {
                 writeln!(out, "\nFindings:")?;
             }
-            others.iter().try_for_each(|found| writeln!(out, "* {}", text(found)))
+            others.iter().try_for_each(|found| writeln!(out, "* {}", found.text(Face::CommandLine)))
         })?;
         keep_limits(&limits)
     }
@@ -199,7 +198,6 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     }
 }
 
-/// Returns the errors of the factory calibration on the same recordings.
 fn factory_scores(
     path: &Path,
     request: &Request,
@@ -215,7 +213,7 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-/// Returns a progress line of a training. Its cross-validation, if any, takes `cost` times as long.
+/// Returns a progress line of a training, whose cross-validation, if any, takes `cost` times as long.
 fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
@@ -236,7 +234,6 @@ fn step_text(step: &TrainingStep, cost: f64) -> String {
     format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}, {left:.0} s left{then}")
 }
 
-/// The JSON object that `fit --json` prints.
 #[derive(Debug, Serialize)]
 struct FitReport<'a> {
     simulated: bool,
@@ -247,7 +244,6 @@ struct FitReport<'a> {
     units: &'a [String],
     full_scale: &'a [f64],
     regressor: Regressor,
-    /// Thresholds of the first look-back.
     f_th: Option<f64>,
     t_th: Option<f64>,
     distance: Distance,

@@ -10,7 +10,6 @@ use crate::progress::Progress;
 use crate::recording::Role;
 use crate::shown::listed;
 
-/// Files named by the arguments of a job.
 #[derive(Default)]
 pub struct Files<'a> {
     /// Recordings to read or to train on; may contain folders and patterns.
@@ -19,16 +18,12 @@ pub struct Files<'a> {
     pub test: Option<&'a [PathBuf]>,
     /// True if a part of each recording is used as test instead.
     pub is_split: bool,
-    /// Other files that are read.
     pub read: Vec<PathBuf>,
-    /// Files that are written.
     pub written: Vec<PathBuf>,
-    /// True if existing files may be overwritten.
     pub force: bool,
 }
 
 impl Files<'_> {
-    /// Adds other files that are read.
     pub fn reading<'b>(mut self, paths: impl IntoIterator<Item = &'b PathBuf>) -> Self {
         self.read.extend(paths.into_iter().cloned());
         self
@@ -45,10 +40,8 @@ impl Files<'_> {
         self
     }
 
-    /// Finds the recordings.
-    ///
-    /// Files in a folder whose names begin with `test` are not used for training. They are the test recordings unless others
-    /// are named.
+    /// Finds the recordings. Files in a folder whose names begin with `test` are not used for training; they are the test
+    /// recordings unless others are named.
     pub fn opened(&self, say: &Messages) -> Result<Inputs, JobError> {
         let mut inputs = Inputs {
             recordings: opened(self.recordings)?,
@@ -67,7 +60,6 @@ impl Files<'_> {
     }
 }
 
-/// File of a recording.
 #[derive(Clone, Debug)]
 pub struct Input {
     pub path: PathBuf,
@@ -92,18 +84,15 @@ impl Input {
     }
 }
 
-/// Files that a job reads.
 #[derive(Debug, Default)]
 pub struct Inputs {
     /// Recordings to read or to train on.
     pub recordings: Vec<Input>,
-    /// Test recordings.
     pub test: Vec<Input>,
     read: Vec<PathBuf>,
 }
 
 impl Inputs {
-    /// Returns every file.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.recordings().chain(&self.read)
     }
@@ -156,7 +145,7 @@ pub fn expanded(paths: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
     paths.iter().flat_map(|path| import::matching(path).unwrap_or_else(|| vec![path.clone()]))
 }
 
-/// Returns the files with patterns expanded, and in the place of each folder the recordings in it.
+/// Returns the files with patterns expanded, and in the place of each folder its recordings.
 fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
     let mut opened = Vec::with_capacity(paths.len());
     for path in expanded(paths) {

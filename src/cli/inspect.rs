@@ -1,4 +1,4 @@
-//! `loopscope inspect`: shows the contents of a file and what would be loaded, and writes a column map.
+//! `loopscope inspect`: shows the contents of a file and the recordings that it would load, and writes a column map.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ pub struct InspectJob {
 
 impl Work for InspectJob {
     fn files(&self) -> Files<'_> {
-        // The map that is read may be overwritten, with the additions of this job.
+        // The map may be overwritten with the additions of this job.
         let files = Files { recordings: &self.files, ..Files::default() };
         files.writing(&self.write_map, self.force)
     }

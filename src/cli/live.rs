@@ -68,37 +68,29 @@ pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
     })
 }
 
-/// Returns the error for a source that can no longer be read.
 fn hung_up(path: &Path, error: &io::Error) -> JobError {
     JobError::SourceEnded(format!("{}: the source ended: {error}", path.display()))
 }
 
-/// Settings of a live computation.
 #[derive(Debug)]
 pub struct Tap<'a> {
-    /// Receiver of notes.
     pub say: &'a Messages,
     pub calibration: Calibration,
     /// True if the calibration names its gauges; otherwise they are matched by order.
     pub names_gauges: bool,
-    /// Column map, if one is given.
     pub map: Option<ColumnMap>,
     /// Interval of the first rows in which the sensor is unloaded.
     pub tare: Option<Tare>,
-    /// Format of the rows, if given.
     pub form: Option<RowForm>,
     /// Sample rate of rows without time (Hz).
     pub rate_hz: Option<f64>,
-    /// True if the output is JSON lines.
     pub json: bool,
 }
 
-/// Command in a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
     /// Tare by the newest row, or by the mean of the rows of the next seconds.
     Tare(f64),
-    /// Restart the history.
     Reset,
 }
 
@@ -128,10 +120,9 @@ impl Request {
     }
 }
 
-/// Averages the gauges of the first rows.
 #[derive(Debug)]
 struct Taring {
-    /// Interval from the first row (s).
+    /// Seconds after the first row.
     interval: (f64, f64),
     first_secs: Option<f64>,
     sums: Vec<f64>,
@@ -177,18 +168,15 @@ impl Taring {
     }
 }
 
-/// Tare and count that outlive a replaced file.
+/// The tare and the count of invalid lines, which outlive a replaced file.
 #[derive(Debug, Default)]
 struct Zero {
     /// Mean gauges of the unloaded sensor.
     unloaded: Option<Vec<f64>>,
-    /// Average that is being taken.
     taring: Option<Taring>,
-    /// Number of lines that were not usable as rows.
     n_broken: u64,
 }
 
-/// Computes the loads of the rows of one table.
 struct Answering<'a, 'c> {
     say: &'a Messages,
     estimator: Estimator<'c>,
@@ -197,7 +185,6 @@ struct Answering<'a, 'c> {
     axes: Vec<Axis>,
     zero: &'a mut Zero,
     out: &'a mut LoadRows<io::StdoutLock<'static>>,
-    /// Gauges of the newest row.
     newest: Option<Vec<f64>>,
 }
 

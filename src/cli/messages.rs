@@ -4,17 +4,18 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::{Mutex, MutexGuard};
 
+use crate::finding::{Face, Finding};
 use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::shown;
 
-/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them too.
+/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them
+/// too.
 pub fn print_message(message: &dyn Display) {
     let message = shown::message(message);
     let _ = writeln!(io::stderr(), "loopscope: {message}");
 }
 
-/// Messages of a job.
 #[derive(Debug, Default)]
 pub struct Messages(Mutex<State>);
 
@@ -22,7 +23,7 @@ pub struct Messages(Mutex<State>);
 struct State {
     /// The progress line, which each new text replaces.
     line: Option<String>,
-    warnings: Vec<String>,
+    findings: Vec<Finding>,
     left_out: Vec<String>,
 }
 
@@ -31,46 +32,45 @@ impl Messages {
         locked(&self.0)
     }
 
-    /// Prints an error.
     pub fn error(&self, error: &dyn Display) {
         self.end_line();
         print_message(error);
     }
 
-    /// Prints a note.
     pub fn note(&self, note: impl Display) {
         self.error(&format_args!("note: {note}"));
     }
 
-    /// Prints a warning and keeps it.
+    /// Prints a warning.
     pub fn warning(&self, warning: impl Display) {
         self.error(&format_args!("warning: {warning}"));
-        self.state().warnings.push(warning.to_string());
     }
 
-    pub fn warnings(&self) -> Vec<String> {
-        self.state().warnings.clone()
+    /// Prints a finding as a warning, and keeps it for [`Messages::findings`].
+    pub fn finding(&self, found: Finding) {
+        self.warning(found.text(Face::CommandLine));
+        self.state().findings.push(found);
     }
 
-    /// Prints that a file is skipped, and keeps the reason.
+    pub fn findings(&self) -> Vec<Finding> {
+        self.state().findings.clone()
+    }
+
     pub fn left_out(&self, error: &dyn Display) {
         self.error(&format_args!("left out: {error}"));
         self.state().left_out.push(error.to_string());
     }
 
-    /// Returns the reason for each skipped file.
     pub fn files_left_out(&self) -> Vec<String> {
         self.state().left_out.clone()
     }
 
-    /// Shows the progress of the work.
     pub fn show(&self, progress: &Progress) {
         if let Some(fraction) = progress.fraction() {
             self.line(&format!("{:.0} %", 100.0 * fraction));
         }
     }
 
-    /// Replaces the progress line by this text.
     pub fn line(&self, text: &str) {
         let mut out = io::stderr();
         let mut state = self.state();
@@ -81,7 +81,6 @@ impl Messages {
         }
     }
 
-    /// Removes the progress line.
     pub fn end_line(&self) {
         if self.state().line.take().is_some() {
             let _ = write!(io::stderr(), "\r\x1b[K");

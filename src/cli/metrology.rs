@@ -63,17 +63,14 @@ pub struct MetrologyJob {
     json: bool,
 }
 
-/// A calibration and the recordings that it is measured on.
 struct Subject {
     calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
     /// Ranges of the loads that the calibration is measured on and was fitted to.
     extents: Vec<LoadExtent>,
-    /// Description of the calibration's origin.
     origin: String,
 }
 
-/// The JSON object that `metrology --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     simulated: bool,
@@ -86,7 +83,7 @@ impl Work for MetrologyJob {
     fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.files,
-            // If a folder also holds test files, the calibration is measured on those instead of its training files.
+            // If a folder also holds test files, the calibration is measured on the test files instead of its training files.
             test: self.calibration.is_none().then_some(&[]),
             ..Files::default()
         }
@@ -113,7 +110,6 @@ impl Work for MetrologyJob {
 }
 
 impl MetrologyJob {
-    /// Reads the calibration and the recordings to measure it on.
     fn measured(&self, run: &Run, path: &Path) -> Result<Subject, JobError> {
         let (calibration, notes) = read_with_notes(path)?;
         notes.iter().for_each(|note| run.say.note(note));
@@ -127,7 +123,6 @@ impl MetrologyJob {
         })
     }
 
-    /// Fits a calibration with the default settings of `fit`.
     fn fitted(&self, run: &Run) -> Result<Subject, JobError> {
         let set = match self.files.is_empty() {
             true => simulated::demonstration(simulated::DEFAULT_SEED),
@@ -179,7 +174,6 @@ impl MetrologyJob {
     }
 }
 
-/// Writes the table as text.
 fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Result<()> {
     let table = report.table;
     if report.simulated {

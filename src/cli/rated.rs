@@ -4,16 +4,14 @@ use crate::calibration::Calibration;
 use crate::recording::Axis;
 use crate::recording::identity::SensorFile;
 
-/// Rated loads. The first source that names an axis wins.
+/// Rated loads of the axes. The first source that names an axis wins.
 #[derive(Debug, Default)]
 pub struct Rated {
-    /// Rated loads in the order of the recordings' axes.
     pub full_scale: Vec<f64>,
     by_axis: Vec<SensorFile>,
 }
 
 impl Rated {
-    /// Returns the rated loads of `--full-scale`.
     pub fn of(full_scale: &[f64]) -> Self {
         Self { full_scale: full_scale.to_vec(), ..Self::default() }
     }

@@ -12,7 +12,6 @@ use super::values::{named_file, number_in};
 use crate::engine::Session;
 use crate::export::read_with_notes;
 use crate::features::Range;
-use crate::finding::Face;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
@@ -49,7 +48,7 @@ pub struct ReadArgs {
 }
 
 /// Moves the recordings with the most frequent gauges and axes to the front, because the first recording decides which others
-/// can be used. Their order is otherwise unchanged.
+/// can be used. The order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
         let [a, b] = [a, b].map(|own| &own.recording);
@@ -97,7 +96,6 @@ impl ReadArgs {
         }
     }
 
-    /// Reads the column map.
     pub fn map(&self) -> Result<Option<ColumnMap>, JobError> {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
@@ -183,9 +181,7 @@ impl ReadArgs {
             let read = || {
                 let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
                 let loaded = loaded.map_err(|error| self.unread(input, error))?;
-                for warning in &loaded.warnings {
-                    run.say.warning(warning.text(Face::CommandLine));
-                }
+                loaded.warnings.into_iter().for_each(|found| run.say.finding(found));
                 let checked = loaded.recordings.iter().try_for_each(check);
                 checked.map_err(|why| {
                     self.refused(input, JobError::other(format!("{}: {why}", path.display())))
@@ -197,8 +193,8 @@ impl ReadArgs {
         Ok(all)
     }
 
-    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its recording.
-    /// Prints what was done, and what looks wrong, on standard error.
+    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its
+    /// recording. Prints what was done, and what looks wrong, on standard error.
     fn prepared(
         &self,
         run: &Run,
@@ -265,7 +261,6 @@ impl ReadArgs {
         }
     }
 
-    /// Tares a recording as the user asked.
     pub fn tared(&self, run: &Run, recording: Recording) -> Result<Recording, JobError> {
         let Some(tare) = self.tare else {
             return Ok(recording);
@@ -276,7 +271,7 @@ impl ReadArgs {
             run.say.note(format_args!("{name}: tared over {from:.3} s to {to:.3} s"));
         }
         if let Some(loaded) = tared.loaded_while_tared((from, to)) {
-            run.say.warning(loaded);
+            run.say.finding(loaded);
         }
         Ok(tared)
     }

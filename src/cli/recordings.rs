@@ -38,7 +38,6 @@ pub struct RecordingArgs {
 }
 
 impl RecordingArgs {
-    /// Returns the training and test files.
     pub fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.train,
@@ -49,7 +48,6 @@ impl RecordingArgs {
         .reading(&self.read.columns)
     }
 
-    /// Reads the recordings, and prints warnings on standard error.
     pub fn read(&self, run: &Run, rated: &Rated) -> Result<RecordingSet, JobError> {
         let by_map = self.read.map()?.and_then(|map| map.group);
         let mut set =
@@ -167,7 +165,6 @@ pub struct MeasuringArgs {
 }
 
 impl MeasuringArgs {
-    /// Returns the settings for recordings with these axes.
     pub fn settings(&self) -> MetrologySettings {
         MetrologySettings {
             reversal_thresholds: self.reversal_threshold.iter().copied().map(Some).collect(),

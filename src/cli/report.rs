@@ -64,8 +64,7 @@ impl Work for ReportJob {
         let sensor = self.sensor.read()?;
         let limits = self.limits.read()?;
         let mut recordings = self.recordings.read(run, &self.model.rated().and(&sensor))?;
-        // Warnings from reading the recordings.
-        let warnings = run.say.warnings();
+        let warnings = run.say.findings();
         if recordings.is_simulated() {
             for entry in simulated::bench(simulated::DEFAULT_SEED) {
                 recordings.push(entry)?;

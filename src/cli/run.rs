@@ -13,7 +13,6 @@ use crate::export::check_targets;
 use crate::progress::Progress;
 use crate::shown::printable;
 
-/// One job with its arguments.
 pub trait Work {
     /// Returns the files that the arguments name.
     fn files(&self) -> Files<'_> {
@@ -24,12 +23,10 @@ pub trait Work {
     fn run(&self, run: &Run) -> Result<(), JobError>;
 }
 
-/// One run of a job.
 pub struct Run {
     pub inputs: Inputs,
     pub say: Messages,
     pub progress: Progress,
-    /// The program's command line.
     pub command: fn() -> clap::Command,
 }
 
@@ -74,7 +71,6 @@ impl Run {
         Ok(check_targets(self.inputs.paths(), outputs, force)?)
     }
 
-    /// Prints the result as JSON or as text.
     pub fn print(
         &self,
         json: bool,
@@ -109,13 +105,11 @@ impl Run {
         Ok(())
     }
 
-    /// Prints the path of a written file.
     pub fn print_path(&self, path: &Path) -> Result<(), JobError> {
         self.print_text(|out| writeln!(out, "{}", path.display()))
     }
 }
 
-/// Makes the folder for the output files.
 pub fn make_directory(path: &Path) -> Result<(), JobError> {
     std::fs::create_dir_all(path).map_err(|error| {
         JobError::other(format!("cannot make the directory {}: {error}", path.display()))

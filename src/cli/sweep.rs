@@ -19,7 +19,6 @@ use super::values::{List, named_file, one_of};
 use crate::calibration::Scores;
 use crate::export::Together;
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
-use crate::finding::Face;
 use crate::questions::thresholds::{
     Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
     ThresholdGrid, ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
@@ -75,12 +74,9 @@ pub struct SweepJob {
     json: bool,
 }
 
-/// Values of a threshold, as written on the command line.
 #[derive(Clone, Debug, PartialEq)]
 enum Values {
-    /// Written as start:stop:step.
     Even(f64, f64, f64),
-    /// Written with commas.
     Listed(Vec<f64>),
 }
 
@@ -119,14 +115,13 @@ impl Values {
     }
 }
 
-/// Returns the errors that a suggestion can minimise, each with its option and explanation.
+/// Error that a suggestion can minimise.
 #[derive(Clone, Copy, Debug)]
 enum MeasureArg {
     Of(Measure),
     Axis(Axis),
 }
 
-/// Parses the name of an error that a suggestion can minimise.
 fn measure_arg() -> impl TypedValueParser<Value = MeasureArg> {
     let groups = [
         (Measure::Forces, "forces", "Root mean square over the force axes"),
@@ -157,7 +152,6 @@ impl MeasureArg {
     }
 }
 
-/// Parses the option name of a block whose values can be searched.
 fn searched_block() -> impl TypedValueParser<Value = HistoryBlock> {
     let blocks = BLOCKS.iter().filter(|block| block.search().is_some());
     one_of(blocks.map(|block| (*block, block.setting().option, block.setting().label)))
@@ -196,7 +190,7 @@ impl Work for SweepJob {
         })?;
         let suggestion = map.suggestion(measure)?;
         if let Some(lag) = study.lag(progress)? {
-            run.say.warning(lag.text(Face::CommandLine));
+            run.say.finding(lag);
         }
         let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, progress);
         let scale = &map.scale;
@@ -237,7 +231,6 @@ impl Work for SweepJob {
 /// Default number of F_th to try, beside zero.
 const DEFAULT_F_THS: usize = 29;
 
-/// The JSON object that `sweep --json` prints.
 #[derive(Serialize)]
 struct Sweep<'a> {
     #[serde(skip)]
@@ -259,7 +252,7 @@ struct Sweep<'a> {
     points: Vec<ReportedPoint<'a>>,
     suggestion: Suggestion,
     mean_hysteresis: MeanHysteresis,
-    /// Ages of the past samples at the suggested thresholds.
+    /// Ages at the suggested thresholds.
     past_ages: PastAges,
     picks: Vec<BlockSuggestion>,
 }

@@ -33,7 +33,6 @@ fn traces_help() -> String {
 }
 
 impl TraceArgs {
-    /// Checks the file name and the time range.
     pub fn check(&self) -> Result<(), JobError> {
         let Some(path) = &self.traces else {
             return Ok(());
@@ -75,7 +74,6 @@ impl TraceArgs {
         Ok(())
     }
 
-    /// Writes the table, if the user asked for it.
     pub fn write<'a>(
         &self,
         files: &mut Together,

@@ -16,7 +16,6 @@ pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// Returns a parser of numbers in this range.
 pub fn number_in(
     range: Range,
 ) -> impl Fn(&str) -> Result<f64, Box<dyn Error + Send + Sync>> + Clone + Send + Sync {
@@ -29,7 +28,6 @@ pub fn number_in(
     }
 }
 
-/// Numbers separated by commas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct List(pub Vec<f64>);
 

@@ -39,7 +39,7 @@ use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
 use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
 use crate::questions::loops::{LookRequest, Question};
-use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Trained};
+use crate::questions::models::asked::{OnTrained, Train, Trained, TryModels};
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
@@ -54,15 +54,13 @@ use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 /// Files with the column maps by which they are read.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
 
-/// A task that was started.
 struct Begun {
     is_seen: bool,
-    /// Request from the queue that the task executes, if any.
     turn: Option<InTurn>,
     lane: Lane<Task>,
 }
 
-/// Requests that create recordings. They run one after another, because each starts from the result of the previous
+/// Requests that create recordings. The requests run one after another, because each starts from the result of the previous
 /// one, and to limit memory.
 #[derive(Clone)]
 enum InTurn {
@@ -70,7 +68,6 @@ enum InTurn {
     /// Recordings instead of indices, because indices may change while the request waits.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
-    /// Simulate the built-in sensor, or the set that distinguishes lag from hysteresis.
     Simulate(Option<Late>),
 }
 
@@ -83,7 +80,6 @@ impl InTurn {
     }
 }
 
-/// Maximum number of notices; the oldest are removed.
 pub(super) const MAX_NOTICES: usize = 200;
 
 /// Action requested by the user.
@@ -166,11 +162,8 @@ pub enum Action {
 /// Action that would discard all loaded data, so that the user is asked first whether to save.
 #[derive(Clone, Debug)]
 pub enum Leaving {
-    /// Close the window.
     Close,
-    /// Open files, including a session.
     Open(Vec<OpenedFile>),
-    /// Restore an autosaved session.
     Restore(PathBuf, Box<OpenedSession>),
 }
 
@@ -197,7 +190,6 @@ pub struct Engine {
     finds_thresholds: bool,
     /// Notices.
     pub notices: Vec<Notice>,
-    /// Number of notices so far.
     n_notices: u64,
     /// File for which the user must confirm writing.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
@@ -210,7 +202,6 @@ pub struct Engine {
     recovery: Recovery,
     /// Document that was last given to the autosave.
     kept: Option<Project>,
-    /// Autosaved sessions that were restored in this window.
     restored: Vec<PathBuf>,
     /// Action that waits for the user's answer about unsaved changes.
     pub leaving: Option<Leaving>,
@@ -222,12 +213,10 @@ pub struct Engine {
     pub models: Models,
     lanes: Lanes,
     following: Lane<Follow>,
-    /// Calibration with which a file is followed.
     current: Current,
     preview: Lane<Preview>,
     tasks: Vec<Begun>,
     waiting: VecDeque<InTurn>,
-    /// Datasets that questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
 }
@@ -291,7 +280,7 @@ impl Engine {
         &self.history
     }
 
-    /// Returns the newest analysis of the loaded recordings. It stays available while the next one runs.
+    /// Returns the newest analysis of the loaded recordings, also while the next one runs.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
         let of = &of.0.recordings;
@@ -346,8 +335,7 @@ impl Engine {
         (settings == self.project.settings).then_some(calibration)
     }
 
-    /// Returns true if the present fit can be added to the list of models: it belongs to the loaded recordings and the
-    /// present settings.
+    /// Returns true if the present fit can be added to the list of models: it has the present recordings and settings.
     pub fn can_keep(&self) -> bool {
         let learns = self.project.settings.regressor.learner().is_some();
         self.is_current() && self.project.applied.is_none() && (!learns || self.fitting().is_some())
@@ -360,7 +348,7 @@ impl Engine {
 
     /// Returns true if a search or comparison of models runs.
     pub fn is_trying(&self) -> bool {
-        !self.lane::<Compare>().is_idle() || !self.lane::<FindBest>().is_idle()
+        !self.lane::<TryModels>().is_idle()
     }
 
     /// Returns the running fit.
@@ -506,7 +494,6 @@ impl Engine {
         Request { datasets: self.datasets.clone(), ..self.project.request(self.fitting()) }
     }
 
-    /// Asks the questions that follow from the document.
     fn follow(&mut self) {
         let (own, distance) = (&self.project.recordings, self.project.settings.features.distance);
         let holds = self
@@ -558,7 +545,6 @@ impl Engine {
         })
     }
 
-    /// Changes the document in one step of undo.
     fn change<T>(&mut self, change: impl FnOnce(&mut Project) -> T) -> T {
         let before = self.project.clone();
         let changed = change(&mut self.project);

@@ -13,22 +13,16 @@ use crate::import::{Loaded, ReadError};
 use crate::progress::Progress;
 use crate::shown::file_name;
 
-/// Content of a file.
 #[derive(Clone, Debug)]
 pub enum Opened {
-    /// Recordings with warnings, and the column map if there is one.
     Recordings(Loaded, Option<Box<ColumnMap>>),
-    /// Calibration, with remarks for the user.
     Calibration(Arc<Calibration>, Vec<String>),
-    /// Manufacturer's calibration matrix.
     Factory(Arc<Calibration>),
-    /// Session with its files.
     Session(Box<OpenedSession>),
     /// Recordings that need a column map, with the reason.
     WantsMap(String),
 }
 
-/// File with its content, or the reason why it could not be read.
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
 /// Returns true if the file name is that of a calibration or session.
@@ -83,7 +77,6 @@ fn open(
     }
 }
 
-/// Reads recordings, by the map of the file if there is one.
 fn open_recordings(
     path: &Path,
     map: Option<&ColumnMap>,

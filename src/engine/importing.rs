@@ -13,26 +13,19 @@ use crate::scoring::numbers::significant;
 use crate::shown::file_name;
 use crate::shown::first;
 
-/// Maximum number of file names in a message.
 const MAX_NAMED: usize = 8;
 
-/// Information about a file before it is inspected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnownOf {
-    /// No information.
     Nothing,
-    /// Layout of the text.
     Layout(TextLayout),
     /// Complete column map, which is tried.
     Map(Box<ColumnMap>),
 }
 
-/// Inspection of a file for the import window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preview {
-    /// The file.
     pub path: PathBuf,
-    /// Information about the file.
     pub known: KnownOf,
 }
 
@@ -85,18 +78,13 @@ pub enum ImportCommand {
     CancelAll,
 }
 
-/// File in the import window.
 #[derive(Clone, Debug)]
 pub struct Importing {
-    /// The file.
     pub path: PathBuf,
     /// Newest result of the inspection.
     pub inspection: Option<Arc<Inspection>>,
-    /// Present column map.
     pub map: ColumnMap,
-    /// Reason why the file cannot be inspected.
     pub problem: Option<String>,
-    /// True while an inspection runs.
     pub is_detecting: bool,
     /// Questions about the last proposal, and whether the user has answered them.
     pub questions: Vec<(Question, bool)>,
@@ -122,7 +110,6 @@ impl Importing {
     }
 }
 
-/// Returns a message for files that were read with a remembered map without asking.
 pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
     let mut text = Vec::new();
     while let Some((_, map)) = files.first().cloned() {
@@ -139,7 +126,6 @@ pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
     text
 }
 
-/// Returns a short description of the columns that a map uses.
 fn roles_in_words(table: &TableMap) -> String {
     let rules = || table.columns.iter();
     let n_gauges = rules().filter(|rule| rule.is == ColumnRole::Gauge).count();
@@ -153,7 +139,6 @@ fn roles_in_words(table: &TableMap) -> String {
     parts.join(", ")
 }
 
-/// Returns a description of the estimated weight and of the remaining residual.
 pub(super) fn in_words(estimate: &WeightEstimate) -> String {
     let list = |values: [f64; 3]| values.map(|value| significant(value, 4)).join(", ");
     let centre = match estimate.centre_m {
@@ -208,7 +193,6 @@ impl Importing {
         Some(self.look(known))
     }
 
-    /// Returns the inspection with this information.
     pub(super) fn look(&mut self, known: KnownOf) -> Preview {
         self.is_detecting = true;
         self.proposes = !matches!(known, KnownOf::Map(_));

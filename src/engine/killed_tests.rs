@@ -23,7 +23,6 @@ fn session(round: u64) -> Session {
     Session { notes: format!("{round} ").repeat(REPEATED), ..Session::default() }
 }
 
-/// Returns the number of a complete session.
 fn round_of(read: &Session) -> u64 {
     let first = read.notes.split(' ').next().unwrap_or_default();
     let round = first.parse().expect("a number");
@@ -31,7 +30,6 @@ fn round_of(read: &Session) -> u64 {
     round
 }
 
-/// Returns the number in the preferences.
 fn round_in(folder: &Path) -> u64 {
     let kept = PreferencesFile::read_in(folder).expect("the preferences can be read");
     let round = kept.layout.and_then(|layout| layout["round"].as_u64());

@@ -10,15 +10,13 @@ use crate::questions::errors::asked::Analyse;
 use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::history::AskHistory;
 use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
-use crate::questions::models::asked::{Compare, FindBest, Train};
+use crate::questions::models::asked::{Train, TryModels};
 use crate::questions::question::Query;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 
-/// One lane for each kind of question.
 pub struct Lanes(Vec<Box<dyn Background>>);
 
 impl Lanes {
-    /// Creates lanes without questions.
     pub fn new(notify: &Notify) -> Self {
         Self(vec![
             Box::new(Lane::<Analyse>::new(notify)),
@@ -35,8 +33,7 @@ impl Lanes {
             Box::new(Lane::<AskColdStart>::new(notify)),
             Box::new(Lane::<ChooseBlock>::new(notify)),
             Box::new(Lane::<Train>::new(notify)),
-            Box::new(Lane::<Compare>::new(notify)),
-            Box::new(Lane::<FindBest>::new(notify)),
+            Box::new(Lane::<TryModels>::new(notify)),
         ])
     }
 
@@ -49,10 +46,7 @@ impl Lanes {
         own.expect("each question has a line in the list of lanes")
     }
 
-    /// Returns the lane for asking questions.
-    ///
-    /// # Panics
-    /// As [`Self::of`].
+    /// Returns the lane for asking questions; panics as [`Self::of`].
     pub fn of_mut<Q: Query>(&mut self) -> &mut Lane<Q> {
         let own = self.0.iter_mut().find_map(|lane| (&mut **lane as &mut dyn Any).downcast_mut());
         own.expect("each question has a line in the list of lanes")
@@ -73,7 +67,6 @@ impl Lanes {
         self.0.iter().all(|lane| lane.is_idle())
     }
 
-    /// Cancels all running and waiting work.
     pub fn cancel(&self) {
         self.0.iter().for_each(|lane| lane.cancel());
     }

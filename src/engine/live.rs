@@ -14,24 +14,18 @@ use crate::recording::Axis;
 use crate::same::same_where;
 use crate::scoring::series::Series;
 
-/// Length of the shown interval (s).
 const SHOWN_SECS: f64 = 60.0;
-/// Time between two updates of the screen.
 const PERIOD: Duration = Duration::from_millis(100);
-/// Number of time columns on the screen.
 const COLUMNS: f64 = 1000.0;
 /// Maximum number of samples in the history, at any sample rate.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// Calibration with which a file is followed. It changes while sliders are moved.
+/// Calibration with which a file is followed; sliders change it while they are moved.
 pub type Current = Arc<Mutex<Option<Arc<Calibration>>>>;
 
-/// Follows a file until it is cancelled.
 #[derive(Clone, Debug)]
 pub struct Follow {
-    /// The file.
     pub path: PathBuf,
-    /// Calibration for the loads.
     pub calibration: Current,
 }
 
@@ -40,7 +34,6 @@ same_where!(Follow: shared(calibration) value(path) besides());
 /// Newest minute of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
-    /// Axes of the calibration with their traces.
     pub axes: Vec<(Axis, LiveTraces)>,
     /// First and last time on the clock of the file (s).
     pub span: (f64, f64),
@@ -48,14 +41,12 @@ pub struct Followed {
     pub counts: (u64, u64),
     /// Status of the newest sample.
     pub status: String,
-    /// Remarks on the file.
     pub notes: Vec<String>,
 }
 
 /// Traces of one axis as points of time and load. A refused sample has no point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveTraces {
-    /// Uncompensated load, from the present gauges.
     pub conventional: Vec<[f64; 2]>,
     /// Compensated load, with history and regressor.
     pub compensated: Vec<[f64; 2]>,
@@ -112,13 +103,11 @@ struct Minute {
     refused: Option<String>,
     /// Sampling step of the calibration with which the table was started (s).
     step_secs: Option<f64>,
-    /// Gauges of that calibration, and the auxiliary channels that it needs.
+    /// Gauges of the calibration, and the auxiliary channels that it needs.
     channels: [Vec<String>; 2],
-    /// True if there are new rows to show.
     changed: bool,
 }
 
-/// Result of one sample.
 struct Taken {
     time: f64,
     loads: [Vec<f64>; 3],
@@ -156,7 +145,7 @@ impl Minute {
         };
     }
 
-    /// Reads a line, if there is one, and returns whether it is a row.
+    /// Reads a line, if there is one, and returns whether the line is a row.
     fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Read, Unanswered> {
         let grown = file.look().map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
@@ -382,12 +371,9 @@ fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
     (n > 0).then(|| squares.map(|sum: f64| (sum / f64::from(n)).sqrt()))
 }
 
-/// Result of one look at the file.
 enum Read {
     Rows(usize),
-    /// No row yet.
     Nothing,
-    /// Another file.
     Replaced,
 }
 
@@ -446,7 +432,6 @@ mod tests {
         Arc::new(train(&request, &Progress::default(), &mut |_| {}).unwrap())
     }
 
-    /// The right file is recognised in any encoding and with any clock.
     #[test]
     fn a_log_with_other_columns_is_noted_and_the_right_one_in_its_place_is_followed() {
         let recording = simulated::recordings(3).entries()[0].recording.decimated(2);

@@ -1,6 +1,5 @@
-//! Search for missing files of a session in a folder.
-//!
-//! Guarantees: a found file is assigned to at most one missing file, and never if the assignment is ambiguous.
+//! Search for missing files of a session in a folder. A found file is assigned to at most one missing file, and only if the
+//! assignment is unambiguous.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,9 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::engine::project::SessionFile;
 use crate::engine::session::is_another;
 
-/// Possible assignment of a found file to a missing one.
 struct Claim {
-    /// Index of the missing file.
     of: usize,
     path: PathBuf,
     /// Quality of the match: equal content, and number of equal path components from the file name up.
@@ -93,7 +90,6 @@ fn holds_the_same(lost: &SessionFile, path: &Path) -> bool {
     lost.sha256.is_some() && !is_another(lost, path)
 }
 
-/// Returns the number of equal components at the end of two paths.
 fn common_tail(one: &Path, other: &Path) -> usize {
     let names = |path: &Path| {
         let names = path.iter().map(ToOwned::to_owned);
@@ -114,7 +110,6 @@ mod tests {
         SessionFile { absolute: path.into(), ..SessionFile::default() }
     }
 
-    /// Creates a folder with these files, each containing its own path.
     fn folder(files: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for name in files {
@@ -125,7 +120,6 @@ mod tests {
         folder
     }
 
-    /// Returns the files found at `place` in the folder.
     fn found(lost: &[SessionFile], folder: &Path, place: &str) -> Vec<(usize, String)> {
         let found = find(lost, &folder.join(place), &[]).into_iter();
         let inside = |path: PathBuf| path.strip_prefix(folder).unwrap().to_str().unwrap().into();

@@ -1,9 +1,8 @@
 //! The program without its window: a document, questions about it, and work with files.
 //!
-//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change and one step of undo. A result is
-//! the answer to a [`Query`](crate::questions::question::Query), computed on a [`Lane`](query::Lane) off the window's
-//! thread. The [`Engine`] keeps the document, asks the questions that follow from it, and does the work with files. It
-//! draws nothing.
+//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change and one step of undo. A result is the answer
+//! to a [`Query`](crate::questions::question::Query), computed on a [`Lane`](query::Lane) off the window's thread. The
+//! [`Engine`] keeps the document, asks the questions that follow from it, and does the work with files.
 
 #[expect(clippy::module_inception, reason = "the room's centre bears its name")]
 mod engine;
@@ -32,8 +31,9 @@ pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
-pub use live::{Followed, LiveTraces};
-pub use models::{ModelChange, Models, Row, SEARCH_MINUTES};
+pub(crate) use live::{Followed, LiveTraces};
+pub use models::Models;
+pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
 #[cfg(feature = "gui")]
 pub(crate) use preferences::PreferencesFile;

@@ -1,17 +1,15 @@
 //! List of models: origin, result, and whether a model belongs to the present recordings.
 //!
 //! Guarantees: results stay when a run is cancelled. A run replaces results of the previous run, except pinned ones.
-//! Rows are identified by number.
 
 use std::sync::{Arc, Weak};
 
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::project::Project;
-pub use crate::questions::ModelState as State;
-use crate::questions::models::asked::Compare;
+use crate::questions::models::asked::{List, TryModels};
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
-    Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,
+    Best, Candidate, Comparison, Mark, Model, ModelRow, model_table, paper_candidates,
 };
 use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};
@@ -19,14 +17,11 @@ use crate::report::{Cell, Table};
 /// Default time (min) after which a search starts no further model.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
-/// Change of a row in the list.
 #[derive(Clone, Debug)]
 pub enum ModelChange {
     /// Pin or unpin: a pinned row stays when other models are tried.
     Pin(bool),
-    /// Rename.
     Name(String),
-    /// Remove from the list.
     Remove,
 }
 
@@ -36,25 +31,17 @@ enum Origin {
     Search(u64, usize),
     /// A comparison and the index of the candidate.
     Paper(u64, usize),
-    /// The user kept this model.
     Kept,
-    /// Model of the present settings.
     Present,
 }
 
-/// Row of the list.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Number that identifies the row.
     pub id: u64,
-    /// Name.
     pub name: String,
-    /// True if the row stays when other models are tried.
+    /// A pinned row stays when other models are tried.
     pub is_pinned: bool,
-    /// Settings of the model.
-    pub settings: FitSettings,
-    /// State of the fit.
-    pub state: State,
+    pub model: Model,
     /// Recommendation of the search.
     pub mark: Mark,
     /// Amount of data as named in the paper; empty if it follows from the settings.
@@ -64,27 +51,14 @@ pub struct Row {
 }
 
 impl Row {
-    /// Returns the model, if it is fitted.
-    pub fn model(&self) -> Option<&Model> {
-        match &self.state {
-            State::Ready(model) => Some(model),
-            _ => None,
-        }
-    }
-
-    fn has_ended(&self) -> bool {
-        matches!(self.state, State::Ready(_) | State::Failed(_))
-    }
-
     /// Returns true if the model was fitted to other recordings or roles than the present ones.
     pub fn is_stale(&self, project: &Project) -> bool {
         !std::ptr::eq(self.recordings.as_ptr(), Arc::as_ptr(&project.recordings))
     }
 
-    /// Returns true if the document has the settings of this row. Full scales belong to the sensor and are not
-    /// compared.
+    /// Returns true if the document has the settings of this row; full scales belong to the sensor and do not count.
     pub fn is_present(&self, project: &Project) -> bool {
-        let own = project.with_full_scale(self.settings.clone());
+        let own = project.with_full_scale(self.model.settings.clone());
         project.applied.is_none() && own == project.settings
     }
 }
@@ -98,8 +72,8 @@ pub struct Models {
     pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
-    /// Run whose first answer was taken, and the number of its candidates that were taken.
-    taken: (u64, usize),
+    /// Run whose first answer was taken, and the positions of its candidates that were taken.
+    taken: (u64, Vec<usize>),
 }
 
 impl Models {
@@ -108,11 +82,11 @@ impl Models {
         self.n_runs
     }
 
-    /// Adds a row at the end of the list.
     fn push(
         &mut self,
-        (name, origin): (String, Origin),
-        (settings, state): (FitSettings, State),
+        name: String,
+        origin: Origin,
+        model: Model,
         recordings: &Arc<RecordingSet>,
     ) -> &mut Row {
         self.n_rows += 1;
@@ -120,8 +94,7 @@ impl Models {
             id: self.n_rows,
             name,
             is_pinned: false,
-            settings,
-            state,
+            model,
             mark: Mark::None,
             data: String::new(),
             origin,
@@ -130,23 +103,11 @@ impl Models {
         self.rows.last_mut().expect("a row was added")
     }
 
-    /// Adds a row with a fitted model.
-    fn push_model(
-        &mut self,
-        origin: (String, Origin),
-        model: Model,
-        recordings: &Arc<RecordingSet>,
-    ) -> &mut Row {
-        let state = State::Ready(Box::new(model.clone()));
-        self.push(origin, (model.settings, state), recordings)
-    }
-
     /// Returns the row with this number.
     pub fn row(&self, id: u64) -> Option<&Row> {
         self.rows.iter().find(|row| row.id == id)
     }
 
-    /// Changes the row with this number, if it exists.
     pub(super) fn change(&mut self, id: u64, change: ModelChange) {
         let Some(at) = self.rows.iter().position(|row| row.id == id) else {
             return;
@@ -160,85 +121,67 @@ impl Models {
         }
     }
 
-    /// Takes the progress of a search.
-    pub(super) fn take_search(&mut self, run: u64, best: &Best, recordings: &Arc<RecordingSet>) {
+    /// Takes the progress of a run.
+    pub(super) fn take(&mut self, asked: &TryModels, found: &Best) {
+        let run = asked.run;
         if self.taken.0 != run {
-            self.taken = (run, 0);
-            let is_other = |row: &Row| !matches!(row.origin, Origin::Search(..));
-            self.rows.retain(|row| row.is_pinned || is_other(row));
-            self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
-        }
-        for (at, tried) in best.tried.iter().enumerate() {
-            let mark = tried.mark();
-            let origin = Origin::Search(run, at);
-            // Rows that the user removed are not added again.
-            match self.rows.iter_mut().find(|row| row.origin == origin) {
-                Some(row) => row.mark = mark,
-                None if at >= self.taken.1 => {
-                    let origin = (tried.name.clone(), origin);
-                    self.push_model(origin, tried.model.clone(), recordings).mark = mark;
-                }
-                None => {}
+            self.taken = (run, Vec::new());
+            if let List::Search(_) = asked.list {
+                self.rows.retain(|row| row.is_pinned || !matches!(row.origin, Origin::Search(..)));
+                self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
             }
         }
-        self.taken.1 = best.tried.len();
-        self.remarks = best.why().into_iter().chain(best.remarks()).collect();
+        for tried in &found.tried {
+            let (origin, recordings) = match &asked.list {
+                List::Search(search) => (Origin::Search(run, tried.at), &search.recordings),
+                List::Paper(paper) => (Origin::Paper(run, tried.at), &paper.recordings),
+            };
+            let known = self.rows.iter_mut().find(|row| row.origin == origin);
+            let row = match known {
+                Some(row) => row,
+                // Rows that the user removed are not added again.
+                None if self.taken.1.contains(&tried.at) => continue,
+                None => {
+                    self.taken.1.push(tried.at);
+                    self.push(tried.name.clone(), origin, tried.model.clone(), recordings)
+                }
+            };
+            (row.mark, row.data) = (tried.mark(), tried.data.clone());
+        }
+        match asked.list {
+            List::Search(_) => {
+                self.remarks = found.why().into_iter().chain(found.remarks()).collect()
+            }
+            List::Paper(_) if !found.failed.is_empty() => self.remarks = found.failures().collect(),
+            List::Paper(_) => {}
+        }
     }
 
-    /// Adds the models of the paper's comparison that have no valid result; `None` if all have one.
-    pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Compare> {
+    /// Returns the models of the paper's comparison that have no valid result, and removes the invalid ones; `None` if all have one.
+    pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Comparison> {
         const LEARNERS: [Regressor; 3] =
             [Regressor::Linear, Regressor::Network, Regressor::HybridNetwork];
-        let run = self.next_run();
         let settings = shared_settings(&project.settings);
         let mut candidates = paper_candidates(&project.recordings, &project.settings, &LEARNERS);
         let holds = |row: &Row, candidate: &Candidate| {
             matches!(row.origin, Origin::Paper(..))
-                && row.model().is_some()
                 && !row.is_stale(project)
                 && row.data == candidate.pattern()
-                && row.settings == candidate.settings(&settings)
+                && row.model.settings == candidate.settings(&settings)
         };
         self.rows.retain(|row| {
             let is_paper = matches!(row.origin, Origin::Paper(..));
             !is_paper || row.is_pinned || candidates.iter().any(|own| holds(row, own))
         });
         candidates.retain(|own| !self.rows.iter().any(|row| holds(row, own)));
-        for (at, candidate) in candidates.iter().enumerate() {
-            let origin = (candidate.regressor.label().to_owned(), Origin::Paper(run, at));
-            let waits = (candidate.settings(&settings), State::Waits);
-            self.push(origin, waits, &project.recordings).data = candidate.pattern();
-        }
-        (!candidates.is_empty()).then(|| Compare {
-            run,
-            recordings: Arc::clone(&project.recordings),
-            settings,
-            candidates,
-        })
+        let recordings = Arc::clone(&project.recordings);
+        (!candidates.is_empty()).then_some(Comparison { recordings, settings, candidates })
     }
 
-    /// Takes the progress of a comparison.
-    pub(super) fn take_paper(&mut self, asked: &Compare, states: &[State]) {
-        for (at, state) in states.iter().enumerate() {
-            let origin = Origin::Paper(asked.run, at);
-            let Some(row) = self.rows.iter_mut().find(|row| row.origin == origin) else {
-                continue;
-            };
-            row.state = state.clone();
-        }
-    }
-
-    /// Removes unfinished rows after the end of a run.
-    pub(super) fn end_paper(&mut self) {
-        self.rows.retain(Row::has_ended);
-    }
-
-    /// Adds a model that the user keeps.
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         let kept = self.rows.iter().filter(|row| row.origin == Origin::Kept);
         let number = kept.count() + 1;
-        let origin = (format!("Kept {number}"), Origin::Kept);
-        self.push_model(origin, model, recordings).is_pinned = true;
+        self.push(format!("Kept {number}"), Origin::Kept, model, recordings).is_pinned = true;
     }
 
     /// Returns true if the present settings have a row with the present recordings.
@@ -249,14 +192,13 @@ impl Models {
     /// Replaces the row of earlier present settings by the model of the present settings.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
-        self.push_model(("Present settings".to_owned(), Origin::Present), model, recordings);
+        self.push("Present settings".to_owned(), Origin::Present, model, recordings);
     }
 
     /// Returns the calibration that was trained with the present recordings and settings.
     pub(super) fn trained(&self, project: &Project) -> Option<&Arc<Calibration>> {
-        let holds = |row: &&Row| !row.is_stale(project) && row.settings == project.settings;
-        let models = self.rows.iter().filter(holds).filter_map(Row::model);
-        models.rev().find_map(|model| model.trained.as_ref())
+        let holds = |row: &&Row| !row.is_stale(project) && row.model.settings == project.settings;
+        self.rows.iter().filter(holds).rev().find_map(|row| row.model.trained.as_ref())
     }
 
     /// Returns the table of all rows in order: errors on these samples, and cost.
@@ -273,21 +215,7 @@ impl Row {
                 .about("Stale: fitted to other recordings, roles or groups than the present ones"),
             false => self.mark.cell(),
         };
-        let state = match &self.state {
-            State::Ready(model) => Ok(&**model),
-            State::Waits => Err(Cell::missing("waits", "not fitted yet")),
-            State::Runs(None) => Err(Cell::missing("runs", "being fitted")),
-            State::Runs(Some(TrainingStep::Epoch(report))) => {
-                let text = format!("{}/{}", report.epoch, report.epochs);
-                Err(Cell::missing(text, "epochs of the network done"))
-            }
-            State::Runs(Some(TrainingStep::CrossValidation { done, .. })) => {
-                let text = format!("{:.0} %", 100.0 * done);
-                Err(Cell::missing(text, "of the cross-validation done"))
-            }
-            State::Failed(reason) => Err(Cell::missing("failed", reason.to_string())),
-        };
-        ModelRow { mark, name: &self.name, data: &self.data, settings: &self.settings, state }
+        ModelRow { mark, name: &self.name, data: &self.data, model: &self.model }
     }
 }
 

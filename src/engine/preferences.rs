@@ -1,7 +1,6 @@
 //! Preferences of the user, independent of the loaded recordings.
 //!
-//! Guarantees: the file is always complete. Changes by another window are kept, unless this window changed the same
-//! preference.
+//! Guarantees: the file is always complete. Changes by another window are kept, unless this window changed the same preference.
 
 use std::fs::File;
 use std::io;
@@ -27,9 +26,7 @@ pub enum Theme {
     Dark,
 }
 
-/// Maximum number of recent files.
 const MAX_RECENT: usize = 12;
-/// Maximum number of column maps.
 const MAX_MAPS: usize = 40;
 /// Maximum size of the file in bytes. A larger file contains something else.
 const BYTES_LIMIT: u64 = 16 << 20;
@@ -226,8 +223,7 @@ impl PreferencesFile {
             .append(true)
             .open(self.path.with_extension("writing"))
             .map_err(at)?;
-        // Windows write one after another. If the file system has no locks, they do not wait. The lock ends with the
-        // file handle.
+        // Windows write one after another, except where the file system has no locks. The lock ends with the file handle.
         let _ = lock.lock();
         let kept = Self::read_at(&self.path).unwrap_or_else(|| self.known.clone());
         let merged = own.onto(&self.known, kept);
@@ -273,7 +269,6 @@ mod tests {
         assert_eq!(of_15.count(), 1);
     }
 
-    /// Returns a window that starts with the stored preferences.
     fn window(folder: &Path) -> (PreferencesFile, Preferences) {
         let kept = PreferencesFile::read_in(folder).unwrap_or_default();
         (PreferencesFile::new(folder, kept.clone()), kept)

@@ -24,16 +24,12 @@ use crate::scoring::numbers::round_step;
 
 /// Default F_th as a share of the range of the force: the ratio of the paper's 3 N to the 22 N range of its sensor.
 const USUAL_SHARE: f64 = 0.125;
-/// Shares at which F_th has an effect. Larger values find almost no past sample; smaller values find only the previous
-/// samples.
+/// Shares at which F_th has an effect. Larger values find almost no past sample; smaller values find only the previous samples.
 const SENSIBLE_SHARES: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
-/// Calibration and its file.
 #[derive(Clone, Debug)]
 pub struct FromFile {
-    /// Path of the file.
     pub path: PathBuf,
-    /// The calibration.
     pub calibration: Arc<Calibration>,
 }
 
@@ -51,7 +47,6 @@ pub struct Split {
 
 same_where!(Split: shared(whole) value(fraction) besides());
 
-/// File of a session.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SessionFile {
@@ -59,11 +54,8 @@ pub struct SessionFile {
     pub path: PathBuf,
     /// Absolute path when the session was saved.
     pub absolute: PathBuf,
-    /// Length in bytes.
     pub bytes: Option<u64>,
-    /// SHA-256 in hexadecimal.
     pub sha256: Option<String>,
-    /// Column map by which the file was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnMap>,
     /// Tares applied after reading, by the name of the recording.
@@ -74,7 +66,6 @@ pub struct SessionFile {
     pub left_out: BTreeMap<String, Judged>,
     /// Roles of the recordings, by name. A recording that is not listed gets the role that its name suggests.
     pub roles: BTreeMap<String, Role>,
-    /// Groups of the recordings, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
     /// Days that the user entered for the recordings, by name.
@@ -85,31 +76,22 @@ pub struct SessionFile {
 /// Everything that a session saves. Recordings are shared, so copying is cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Project {
-    /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// Split in time, if the recordings are split.
     pub split: Option<Split>,
-    /// Settings of the fit.
     pub settings: FitSettings,
-    /// Settings for loops, dwells and metrology.
     pub measuring: MetrologySettings,
     /// Minimum and maximum reading of the gauges in the logger's unit, if the user entered them.
     pub gauge_range: Option<GaugeRange>,
     /// Share by which a load may exceed the rated one, if the user entered it.
     pub overload_tolerance: Option<f64>,
-    /// Axes that are hidden.
     pub hidden_axes: Vec<Axis>,
     /// Calibration that is applied instead of a fit.
     pub applied: Option<FromFile>,
-    /// Manufacturer's calibration matrix for comparison.
     pub factory: Option<FromFile>,
-    /// Free text.
     pub notes: String,
     /// Identity of the sensor, and date, operator and reference of the calibration.
     pub identity: Identity,
-    /// Recordings that are shown.
     pub view: View,
-    /// Column maps by which files were read.
     pub maps: BTreeMap<PathBuf, ColumnMap>,
     /// Missing files of the session.
     pub lost: Vec<SessionFile>,
@@ -169,7 +151,6 @@ pub enum Edit {
     Compare(Option<FromFile>),
 }
 
-/// Reason why a change is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EditError {
     #[error(
@@ -298,7 +279,6 @@ impl Project {
         }
     }
 
-    /// Returns the limits of the sensor's channels.
     pub fn valid_range(&self) -> ValidRange {
         ValidRange {
             gauges: self.gauge_range.clone(),
@@ -307,7 +287,6 @@ impl Project {
         }
     }
 
-    /// Returns the axes of the recordings or of the applied calibration.
     pub fn axes(&self) -> &[Axis] {
         match &self.applied {
             Some(applied) => &applied.calibration.axes,
@@ -321,7 +300,6 @@ impl Project {
         FitSettings { full_scale, ..settings }
     }
 
-    /// Returns true if an axis is shown.
     pub fn is_shown(&self, axis: Axis) -> bool {
         !self.hidden_axes.contains(&axis)
     }
@@ -368,7 +346,6 @@ impl Project {
         spans.reduce(f64::max).filter(|span| *span > 0.0 && span.is_finite())
     }
 
-    /// Returns the files of the recordings.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         let entries = self.recordings.entries().iter();
         entries.filter_map(|entry| match entry.recording.source() {
@@ -504,8 +481,7 @@ impl Project {
         self.name_factory_gauges()
     }
 
-    /// Shows the first test recording in which every axis changes, else the first test recording, else the first
-    /// recording.
+    /// Shows the first test recording in which every axis changes, else the first test recording, else the first.
     pub fn show_first_test(&mut self) {
         let entries = self.recordings.entries();
         let first = |wanted: &dyn Fn(&Entry) -> bool| entries.iter().position(wanted);

@@ -42,19 +42,14 @@ fn stand_back() {
 /// Called from another thread when there are new results.
 pub type Notify = Arc<dyn Fn() + Send + Sync>;
 
-/// Running work.
 #[derive(Clone, Debug)]
 pub struct Running {
-    /// Title.
     pub title: String,
-    /// Progress, which also cancels the work.
     pub progress: Progress,
-    /// Start time.
     pub since: Instant,
 }
 
 impl Running {
-    /// Returns the estimated remaining time; `None` if it is not known.
     pub fn time_left(&self) -> Option<Duration> {
         let fraction = f64::from(self.progress.fraction()?);
         let elapsed = self.since.elapsed();
@@ -63,12 +58,10 @@ impl Running {
     }
 }
 
-/// Event of a lane since the last look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneEvent {
     /// Part of an answer.
     Part,
-    /// Answer.
     Answer,
     /// The newest question failed; [`Lane::problem`] gives the reason.
     Problem,
@@ -76,7 +69,6 @@ pub enum LaneEvent {
     Cancelled,
 }
 
-/// Lane for any kind of question.
 pub trait Background: Any {
     /// Returns true if nothing runs or waits. All answers can then be taken.
     fn is_idle(&self) -> bool;
@@ -84,13 +76,11 @@ pub trait Background: Any {
     /// Removes the waiting question and cancels the running one. The same question is not asked again.
     fn cancel(&self);
 
-    /// Returns the running or waiting work.
     fn running(&self) -> Option<Running>;
 
     /// Takes the answers and returns the events in order; [`Lane::happened`] keeps them.
     fn take_events(&mut self) -> &[LaneEvent];
 
-    /// Returns the reason why the newest question failed.
     fn problem(&self) -> Option<&str>;
 
     /// Cancels the work and forgets questions and answers. Later answers are ignored.
@@ -117,7 +107,6 @@ pub struct Lane<Q: Query> {
     happened: Vec<LaneEvent>,
 }
 
-/// Answer with its question.
 struct Shown<Q: Query> {
     question: Q,
     answer: Q::Answer,
@@ -156,7 +145,6 @@ impl<Q> Shared<Q> {
 }
 
 impl<Q: Query> Lane<Q> {
-    /// Creates a lane without questions.
     pub fn new(notify: &Notify) -> Self {
         Self {
             notify: Arc::clone(notify),
@@ -233,7 +221,6 @@ impl<Q: Query> Lane<Q> {
         self.shown = Some(Shown { question, answer, is_whole: true });
     }
 
-    /// Returns the reason why the newest question failed.
     pub fn problem(&self) -> Option<&str> {
         self.problem.as_deref()
     }
@@ -277,7 +264,6 @@ impl<Q: Query> Lane<Q> {
         })
     }
 
-    /// Returns the last question.
     pub fn asked(&self) -> Option<&Q> {
         self.asked.as_ref()
     }
@@ -287,7 +273,6 @@ impl<Q: Query> Lane<Q> {
         self.shown.as_ref().map(|shown| &shown.answer)
     }
 
-    /// Returns the question of [`Self::answer`].
     pub fn answered(&self) -> Option<&Q> {
         self.shown.as_ref().map(|shown| &shown.question)
     }
@@ -458,8 +443,7 @@ mod tests {
         }
     }
 
-    /// Returns a lane, a function that creates questions, a receiver of started questions, and a sender that opens the
-    /// gate.
+    /// Returns a lane, a function that creates questions, a receiver of started questions, and a sender that opens the gate.
     fn lane() -> (Lane<Gated>, impl Fn(u32) -> Gated, Receiver<u32>, Sender<()>) {
         let (start, started) = channel();
         let (open, gate) = channel();

@@ -1,4 +1,5 @@
-//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. The thread also runs while the window is hidden and draws nothing.
+//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. The thread
+//! also runs while the window is hidden and draws nothing.
 //!
 //! Each window has its own file and a lock that ends with its process. A file whose lock no process holds is from a
 //! window that crashed.
@@ -17,7 +18,6 @@ use crate::panicked::locked;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// Time between two autosaves.
 const EVERY: Duration = Duration::from_secs(30);
 /// Beginning of the names of autosaved sessions and their locks.
 const PREFIX: &str = "autosave-";
@@ -25,17 +25,12 @@ const PREFIX: &str = "autosave-";
 /// Autosaved session of a window that crashed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftSession {
-    /// File of the session.
     pub path: PathBuf,
-    /// Time of the last write.
     pub written: SystemTime,
-    /// Length in bytes.
     pub bytes: u64,
-    /// Session, or the reason why it cannot be read.
     pub session: Result<Box<Session>, String>,
 }
 
-/// Autosave of this window.
 #[derive(Default)]
 pub struct Recovery {
     folder: Option<PathBuf>,
@@ -51,10 +46,8 @@ struct Own {
     _held: File,
 }
 
-/// Unsaved state.
 #[derive(Clone, Default)]
 pub struct Unsaved {
-    /// The session.
     pub session: Session,
     /// Trained calibration that is written beside the session.
     pub trained: Option<Arc<Calibration>>,
@@ -81,13 +74,12 @@ pub struct Autosave(Arc<(Mutex<Desk>, Condvar)>);
 
 #[derive(Default)]
 struct Desk {
-    /// Newest document of the window.
     newest: Unsaved,
-    /// True if the user has saved it.
+    /// True if the user has saved the newest document.
     is_saved: bool,
     /// State in the file; `None` without file.
     written: Option<Unsaved>,
-    /// Restored files of other windows. They are removed once their content is written or saved here.
+    /// Restored files of other windows, to be removed once their content is written or saved here.
     restored: Vec<PathBuf>,
     /// True if the next write must happen at once.
     is_urgent: bool,
@@ -100,11 +92,10 @@ impl Desk {
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 
-    /// Removes files that are no longer needed: the own file, and restored files of other windows, once everything is
-    /// saved.
+    /// Removes the own file, and restored files of other windows, once everything is saved.
     fn tidy(&mut self, path: Option<&Path>) {
         if self.is_saved {
-            // Restoring it would go back to an older state.
+            // Restoring the file would go back to an older state.
             if let (Some(_), Some(path)) = (self.written.take(), path) {
                 remove_pair(path);
             }
@@ -187,7 +178,6 @@ impl Recovery {
         Self::begin_every(folder, EVERY)
     }
 
-    /// Creates the autosave with this time between two writes.
     pub fn begin_every(folder: &Path, every: Duration) -> Self {
         let own = Own::new(folder);
         // Removes temporary files of a killed window, whose names are not used again.
@@ -201,7 +191,6 @@ impl Recovery {
         Self { folder: Some(folder.to_owned()), own, autosave, thread }
     }
 
-    /// Returns the handle for results of trainings.
     pub fn autosave(&self) -> Autosave {
         self.autosave.clone()
     }
@@ -338,7 +327,6 @@ pub fn drop_left(session: &Path) {
     let _ = fs::remove_file(session.with_extension("lock"));
 }
 
-/// Removes a session and its trained calibration. A file that cannot be removed does no harm.
 fn remove_pair(session: &Path) {
     let _ = fs::remove_file(trained_beside(session));
     let _ = fs::remove_file(session);

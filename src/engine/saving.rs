@@ -41,26 +41,21 @@ pub enum FileContent {
     Bytes(Arc<[u8]>),
 }
 
-/// Treatment of an existing file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Ask before replacing.
     Ask,
-    /// Replace, because the user has confirmed.
     Replace,
 }
 
-/// Reason for a question before writing a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
-    /// The file exists.
     IsThere,
     /// The fit is undetermined. The second value is the treatment of an existing file.
     Undetermined(Undetermined, Existing),
 }
 
 impl FileContent {
-    /// Returns the suggested file name.
+    /// Returns the file name that a dialog suggests.
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",
@@ -99,7 +94,7 @@ impl FileContent {
         }
     }
 
-    /// Returns true if writing takes so long that it is shown and can be cancelled.
+    /// Returns true if writing takes long enough to be shown and cancelled.
     pub fn takes_long(&self) -> bool {
         matches!(self, Self::Report(..) | Self::Traces(_))
     }

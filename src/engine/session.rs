@@ -33,7 +33,6 @@ const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
 /// Ending of the file of the trained calibration beside a session.
 const TRAINED: &str = "trained.json";
-/// Maximum size of a session file in bytes.
 const BYTES_LIMIT: u64 = 64 << 20;
 
 /// Content of a session file.
@@ -60,7 +59,6 @@ const BYTES_LIMIT: u64 = 64 << 20;
 pub struct Session {
     pub format: String,
     pub version: u32,
-    /// Program that wrote the file.
     pub program: String,
     pub notes: String,
     #[serde(skip_serializing_if = "Identity::is_empty")]
@@ -84,7 +82,6 @@ pub struct Session {
     pub trained: Option<PathBuf>,
 }
 
-/// Reason why a file is not a session.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     #[error("the session is cut off in line {line}; open a copy, or save the session again")]
@@ -142,7 +139,6 @@ impl Session {
     }
 }
 
-/// File of a session and its content.
 #[derive(Clone, Debug)]
 pub struct SessionPart {
     /// Entry in the session; [`SessionFile::absolute`] is the place where the file was found.
@@ -153,12 +149,9 @@ pub struct SessionPart {
     pub changed: bool,
 }
 
-/// Session that was read, with its files.
 #[derive(Clone, Debug)]
 pub struct OpenedSession {
-    /// The session.
     pub session: Session,
-    /// Files of the session.
     pub parts: Vec<SessionPart>,
     /// Calibration that the session applies.
     pub calibration: Option<Result<FromFile, String>>,
@@ -258,7 +251,6 @@ impl Session {
         Self::from_json(&text).map_err(|error| error.to_string())
     }
 
-    /// Returns true if a file is a session.
     pub fn is_at(path: &Path) -> bool {
         text_of(path).is_ok_and(|text| Self::is_one(&text))
     }
@@ -277,7 +269,6 @@ fn found_again(path: &Path, folder: &Path) -> PathBuf {
     }
 }
 
-/// Returns the file of the trained calibration beside a session.
 pub fn trained_beside(session: &Path) -> PathBuf {
     session.with_extension(TRAINED)
 }
@@ -364,7 +355,6 @@ impl OpenedSession {
         Ok(Self { parts: parts.collect(), calibration, trained, session })
     }
 
-    /// Returns the document of the session, and notices about its files.
     pub fn into_project(self) -> (Project, Vec<Notice>) {
         let session = self.session;
         let mut project = Project {
@@ -483,7 +473,6 @@ impl SessionPart {
         }
     }
 
-    /// Reads one file from a new path.
     pub fn at(file: &SessionFile, found: PathBuf, progress: &Progress) -> Self {
         let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
         let loaded = loaded.map_err(|error| error.text(Face::Window));
@@ -561,7 +550,6 @@ mod tests {
         names.iter().map(named).collect()
     }
 
-    /// Returns the document read from a session's text. All recordings are found, without notices.
     fn reopened(text: &[u8]) -> Project {
         let session = Session::from_json(text).unwrap();
         let parts = session.files.iter().map(|file| {

@@ -22,7 +22,6 @@ use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulat
 use crate::scoring::faults::faults_of;
 use crate::shown::file_name;
 
-/// A background task.
 #[derive(Clone)]
 pub struct Task {
     title: String,
@@ -33,10 +32,8 @@ pub struct Task {
 
 type Run = dyn Fn(&Progress) -> Answered<Task> + Send + Sync;
 
-/// Result of a task.
 #[derive(Debug)]
 pub enum Done {
-    /// Files that were read.
     Opened(Vec<OpenedFile>),
     /// Recordings before and after a change (tared, or without faulty samples), with warnings.
     Changed(Arc<RecordingSet>, Result<RecordingSet, String>, Vec<String>),
@@ -46,11 +43,8 @@ pub enum Done {
     Written(FileContent, PathBuf, Result<(), String>),
     /// File that already exists, for a question to the user.
     IsThere(FileContent, PathBuf),
-    /// Column map that was read.
     Map(Result<Box<ColumnMap>, String>),
-    /// Weight that was estimated from a file.
     Weight(PathBuf, Result<Box<WeightEstimate>, String>),
-    /// Session that was read.
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
     /// Missing files of the session that were found at this place, each with its entry in the session.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
@@ -79,7 +73,6 @@ impl Task {
         Self::new(title, move |progress| Ok(Done::Opened(open_all(&files, &remembered, progress))))
     }
 
-    /// Tares some of the recordings.
     pub fn tare(recordings: Arc<RecordingSet>, which: Vec<usize>, tare: Tare) -> Self {
         Self::new("Taring", move |_| {
             let mut warnings = Vec::new();
@@ -88,7 +81,6 @@ impl Task {
         })
     }
 
-    /// Leaves out the samples that are faulty by this range.
     pub fn leave_out(recordings: Arc<RecordingSet>, range: ValidRange) -> Self {
         Self::new("Leaving out faulty samples", move |_| {
             let rest = left_out(&recordings, &range);
@@ -108,8 +100,7 @@ impl Task {
         })
     }
 
-    /// Writes a file, which must not be one of `inputs`. A short write is not cancelled, so that no file is left
-    /// incomplete.
+    /// Writes a file, which must not be one of `inputs`. A short write is not cancelled, so that no file is incomplete.
     pub fn write(
         content: FileContent,
         path: PathBuf,
@@ -130,7 +121,6 @@ impl Task {
         Self { is_seen, ..write }
     }
 
-    /// Reads a column map.
     pub fn read_map(path: PathBuf) -> Self {
         Self::new("Reading a column map", move |_| {
             let read = ColumnMap::read(&path).map(Box::new);
@@ -147,7 +137,6 @@ impl Task {
         })
     }
 
-    /// Reads an autosaved session.
     pub fn restore(path: PathBuf) -> Self {
         Self::new("Restoring", move |progress| {
             let opened = OpenedSession::read(&path, progress).map(Box::new);
@@ -170,7 +159,6 @@ impl Task {
         })
     }
 
-    /// Checks that the trained calibration of a session belongs to these recordings.
     pub fn prove(recordings: Arc<RecordingSet>, trained: Arc<Calibration>) -> Self {
         Self::new("Checking the trained calibration", move |_| {
             let proven = prove_trained(&trained, &recordings);
@@ -238,7 +226,7 @@ fn tared(
         };
         let tared = Recording::clone(&entry.recording).tared(tare);
         let (tared, place) = tared.map_err(|why| why.text(Face::Window))?;
-        warnings.extend(tared.loaded_while_tared(place));
+        warnings.extend(tared.loaded_while_tared(place).map(|found| found.text(Face::Window)));
         set.replace(*at, tared);
     }
     Ok(set)

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use crate::engine::project::Project;
 use crate::recording::Recording;
 
-/// Maximum number of steps; the oldest are removed.
 const MAX_STEPS: usize = 100;
 /// Maximum count of numbers (2 GB) in recordings that only earlier steps use. Beyond it the oldest steps are removed,
 /// but never the newest.
@@ -18,7 +17,6 @@ pub struct History {
     before: VecDeque<Project>,
     /// Redo steps; the last one is the next.
     after: Vec<Project>,
-    /// Gesture of the last step.
     gesture: Option<u64>,
 }
 
@@ -64,17 +62,14 @@ impl History {
         other.map(|own| own.n_samples() * width(&own)).sum()
     }
 
-    /// Returns true if a step can be undone.
     pub fn can_undo(&self) -> bool {
         !self.before.is_empty()
     }
 
-    /// Returns true if a step can be redone.
     pub fn can_redo(&self) -> bool {
         !self.after.is_empty()
     }
 
-    /// Undoes the last step.
     pub fn undo(&mut self, project: &mut Project) {
         if let Some(before) = self.before.pop_back() {
             let before = project.with_edits_of(before);
@@ -83,7 +78,6 @@ impl History {
         }
     }
 
-    /// Redoes the last undone step.
     pub fn redo(&mut self, project: &mut Project) {
         if let Some(after) = self.after.pop() {
             let after = project.with_edits_of(after);
@@ -199,7 +193,6 @@ mod tests {
         let own = with_f_th(&project, 1.5);
         edit(&mut project, &mut history, own, None);
         edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
-        // Edits of one gesture do the same.
         let own = with_f_th(&project, 2.5);
         edit(&mut project, &mut history, own, Some(1));
         open(&mut project, &mut history, "b", "S1");

@@ -6,9 +6,8 @@ use super::target::Export;
 use crate::calibration::{Kernel, Learned, Network};
 use crate::formats::{Array, Entry};
 
-/// Returns all arrays of a calibration, without the kernel's band.
-///
-/// The weights of layers are stored input by input: `values @ weights + biases`.
+/// Returns all arrays of a calibration, without the kernel's band. Weights of layers are stored input by input: `values @
+/// weights + biases`.
 pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     let calibration = export.calibration;
     let about = export.lines(str::to_owned);

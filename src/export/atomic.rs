@@ -25,9 +25,7 @@ const NAME_CHARS: usize = 50;
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", .path.display())]
 pub struct WriteError {
-    /// File that could not be written.
     pub path: PathBuf,
-    /// Cause of the failure.
     pub source: io::Error,
 }
 
@@ -44,9 +42,8 @@ pub fn write_atomically(
     files.finish()
 }
 
-/// Files that take their names together: all of them, or none.
-///
-/// If dropped before it is finished, it removes its temporary files.
+/// Files that take their names together: all of them, or none. If dropped before it is finished, it removes its temporary
+/// files.
 #[derive(Debug, Default)]
 pub struct Together {
     written: Vec<(Target, tempfile::NamedTempFile, Forget)>,
@@ -84,7 +81,7 @@ impl Together {
     /// Gives all files and folders their final names.
     ///
     /// # Errors
-    /// [`WriteError`] if one of them cannot be renamed. Those before it then already have their final names.
+    /// [`WriteError`] if a file cannot be renamed. The files before it then already have their final names.
     pub fn finish(self) -> Result<(), WriteError> {
         // Declared first, so that it is dropped after the lock of the list, which it takes.
         let mut forgotten = Vec::new();
@@ -112,7 +109,6 @@ impl Together {
     }
 }
 
-/// Returns an error with the path of the file.
 fn at(path: &Path) -> impl FnOnce(io::Error) -> WriteError {
     let path = path.to_owned();
     |source| WriteError { path, source }
@@ -132,7 +128,6 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     let check = || {
         let target = Target::of(path)?;
-        // The temporary file is removed at once.
         tempfile::tempfile_in(target.directory()).map(drop)
     };
     check().map_err(at(path))
@@ -142,9 +137,8 @@ pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
 static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
 
 /// Installs the handler that removes temporary files and ends the program when it is interrupted or asked to end. The first
-/// interrupt only stops the work registered by [`interrupt_stops`], if there is any.
-///
-/// A signal that is ignored from the start (`nohup`) stays ignored.
+/// interrupt only stops the work registered by [`interrupt_stops`], if any. A signal that is ignored from the start (`nohup`)
+/// stays ignored.
 pub fn clean_up_when_asked_to_end() {
     let is_terminated = Arc::new(AtomicBool::new(false));
     let asked_to_end = Arc::clone(&is_terminated);
@@ -194,19 +188,16 @@ pub fn interrupt_stops(progress: &Progress) {
     *work() = Some(progress.clone());
 }
 
-/// Work that an interrupt stops.
 fn work() -> MutexGuard<'static, Option<Progress>> {
     static WORK: Mutex<Option<Progress>> = Mutex::new(None);
     locked(&WORK)
 }
 
-/// Temporary files of this program.
 fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     static PATHS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     locked(&PATHS)
 }
 
-/// Destination of a file.
 #[derive(Debug)]
 struct Target {
     path: PathBuf,
@@ -295,7 +286,7 @@ fn clean_up(folder: &Path, prefix: &str) {
 /// Creates a new file that no other program takes for a leftover.
 fn new_file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    // The permissions are those of any new file. Temporary files would be readable by their owner only.
+    // The file gets the permissions of any new file. Temporary files would be readable by their owner only.
     options.write(true).create_new(true);
     loop {
         let file = options.open(path)?;
@@ -308,7 +299,6 @@ fn new_file(path: &Path) -> io::Result<File> {
     }
 }
 
-/// Removes a temporary file from the list.
 #[derive(Debug)]
 struct Forget(PathBuf);
 
@@ -318,7 +308,6 @@ impl Drop for Forget {
     }
 }
 
-/// Complete content in a temporary file beside the file that it replaces.
 fn whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -339,7 +328,7 @@ fn whole(
     Ok((target, temporary, forget))
 }
 
-/// Makes a folder from files beside its final place. Each file has a path in the folder and its content.
+/// Makes a folder from files, each with its path in the folder and its content, beside its final place.
 fn whole_folder(
     path: &Path,
     make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
@@ -349,8 +338,7 @@ fn whole_folder(
         return Err(io::Error::other("this is an existing file"));
     }
     let files = make()?;
-    // The files are made in a folder inside a temporary one, so that failures remove everything and the permissions are those
-    // of a new folder.
+    // An outer temporary folder is removed whole after a failure; the inner one has the permissions of any new folder.
     let mut builder = tempfile::Builder::new();
     let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     let around = around.tempdir_in(target.directory())?;
@@ -363,7 +351,6 @@ fn whole_folder(
     Ok((target, around))
 }
 
-/// Temporary name of a folder.
 const INSIDE: &str = "folder";
 
 #[cfg(test)]
@@ -414,8 +401,7 @@ mod tests {
         }
     }
 
-    /// The second file fails when the first is already written. The third cannot take its name, although all files are
-    /// written.
+    /// The second file fails when the first is already written. The third cannot take its name, although all are written.
     #[test]
     fn files_written_together_are_all_there_or_none_is() {
         let directory = tempfile::tempdir().unwrap();

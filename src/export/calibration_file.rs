@@ -9,10 +9,8 @@ use crate::calibration::Calibration;
 use crate::export::atomic::{Together, WriteError};
 use crate::small_file::read_small;
 
-/// Largest size of a calibration file (bytes).
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
 
-/// Reason why a calibration could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadCalibrationError {
     #[error("cannot read {}: {source}", .path.display())]
@@ -23,7 +21,6 @@ pub enum ReadCalibrationError {
     WriteOnly { path: PathBuf },
 }
 
-/// Returns the formats that can be read back.
 fn readable() -> String {
     let readable = TARGETS.iter().filter(|target| target.reader.is_some());
     let names: Vec<&str> = readable.map(|target| target.name).collect();
@@ -33,8 +30,7 @@ fn readable() -> String {
 /// Writes a calibration atomically, in the format of the file's ending. An unknown ending means the complete format; a path
 /// that ends with `/` means the folder of a library.
 ///
-/// [`WriteError`] if the file cannot be written, or the format cannot hold the calibration (its source is then a
-/// [`Refusal`]).
+/// [`WriteError`] if the file cannot be written, or the format cannot hold the calibration (its source is then a [`Refusal`]).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
     let mut files = Together::default();
     add_calibration(&mut files, calibration, path)?;
@@ -42,9 +38,6 @@ pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), W
 }
 
 /// Writes like [`write_calibration`], as one of several files.
-///
-/// # Errors
-/// As for [`write_calibration`].
 pub fn add_calibration(
     files: &mut Together,
     calibration: &Calibration,
@@ -64,10 +57,8 @@ pub fn caution(calibration: &Calibration, path: &Path) -> Option<String> {
     Some(format!("{} leaves out {left_out}", path.display()))
 }
 
-/// Reads a calibration and checks it, in the format of the file's ending. An unknown ending means the complete format.
-///
-/// If the format does not [name gauges](crate::export::names_gauges), they are called SG0, SG1 and so on; see
-/// [`name_gauges`](crate::export::name_gauges).
+/// Reads a calibration and checks it, in the format of the file's ending; an unknown ending means the complete format. Gauges
+/// without [names](crate::export::names_gauges) are called SG0, SG1 and so on; see [`name_gauges`](crate::export::name_gauges).
 ///
 /// # Errors
 /// [`ReadCalibrationError`] if the file cannot be read, is no calibration, or is incomplete.
@@ -76,9 +67,6 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
 }
 
 /// Reads like [`read_calibration`], and returns notes for the user.
-///
-/// # Errors
-/// As for [`read_calibration`].
 pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCalibrationError> {
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };

@@ -7,13 +7,12 @@ use crate::features::AuxiliaryChannel;
 use crate::scoring::numbers::significant;
 use crate::shown::first;
 
-/// Maximum number of recordings that are named; further ones are counted.
 const NAMED_RECORDINGS: usize = 40;
 
 /// A unique name and a text.
 pub(super) type Fact = (Cow<'static, str>, String);
 
-/// Facts in their order. The texts are those of the calibration, not escaped.
+/// Returns the facts in their order, with the unescaped texts of the calibration.
 pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) -> Vec<Fact> {
     let quality = &calibration.quality;
     let mut facts = vec![
@@ -39,7 +38,6 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
     facts.chain(source_files(&calibration.sources)).collect()
 }
 
-/// Facts on the fit: its model, its settings and its recordings.
 pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let axes = || calibration.axes.iter().zip(&calibration.units);

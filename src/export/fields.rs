@@ -1,12 +1,9 @@
-//! Parts of a calibration with their names in files of settings and arrays, defined once for all of them.
-//!
-//! Networks and kernels are not among them, because only files of arrays hold them.
+//! Parts of a calibration with their names in files of settings and arrays. Networks and kernels are only in files of arrays.
 
 use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Table, Text, Texts};
 use crate::calibration::{Calibration, LinearMap, Scores};
 use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
-/// A part of the calibration.
 pub(super) struct Field {
     /// Name of the group that the part belongs to; empty for the calibration itself.
     pub group: &'static str,
@@ -70,7 +67,6 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     fields
 }
 
-/// Returns the parts that belong to no group.
 fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     let own = |name, about, value| field("", name, about, value);
     // No axis is rated if the user entered no rated load.
@@ -108,7 +104,6 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     fields
 }
 
-/// Returns the features and the auxiliary channels.
 fn of_features(calibration: &Calibration) -> Vec<Field> {
     let features = &calibration.features;
     let look_backs = |number: fn(&Thresholds) -> f64| {

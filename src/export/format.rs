@@ -4,18 +4,14 @@ use std::path::Path;
 
 /// A format, known by the ending of its files. `W` is its writer.
 pub struct FileFormat<W> {
-    /// Name for users.
     pub name: &'static str,
     /// Ending of its files, in lower case and without the dot.
     pub ending: &'static str,
-    /// Contents of its files.
     pub holds: &'static str,
-    /// Writer.
     pub write: W,
 }
 
 impl<W> FileFormat<W> {
-    /// Returns the format that belongs to a file's ending.
     pub fn for_path<'a>(all: &'a [Self], path: &Path) -> Option<&'a Self> {
         let ending = path.extension()?.to_str()?;
         all.iter().find(|own| own.ending.eq_ignore_ascii_case(ending))

@@ -8,7 +8,6 @@ use sha2::{Digest as _, Sha256};
 
 use crate::small_file::open_regular;
 
-/// Number of bytes that are read at a time.
 const BLOCK_BYTES: usize = 1 << 16;
 
 /// Returns the SHA-256 of a file in hexadecimal digits.

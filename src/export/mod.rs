@@ -1,5 +1,4 @@
-//! Outputs of the program: calibration files, source code that runs calibrations, tables and figures, each written
-//! atomically.
+//! Outputs of the program: calibration files, source code that runs calibrations, and traces, each written atomically.
 
 mod arrays;
 mod atomic;

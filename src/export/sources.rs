@@ -8,9 +8,8 @@ use crate::export::hash::sha256;
 use crate::recording::{RecordingSet, Role};
 use crate::shown::file_name;
 
-/// Returns every recording of a set with its role, its file's name, and the present SHA-256 of the file.
-///
-/// Each file is read once, even if several recordings come from it. A file that cannot be read has no hash.
+/// Returns every recording of a set with its role, its file's name, and the present SHA-256 of the file. Each file is read
+/// once, even for several recordings. A file that cannot be read has no hash.
 pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
     let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
     let entries = recordings.entries().iter();
@@ -30,9 +29,8 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
         .collect()
 }
 
-/// Returns a calibration that was fitted to these recordings, with the hashes of their files.
-///
-/// Every file is read again, so this is called when a file is written, not in a fit.
+/// Returns a calibration that was fitted to these recordings, with the hashes of their files. Every file is read again, so this
+/// is called when a file is written, not in a fit.
 pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
     let used = used_recordings(recordings).into_iter();
     Calibration {
@@ -59,7 +57,6 @@ mod tests {
         Entry::new(recording.unwrap(), role)
     }
 
-    /// The hash of "abc" is the first example of FIPS 180-2.
     #[test]
     fn a_file_is_identified_by_its_content_and_a_lost_file_by_its_name() {
         let directory = tempfile::tempdir().unwrap();

@@ -1,7 +1,5 @@
-//! Format of calibration files.
-//!
-//! Guarantees: a calibration that a format cannot hold is refused before a byte is written. A file that holds only a part
-//! lists the omitted parts.
+//! Format of calibration files. A calibration that a format cannot hold is refused before a byte is written. A file that holds
+//! only a part lists the omitted parts.
 
 use std::error::Error;
 use std::io;
@@ -19,26 +17,21 @@ pub type ReadBack = fn(&[u8]) -> Result<(Calibration, Vec<String>), Refusal>;
 
 /// A format of calibration files. All formats are listed in [`TARGETS`](super::TARGETS).
 pub struct Target {
-    /// Name for users.
     pub name: &'static str,
     /// Endings of its files, in lower case and without the dot; the usual one first.
     pub endings: &'static [&'static str],
-    /// Contents of its files.
     pub holds: &'static str,
-    /// Parts of the calibration that a file leaves out.
     pub leaves_out: fn(&Calibration) -> &'static str,
-    /// Warning before a file is written: users of the file get other loads than this program shows. The text follows "leaves
-    /// out".
+    /// Warning before a file is written: its users get other loads than this program shows. The text follows "leaves out".
     pub caution: fn(&Calibration) -> Option<String>,
     /// Checks whether the format can hold a calibration with this outline. A refusal names a way out.
     pub check: fn(&Outline<'_>) -> Result<(), Refusal>,
     /// Writes a calibration that was checked.
     pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
-    /// Reader of its files, if there is one.
     pub reader: Option<ReadBack>,
-    /// True if a controller can run its files, whose need of memory the export pane shows.
+    /// True if a controller can run the files. The export pane then shows the memory that they need.
     pub on_controller: bool,
-    /// True if its files name the gauges. Otherwise gauges are known by their order.
+    /// True if the files name the gauges. Otherwise gauges are known by their order.
     pub names_gauges: bool,
 }
 
@@ -67,7 +60,6 @@ pub struct Outline<'a> {
 }
 
 impl<'a> Outline<'a> {
-    /// Returns the outline of an existing calibration.
     pub fn of(calibration: &'a Calibration) -> Self {
         Self {
             n_gauges: calibration.gauges.len(),
@@ -76,7 +68,6 @@ impl<'a> Outline<'a> {
         }
     }
 
-    /// Returns the outline of a calibration by these settings, of recordings with this layout.
     pub fn of_fit(settings: &'a FitSettings, layout: &'a Layout) -> Self {
         Self {
             n_gauges: layout.gauge_names.len(),
@@ -91,7 +82,6 @@ impl<'a> Outline<'a> {
 pub struct Export<'a> {
     /// The complete calibration.
     pub calibration: &'a Calibration,
-    /// Facts that the file states.
     pub(super) facts: Vec<Fact>,
     /// Base of the names inside the file.
     pub name: &'a str,

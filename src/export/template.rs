@@ -5,8 +5,7 @@ use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::shown::for_xml;
 
-/// Returns the environment of the templates. A missing value is an error. With `trims`, lines that contain only a template
-/// tag are removed.
+/// Returns the environment of the templates, where a missing value is an error. `trims` removes lines that hold only a tag.
 pub(super) fn environment(trims: bool) -> Environment<'static> {
     let mut templates = Environment::new();
     let mut syntax = SyntaxConfig::builder();

@@ -41,11 +41,11 @@ pub(super) fn identifier(name: &str) -> String {
     out
 }
 
-/// Names that Python, its standard library, NumPy, C or Rust already use, and those of the self-tests. A library of such a
-/// name would hide the original.
+/// Names that Python, its standard library, NumPy, C or Rust already use, and names of the self-tests. A library with one
+/// of these names would hide the original.
 const TAKEN: &str = include_str!("templates/taken_names.txt");
 
-/// Returns an [`identifier`] for a library that is not already in use. File systems that ignore case are taken into account.
+/// Returns an [`identifier`] for a library that is not in use, also on file systems that ignore case.
 pub(super) fn library_name(name: &str) -> String {
     let name = identifier(name);
     let small = name.to_ascii_lowercase();

@@ -8,7 +8,6 @@ use super::atomic::{check_writable, folder_of};
 use crate::export::atomic::WriteError;
 use crate::finding::{Advice, Way};
 
-/// Reason why output files cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum TargetError {
     #[error("output {} would replace the input {}; choose another name", .output.display(), .input.display())]

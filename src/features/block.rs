@@ -1,5 +1,3 @@
-//! A block: one kind of columns added to the present gauges.
-
 use std::fmt;
 
 use crate::features::channel::AuxiliaryChannel;
@@ -8,16 +6,12 @@ use crate::features::monomial::Monomial;
 use crate::features::setting::Setting;
 use crate::features::source::{Rows, Source};
 
-/// One kind of columns added to the present gauges. A block has one [`Setting`], a list of values such as time
-/// constants.
+/// One kind of columns added to the present gauges, with one [`Setting`], a list of values such as time constants.
 ///
-/// Each block is one file in this room and one entry of [`BLOCKS`](crate::features::BLOCKS). Window, command line,
-/// files, exports and guide take all they need from this trait.
-///
-/// Every block is causal and runs in bounded memory. It starts anew in each recording and after each gap, and
-/// contributes nothing until its state is determined.
+/// Each block is one file in this room and one entry of [`BLOCKS`](crate::features::BLOCKS). Window, command line, files,
+/// exports and guide take all they need from this trait. Every block is causal and runs in bounded memory. It starts anew in
+/// each recording and after each gap, and contributes nothing until its state is determined.
 pub trait Block: Send + Sync {
-    /// Returns the name of the block.
     fn name(&self) -> &'static str;
 
     /// Returns the setting that describes the values: time constants, radii or a degree.
@@ -26,10 +20,8 @@ pub trait Block: Send + Sync {
     /// Returns the equation of the block for a gauge s.
     fn formula(&self) -> &'static str;
 
-    /// Returns the kind of columns that the block appends.
     fn appends(&self) -> Appends;
 
-    /// Returns the number of columns for `n_gauges` gauges.
     fn n_columns(&self, values: &[f64], n_gauges: usize) -> usize {
         values.len() * n_gauges
     }
@@ -44,15 +36,12 @@ pub trait Block: Send + Sync {
         self.window_secs(values)
     }
 
-    /// Returns the distance that a gauge must move after a cold start until the state of a value is determined (σ);
-    /// zero if that does not depend on distance.
+    /// Returns the distance that a gauge must move from a cold start until the state of a value is determined (σ), or zero.
     fn travel(&self, _value: f64) -> f64 {
         0.0
     }
 
-    /// Returns the state of the block before the first sample of a recording.
-    ///
-    /// Blocks that keep samples keep one per `history_step_secs`, and the newest sample.
+    /// Returns the state before the first sample. Of samples within `history_step_secs`, one is kept, besides the newest.
     fn stream(
         &self,
         values: &[f64],
@@ -73,8 +62,8 @@ pub trait Block: Send + Sync {
 /// Kind of columns that a block appends.
 #[derive(Clone, Copy, Debug)]
 pub enum Appends {
-    /// One set of past gauges for each value: a history. It is fitted relative to the present gauges. The columns are
-    /// named `<gauge>_<name>`; the function returns the name for a value.
+    /// A history: one set of past gauges for each value, fitted relative to the present gauges. The function returns the name
+    /// in the columns `<gauge>_<name>` of a value.
     Past(fn(f64) -> String),
     /// Products of present gauges, for a value and the number of gauges. They do not depend on the past.
     Monomials(fn(f64, usize) -> Vec<Monomial>),
@@ -87,8 +76,7 @@ pub trait Stream: fmt::Debug + Send + Sync {
     /// Processes the next sample and writes its columns. A history writes past gauges, not differences.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// Returns true if the samples so far determine the state. Until then the columns contribute nothing, or less than
-    /// later.
+    /// Returns true if the samples so far determine the state. Until then the columns contribute nothing, or less.
     fn is_determined(&self) -> bool {
         true
     }
@@ -99,18 +87,14 @@ pub trait Stream: fmt::Debug + Send + Sync {
 pub struct Search {
     /// Candidates in rising order. Candidates in seconds are limited to what the recordings can resolve.
     pub candidates: &'static [f64],
-    /// Rule by which lists of values are formed from the candidates.
     pub lists: Lists,
 }
 
-/// Rule by which lists of values are formed from candidates.
 #[derive(Clone, Copy, Debug)]
 pub enum Lists {
-    /// Evenly spaced lists with a length between `min` and `max`. The shortest list within 1 % of the lowest error is
-    /// chosen.
+    /// Evenly spaced lists of `min` to `max` values. The shortest list within 1 % of the lowest error is chosen.
     Even { min: usize, max: usize },
-    /// The best value first, then the best additional value, up to this number. A value is added only if it lowers the
-    /// error with 90 % confidence.
+    /// The best value, then the best additional values, up to this number, if each lowers the error with 90 % confidence.
     OneByOne(usize),
 }
 

@@ -1,7 +1,5 @@
-//! Auxiliary channels that a calibration uses besides its gauges.
-//!
-//! Guarantees: values enter the fit relative to their mean over the training recordings, in standard deviations. A
-//! channel that hardly changed is not used, because its noise would be amplified.
+//! Auxiliary channels of a calibration. Values enter the fit relative to their mean over the training recordings, in standard
+//! deviations. A channel that hardly changed is not used, because its noise would be amplified.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,34 +8,27 @@ use crate::recording::{Recording, span};
 
 /// Minimum change of a channel, as a share of its largest value.
 const STILL: f64 = 0.01;
-/// Minimum change of a supply voltage, as a share of its value. It is smaller because an amplifier that is not
-/// ratiometric follows every change of the supply.
+/// Minimum change of a supply voltage, as a share of its value; an amplifier that is not ratiometric follows every change.
 const STILL_SUPPLY: f64 = 1e-3;
 /// Accepted distance beyond the training range, as a share of this range.
 const BEYOND_RANGE: f64 = 0.1;
 
-/// An auxiliary channel of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AuxiliaryChannel {
-    /// Name in the recordings.
+    /// As in the recordings.
     pub name: String,
-    /// Unit of the values; empty if unknown.
+    /// Empty if unknown.
     pub unit: String,
     /// Value at which the channel has no effect: the user's entry, else the mean over the training recordings.
     pub reference: f64,
     /// Inverse of the standard deviation over the training recordings.
     pub inverse_scale: f64,
-    /// Minimum over the training recordings.
     pub min: f64,
-    /// Maximum over the training recordings.
     pub max: f64,
 }
 
 impl AuxiliaryChannel {
-    /// Determines a channel from the training recordings, which must all have it.
-    ///
-    /// # Errors
-    /// The reason why the effect of the channel cannot be determined.
+    /// Determines a channel from the training recordings, which must all have it, or the reason why its effect is not known.
     pub fn measure(training: &[&Recording], name: &str) -> Result<Self, String> {
         let tables = training.iter().map(|recording| recording.auxiliary());
         let placed = tables.filter_map(|table| {
@@ -77,7 +68,6 @@ impl AuxiliaryChannel {
         Ok(Self { name, unit, reference, inverse_scale: 1.0 / deviation, min, max })
     }
 
-    /// Returns the range over the training recordings, with the unit.
     pub fn trained(&self) -> String {
         span(MinMax { min: self.min, max: self.max }, &self.unit)
     }
@@ -88,13 +78,12 @@ impl AuxiliaryChannel {
         (self.min - margin, self.max + margin)
     }
 
-    /// Returns true if a value is beyond the [limits](Self::limits).
+    /// Returns true if a value is beyond [`Self::limits`].
     pub fn is_beyond(&self, value: f64) -> bool {
         let (low, high) = self.limits();
         value < low || value > high
     }
 
-    /// Returns a description of a reference value outside the training range, or `None` if it is within.
     pub fn reference_beyond(&self) -> Option<String> {
         let range = self.trained();
         let words =

@@ -1,6 +1,4 @@
-//! Columns of the design matrix.
-//!
-//! Guarantees: columns are identified by kind and index, never by name, because a gauge may be named `offset` or
+//! Columns of the design matrix, identified by kind and index, never by name, because a gauge may be named `offset` or
 //! `S1_past`. Names are only for people; two columns may have the same name.
 
 use std::fmt;
@@ -57,20 +55,17 @@ pub enum Column {
     Offset,
 }
 
-/// Role of a column in a fit. Columns explain the load in this order: a later kind gets only what the earlier kinds
-/// cannot explain.
+/// Role of a column in a fit. In this order, a later kind explains only what the earlier kinds cannot explain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ColumnKind {
     /// The constant column. A gauge that never changes adds nothing to it.
     Offset,
-    /// A present gauge.
     Gauge,
     /// A column of a block. Ridge shrinks only this kind.
     Appended,
 }
 
 impl ColumnKind {
-    /// All kinds, in the order in which they explain the load.
     pub const IN_ORDER: [Self; 3] = [Self::Offset, Self::Gauge, Self::Appended];
 }
 
@@ -84,12 +79,9 @@ impl Column {
         }
     }
 
-    /// Returns the name of the column for these gauge names. Examples: `<gauge>`, `<gauge>_past` (further look-backs
-    /// `<gauge>_past2` …), `<gauge>_<history>`, `<gauge>*<gauge>`, `aux<channel>`, `aux<channel>_<τ>s`,
-    /// `aux<channel>*<gauge>`, `offset`. Channels are counted from 1.
-    ///
-    /// # Panics
-    /// If a gauge has no name.
+    /// Returns the name of the column: `<gauge>`, `<gauge>_past` (further look-backs `<gauge>_past2` …), `<gauge>_<history>`,
+    /// `<gauge>*<gauge>`, `aux<channel>`, `aux<channel>_<τ>s`, `aux<channel>*<gauge>`, `offset`. Channels are counted from 1.
+    /// Panics if a gauge has no name.
     pub fn name(self, gauges: &[String]) -> String {
         match self {
             Self::Gauge(gauge) => gauges[gauge].clone(),

@@ -1,7 +1,7 @@
 //! Design row of a sample: gauges, columns of each block, offset.
 //!
-//! Guarantees: whole recordings and live estimators compute rows with the same code. Every block is causal and starts
-//! anew with each [`FeatureStream`].
+//! Guarantees: whole recordings and live estimators compute rows with the same code. Every block is causal and starts anew with
+//! each [`FeatureStream`].
 
 use std::ops::Range;
 
@@ -14,18 +14,15 @@ use crate::features::settings::{Blocks, FeatureSettings};
 
 /// One block of features in a design.
 pub struct OfBlock {
-    /// The block; `None` for the look-backs.
+    /// `None` for the look-backs.
     pub block: Option<&'static dyn Block>,
-    /// Its settings in words.
+    /// Settings in words.
     pub description: String,
-    /// Its columns.
     pub columns: Vec<usize>,
 }
 
-/// Columns of a design row.
-///
-/// Order: gauges; one set of past gauges for each look-back; the columns of each block, histories before monomials and
-/// auxiliary channels last; offset.
+/// Columns of a design row, in this order: gauges; one set of past gauges for each look-back; the columns of each block,
+/// histories before monomials and auxiliary channels last; offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// Settings of the features.
@@ -49,7 +46,6 @@ impl Design {
         self.features.n_columns(self.n_gauges()) + usize::from(self.offset)
     }
 
-    /// Returns the index after the last history column.
     fn n_histories_end(&self) -> usize {
         self.n_gauges() * (1 + self.features.n_histories())
     }
@@ -126,8 +122,7 @@ impl Design {
         blocks
     }
 
-    /// Returns the groups of columns that share one automatic ridge: auxiliary channels, and all other appended
-    /// columns.
+    /// Returns the groups of columns that share one automatic ridge: auxiliary channels, and all other appended columns.
     pub fn ridge_groups(&self) -> Vec<Vec<usize>> {
         let is_auxiliary = |column: Column| matches!(column, Column::Auxiliary { .. });
         let is_other =
@@ -161,9 +156,8 @@ impl Design {
         columns.map(Column::kind).collect()
     }
 
-    /// Standardises a raw row for the fit: histories relative to the present, every column scaled.
-    ///
-    /// Columns of a past that equals the present become zero. The result is then the conventional calibration.
+    /// Standardises a raw row for the fit: histories relative to the present, every column scaled. Columns of a past that
+    /// equals the present become zero, so that the result is the conventional calibration.
     #[inline]
     pub fn standardise(&self, row: &mut [f64]) {
         let g = self.n_gauges();
@@ -174,8 +168,8 @@ impl Design {
         self.scale.make_relative(gauges, &self.scale.shift);
     }
 
-    /// Converts coefficients of the conventional calibration from raw to standardised columns. This is the inverse of
-    /// [`Self::raw_coefficients`]; columns of blocks get zero.
+    /// Converts coefficients of the conventional calibration to standardised columns; columns of blocks get zero. This is the
+    /// inverse of [`Self::raw_coefficients`].
     pub fn standardised_coefficients(&self, raw: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.n_columns()];
         let scale = &self.scale;
@@ -192,9 +186,8 @@ impl Design {
         coefficients
     }
 
-    /// Converts one row of coefficients from standardised to raw columns.
-    ///
-    /// Coefficients of monomials do not change, because monomials are always products of standardised gauges.
+    /// Converts one row of coefficients from standardised to raw columns. Those of monomials do not change, because monomials
+    /// are always products of standardised gauges.
     pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
         let g = self.n_gauges();
         let mut raw = coefficients.to_vec();
@@ -232,7 +225,7 @@ pub struct FeatureStream<'a> {
 }
 
 impl<'a> FeatureStream<'a> {
-    /// Creates the state before the first sample of a recording.
+    /// Creates the state before the first sample.
     pub fn new(design: &'a Design) -> Self {
         let (features, scale) = (&design.features, &design.scale);
         let blocks = features.blocks.used().filter_map(|(block, values)| {
@@ -261,10 +254,8 @@ impl<'a> FeatureStream<'a> {
         }
     }
 
-    /// Processes the next sample and writes its raw row.
-    ///
-    /// **Shapes** `auxiliary` has the channels of the settings. `past(i)` returns the past gauges of look-back i. `row`
-    /// has one entry per column.
+    /// Processes the next sample and writes its raw row, one entry per column. `auxiliary` has the channels of the settings,
+    /// `past(i)` the past gauges of look-back i.
     #[inline]
     pub fn raw_row<'g>(
         &mut self,
@@ -282,10 +273,9 @@ impl<'a> FeatureStream<'a> {
         self.rest_of_row(time, gauges, auxiliary, rest);
     }
 
-    /// Processes the next samples and writes their [standardised](Design::standardise) rows.
-    ///
-    /// **Shapes** sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and
-    /// the past gauges `past(i, k)` of look-back i. `rows` has `stride` numbers per sample; the first are the columns.
+    /// Processes the next samples and writes their [standardised](Design::standardise) rows, `stride` numbers each. Sample k
+    /// has the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and the past gauges `past(i, k)`
+    /// of look-back i.
     #[inline(always)]
     pub fn standardised_rows<'g>(
         &mut self,
@@ -323,7 +313,6 @@ impl<'a> FeatureStream<'a> {
         }
     }
 
-    /// Writes the columns after the look-backs.
     #[inline]
     fn rest_of_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], rest: &mut [f64]) {
         self.blocks_row(time, gauges, auxiliary, rest);

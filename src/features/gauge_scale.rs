@@ -1,7 +1,5 @@
-//! Shift, scale and standard deviation of each gauge over the training recordings.
-//!
-//! Guarantees: with a shift, a gauge that never changes gets the inverse scale zero. Its column then vanishes instead
-//! of amplifying rounding errors.
+//! Shift, scale and standard deviation of each gauge over the training recordings. With a shift, a gauge that never changes
+//! gets the inverse scale zero, so that its column vanishes instead of amplifying rounding errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +9,7 @@ use crate::recording::Recording;
 /// Minimum standard deviation of a gauge, as a share of its largest value. A smaller one is rounding noise.
 const CONSTANT_BELOW: f64 = 1e-13;
 
-/// Standardisation of gauges: `z = (s − shift) · inverse_scale`.
-///
-/// **Shapes** `n_gauges` each.
+/// Standardisation of each gauge: `z = (s − shift) · inverse_scale`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GaugeScale {
     /// Mean of each gauge, or zero if the model has no offset.
@@ -25,8 +21,7 @@ pub struct GaugeScale {
 }
 
 impl GaugeScale {
-    /// Writes the standardised values relative to `zero`: the [shift](Self::shift), or the present gauges for past
-    /// gauges.
+    /// Writes the standardised values relative to `zero`: [`Self::shift`], or for past gauges the present ones.
     #[inline(always)]
     pub(super) fn relative(&self, values: &[f64], zero: &[f64], out: &mut [f64]) {
         lanes::write(out, [values, zero, &self.inverse_scale], |[value, zero, factor]| {

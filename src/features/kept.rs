@@ -1,5 +1,3 @@
-//! Selection of the samples that a history keeps.
-
 /// Keeps the first sample, and each sample at least one step after the last kept one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
@@ -14,7 +12,7 @@ impl Kept {
         Self { step_secs, last_secs: f64::NEG_INFINITY, newest: true }
     }
 
-    /// Processes the time of the next sample and returns true if the sample is kept.
+    /// Returns true if the sample at this time is kept.
     pub fn take(&mut self, time: f64) -> bool {
         self.newest = time - self.last_secs >= self.step_secs;
         if self.newest {

@@ -1,12 +1,11 @@
 //! Features of a sample: its gauges, and the columns of each chosen block.
 //!
-//! The look-back (Eq. 9-12, [`look_back`]) comes first; it selects the past sample by the load. The other blocks are
-//! listed in [`BLOCKS`]. Each is one file that implements [`Block`]; window, command line, exports and guide need
-//! nothing else.
+//! The look-back (Eq. 9-12, [`look_back`]) comes first; it selects the past sample by the load. The other blocks are listed
+//! in [`BLOCKS`]. Each is one file that implements [`Block`]; window, command line, exports and guide need nothing else.
 //!
 //! Blocks are causal, run in bounded memory and start anew in each recording. Columns enter the fit *standardised*
-//! ([`GaugeScale`]). Past gauges are fitted relative to the present (`(s_past − s) / scale`): a past that equals the
-//! present gives zero, and the result is the conventional calibration. [`Design::columns`] lists the columns.
+//! ([`GaugeScale`]), past gauges relative to the present (`(s_past − s) / scale`): a past that equals the present gives zero,
+//! and the result is the conventional calibration. [`Design::columns`] lists the columns.
 
 mod block;
 mod blocks;
@@ -15,7 +14,7 @@ mod column;
 mod design;
 mod gauge_scale;
 mod kept;
-pub mod look_back;
+pub(crate) mod look_back;
 mod monomial;
 mod setting;
 mod settings;
@@ -24,11 +23,11 @@ mod source;
 pub(crate) use block::{Appends, Block, Lists, Search};
 pub(crate) use blocks::BLOCKS;
 pub use blocks::{Auxiliary, Creep, FixedLag, Play, Polynomial};
-pub use channel::AuxiliaryChannel;
+pub(crate) use channel::AuxiliaryChannel;
 pub use column::Column;
 pub(crate) use column::ColumnKind;
+pub use design::Design;
 pub(crate) use design::FeatureStream;
-pub use design::{Design, OfBlock};
 pub(crate) use gauge_scale::GaugeScale;
 pub(crate) use look_back::{Distance, F_TH, HISTORY_RATE, LiveLookBack, T_TH};
 pub use look_back::{LoadPath, Thresholds};

@@ -1,36 +1,28 @@
-//! Numeric settings, each described once.
-//!
-//! Guarantees: fields and hover texts of the window, `--help`, error messages, names in exports and tables of the guide
-//! are generated from a [`Setting`]. Defaults, units and ranges are defined nowhere else.
+//! Numeric settings, each described once: fields and hover texts of the window, `--help`, error messages, names in exports and
+//! tables of the guide are generated from a [`Setting`].
 
 use std::fmt;
 
 /// Maximum number of values shown in full. Of longer lists only the first and the last value are shown.
 const MOST_NAMED: usize = 12;
 
-/// Unit of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// Symbol after a number; empty if the number has no unit.
+    /// Symbol after a number; may be empty.
     pub symbol: &'static str,
-    /// Name in words.
     pub words: &'static str,
     /// Placeholders in `--help` for a number and for a list.
     pub placeholders: [&'static str; 2],
 }
 
 impl Unit {
-    /// No unit.
     pub const NONE: Self = Self::new("", "", ["N", "N,…"]);
-    /// Seconds.
     pub const SECONDS: Self = Self::new("s", "seconds", ["SECONDS", "SECONDS,…"]);
-    /// Newtons.
     pub const NEWTONS: Self = Self::new("N", "newtons", ["F", "F,…"]);
     /// Standard deviations of each gauge over the training recordings.
     pub const SIGMA: Self =
         Self::new("σ", "standard deviations of the gauge", ["SIGMA", "SIGMA,…"]);
 
-    /// Creates a unit.
     pub const fn new(
         symbol: &'static str,
         words: &'static str,
@@ -43,18 +35,14 @@ impl Unit {
 /// One of a few named values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// Value in files.
     pub value: u8,
     pub label: &'static str,
     pub explanation: &'static str,
 }
 
-/// Allowed values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
-    /// Greater than zero.
     Positive,
-    /// Zero or greater.
     NotNegative,
     /// Zero or greater, or determined by cross-validation.
     NotNegativeOrAuto,
@@ -71,7 +59,6 @@ pub enum Range {
 }
 
 impl Range {
-    /// Returns true if the value is allowed.
     pub(crate) fn contains(self, value: f64) -> bool {
         match self {
             Self::Positive | Self::Past => value > 0.0 && value.is_finite(),
@@ -128,7 +115,6 @@ impl fmt::Display for Range {
     }
 }
 
-/// A value outside the allowed range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{what} is {value}; it must be {allowed}")]
 pub struct OutOfRange {
@@ -145,7 +131,6 @@ pub struct Setting {
     pub key: &'static str,
     /// Option on the command line without the dashes; empty if there is none.
     pub option: &'static str,
-    /// Label in the window.
     pub label: &'static str,
     /// Name in messages.
     pub what: &'static str,
@@ -170,14 +155,11 @@ impl Setting {
         }
     }
 
-    /// Returns the default of a single number.
     pub const fn number(&self) -> f64 {
         self.default[0]
     }
 
-    ///
-    /// # Errors
-    /// [`OutOfRange`] if it is not allowed.
+    /// Returns [`OutOfRange`] if the value is not allowed.
     pub fn check(&self, value: f64) -> Result<(), OutOfRange> {
         if self.range.contains(value) {
             Ok(())
@@ -186,7 +168,7 @@ impl Setting {
         }
     }
 
-    /// Returns the allowed values if they are a few named values.
+    /// Returns the named values, if there are only a few.
     pub fn choices(&self) -> Option<&'static [Choice]> {
         match self.range {
             Range::OneOf(choices) => Some(choices),

@@ -1,5 +1,3 @@
-//! Feature settings: the blocks in use and their values.
-
 use std::fmt;
 
 use serde::de::{Error as _, MapAccess, Visitor};
@@ -34,8 +32,7 @@ impl Blocks {
         &self.values[position(block)]
     }
 
-    /// Returns all blocks of gauges with their defaults. Auxiliary channels are not included, because not every sensor
-    /// has them.
+    /// Returns all blocks with their defaults, except auxiliary channels, which not every sensor has.
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
         let blocks = blocks.filter(|block| !matches!(block.appends(), Appends::Auxiliary));
@@ -92,9 +89,8 @@ fn position(block: &dyn Block) -> usize {
     own.expect("a block in use is in the list of blocks")
 }
 
-/// Features that are appended to the present gauges: look-backs and other blocks.
-///
-/// In files, the values of each block are stored under the key of its [`Setting`](crate::features::Setting).
+/// Features that are appended to the present gauges: look-backs and other blocks. In files, the values of each block are
+/// stored under the key of its [`Setting`](crate::features::Setting).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSettings {
     /// Thresholds of each look-back. Each look-back appends one set of past gauges.
@@ -154,7 +150,6 @@ impl<'de> Visitor<'de> for ByKey {
     }
 }
 
-/// Invalid feature settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FeatureError {
     #[error(transparent)]
@@ -169,7 +164,6 @@ pub enum FeatureError {
 }
 
 impl FeatureSettings {
-    /// Sets the values from the entry of a file.
     fn take(&mut self, key: &str, value: Value) -> Result<(), serde_json::Error> {
         let block = BLOCKS.iter().copied().find(|block| block.setting().key == key);
         match (key, block) {
@@ -234,8 +228,7 @@ impl FeatureSettings {
         self.look_backs.len() + self.blocks.n_histories
     }
 
-    /// Returns the columns for `n_gauges` gauges: gauges, one set for each history, monomials, auxiliary channels,
-    /// offset.
+    /// Returns the columns for `n_gauges` gauges: gauges, one set for each history, monomials, auxiliary channels, offset.
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
         let past = |history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge });
@@ -264,7 +257,6 @@ impl FeatureSettings {
         columns
     }
 
-    /// Returns the number of columns for `n_gauges` gauges, without the offset.
     pub(super) fn n_columns(&self, n_gauges: usize) -> usize {
         let blocks = self.blocks.used();
         let appended = blocks.map(|(block, values)| self.n_columns_of(block, values, n_gauges));
@@ -294,9 +286,7 @@ impl FeatureSettings {
         t_ths_secs.chain(blocks).fold(0.0, f64::max)
     }
 
-    ///
-    /// # Errors
-    /// [`FeatureError::OutOfRange`] with the first invalid value.
+    /// Checks every value; the error is [`FeatureError::OutOfRange`] with the first invalid one.
     pub fn validate(&self) -> Result<(), FeatureError> {
         for Thresholds { f_th, t_th_secs } in &self.look_backs {
             F_TH.check(*f_th)?;
@@ -316,10 +306,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Checks that the number of columns for `n_gauges` gauges is at most [`MAX_COLUMNS`].
-    ///
-    /// # Errors
-    /// [`FeatureError::Columns`] if there are more.
+    /// Returns [`FeatureError::Columns`] if there are more than [`MAX_COLUMNS`] columns for `n_gauges` gauges.
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
         let columns = self.n_columns(n_gauges);
         if columns > MAX_COLUMNS {

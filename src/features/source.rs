@@ -1,12 +1,12 @@
 //! Source code of a block for exports: constants, memory, and the update in C, Rust, Python and MATLAB.
 //!
 //! In an update, `row` starts with the present gauges minus their centre. The block writes its columns from `next` on;
-//! histories are written minus the present gauges. Python appends to `row`; in MATLAB `next` is the last column
-//! written. The export target declares constants and memory.
+//! histories are written minus the present gauges. Python appends to `row`; in MATLAB `next` is the last written column. The
+//! export target declares constants and memory.
 //!
-//! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets
-//! }}`, the number of values of the block. `auxiliary` holds the auxiliary channels of the sample. In C an update has
-//! its own braces, and `g` is the index of a gauge.
+//! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the
+//! number of values of the block. `auxiliary` holds the auxiliary channels of the sample. In C an update has its own braces,
+//! and `g` is the index of a gauge.
 
 use serde::Serialize;
 
@@ -60,7 +60,7 @@ impl Source {
     }
 }
 
-/// Source code in one language.
+/// Source code of a block in one language.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Code {
     /// Extra functions; in Rust and Python methods of the state.
@@ -70,13 +70,11 @@ pub struct Code {
 }
 
 impl Code {
-    /// Creates an update without extra functions.
     pub fn update(text: impl Into<String>) -> Self {
         Self { functions: "", update: text.into() }
     }
 }
 
-/// Number type of a constant or of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
@@ -88,18 +86,15 @@ pub enum Precision {
     Index,
 }
 
-/// Constant numbers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Constant {
-    /// Name in lower case.
+    /// In lower case.
     pub name: &'static str,
-    /// Number type.
     pub precision: Precision,
     pub numbers: Numbers,
 }
 
 impl Constant {
-    /// Creates a list of floating-point constants.
     pub fn reals(name: &'static str, values: impl Iterator<Item = f64>) -> Self {
         Self { name, precision: Precision::Real, numbers: Numbers::List(values.collect()) }
     }
@@ -117,9 +112,8 @@ pub enum Numbers {
 /// Memory between samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Memory {
-    /// Name in lower case.
+    /// In lower case.
     pub name: &'static str,
-    /// Number type.
     pub precision: Precision,
     /// Number of entries, one for each value.
     pub sets: usize,

@@ -9,9 +9,8 @@
 //! | `F`, `loads`, `wrench`, `FT`, `reference` …, n × 6 | `Fx` to `Mz` (n × 3: the forces) |
 //! | `X`, any other, n × k | `X1` to `Xk` |
 //!
-//! The last part of a path such as `run.S` or `run/S` selects the row of this table. The part before it stays: `run.S1`.
-//!
-//! n is the length of the time array, or else the number of rows of the most values. A k × n array is transposed.
+//! The last part of a path such as `run.S` or `run/S` selects the row of this table. The part before it stays: `run.S1`. n is
+//! the length of the time array, or else the number of rows of the most values. A k × n array is transposed.
 
 use std::collections::HashMap;
 
@@ -59,9 +58,9 @@ impl Entry {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Array {
     pub name: String,
-    /// Unit given by the file; empty if there is none.
+    /// Empty if the file gives none.
     pub unit: &'static str,
-    /// Column names given by the file; empty if there are none.
+    /// Empty if the file gives none.
     pub labels: Vec<String>,
     pub shape: Vec<usize>,
     /// True if the first index varies fastest (column-major order).
@@ -112,7 +111,6 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
 }
 
 impl Array {
-    /// Returns true if the array holds the times of several samples.
     pub(super) fn is_time(&self) -> bool {
         is_time_name(&self.name) && self.is_vector() && self.values.len() > 1
     }
@@ -175,7 +173,6 @@ pub(super) fn n_rows(arrays: &[Array]) -> usize {
     most.map_or(0, |(rows, _)| rows)
 }
 
-/// Returns the separate clock of the reference, if there is one.
 fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
     let has_gauge_time = arrays.iter().any(|array| {
         is_time_name(&array.name) && array.is_vector() && array.values.len() == n_rows
@@ -184,7 +181,6 @@ fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
     times.next().filter(|_| has_gauge_time)
 }
 
-/// Returns the last part of a path, which is the name of the array itself.
 fn last_part(name: &str) -> &str {
     name.rsplit(['.', '/']).next().unwrap_or(name)
 }

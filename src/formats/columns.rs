@@ -5,11 +5,9 @@ use crate::recording::Day;
 /// One of several tables of a file.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
-    /// Name of the table in the file and in a column map.
+    /// As in a column map.
     pub name: String,
-    /// Contents of the table in words.
     pub what: String,
-    /// True if the table is read.
     pub is_used: bool,
 }
 
@@ -18,11 +16,9 @@ pub struct FilePart {
 pub(crate) struct Columns {
     pub columns: Vec<Column>,
     pub is_named: bool,
-    /// Index of the separate clock of the reference, if there is one.
     pub reference_time: Option<usize>,
-    /// Day of the recording, if the file gives it.
     pub day: Option<Day>,
-    /// Names and kinds of the other parts of the file, which are not read.
+    /// Names and kinds of the parts of the file that are not read.
     pub left_out: Vec<String>,
     /// True if the file is cut short.
     pub ends_early: bool,
@@ -32,12 +28,10 @@ pub(crate) struct Columns {
     pub is_guessed_part: bool,
 }
 
-/// One column. Columns of another clock may have another length.
+/// One column, named as a text header would name it. Columns of another clock may have another length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Column {
-    /// Name as a text header would have it; empty if there is none.
     pub name: String,
-    /// Unit given by the file; empty if there is none.
     pub unit: String,
     /// Offset to be added to each value. The offset keeps all digits of large whole numbers.
     pub since: i64,
@@ -69,7 +63,6 @@ impl Since {
 }
 
 impl Columns {
-    /// Returns the length of the longest column.
     pub fn n_rows(&self) -> usize {
         let lengths = self.columns.iter().map(|column| column.values.len());
         lengths.max().unwrap_or(0)
@@ -101,7 +94,6 @@ impl<'a> Sample<'a> {
         self.rows.extend(rows);
     }
 
-    /// Returns the successive rows of each place.
     pub fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
         let ends = self.starts.iter().copied().skip(1).chain([self.rows.len()]);
         let starts = self.starts.iter();
@@ -136,7 +128,6 @@ impl<'a> Cell<'a> {
         }
     }
 
-    /// Returns the text as written, or `None` for a number.
     pub fn written(self) -> Option<&'a [u8]> {
         match self {
             Self::Text(text) => Some(text),

@@ -1,15 +1,12 @@
-//! Writes one recording as a table that every spreadsheet and this program can read.
-//!
-//! Guarantees: numbers have a decimal point and the shortest form that reads back as the same value.
+//! Writes one recording as a table that every spreadsheet and this program can read. Numbers have a decimal point and the
+//! shortest form that reads back as the same value.
 
 use std::io::{self, Write};
 
 use crate::recording::Recording;
 
-/// Writer of comma-separated text in which no spreadsheet finds a formula.
-///
-/// A text that begins with `=`, `+`, `-`, `@`, a tab or a return gets a leading `'`. Spreadsheets hide it, and
-/// [`unguarded`] removes it when names are read. Numbers stay as they are.
+/// Writer of comma-separated text in which no spreadsheet finds a formula: a text that begins with `=`, `+`, `-`, `@`, a tab
+/// or a return gets a leading `'`. Spreadsheets hide it, and [`unguarded`] removes it when names are read.
 pub(crate) struct CsvWriter<W: Write>(csv::Writer<W>);
 
 impl<W: Write> CsvWriter<W> {
@@ -17,7 +14,6 @@ impl<W: Write> CsvWriter<W> {
         Self(csv::Writer::from_writer(out))
     }
 
-    /// Writes one cell of the current row.
     pub fn cell(&mut self, cell: impl AsRef<str>) -> io::Result<()> {
         let cell = cell.as_ref();
         if begins_a_formula(cell) && cell.parse::<f64>().is_err() {
@@ -54,13 +50,9 @@ pub(crate) fn unguarded(cell: &str) -> &str {
     }
 }
 
-/// Writes a recording as comma-separated text: one header line, then one line per sample with its time, its gauges
-/// and, if there is a reference, its load.
+/// Writes a recording as comma-separated text: a header, then per sample time (s), gauges, and the load (N, N·m) if known.
 ///
-/// **Units** time in s, loads in N and N·m, named in the header (`t [s],S1,…,Fx [N],…,Mx [N·m]`); gauges as recorded.
-///
-/// # Errors
-/// Errors of the writer. Part of the table may have been written before.
+/// The header names the units: `t [s],S1,…,Fx [N],…,Mx [N·m]`. On an error, part of the table may have been written.
 pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let mut table = CsvWriter::new(out);
     let axes = recording.axes();

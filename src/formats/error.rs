@@ -1,5 +1,3 @@
-//! Reasons why a file cannot be read as numbers, one sentence each.
-
 use std::io;
 use std::path::PathBuf;
 
@@ -126,8 +124,7 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Returns a function that turns an I/O error in `what` into a file error. An unexpected end becomes
-/// [`FileError::CutShort`].
+/// Returns a function that turns an I/O error in `what` into a file error, an unexpected end into [`FileError::CutShort`].
 pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
         io::ErrorKind::UnexpectedEof => FileError::cut_short(what),

@@ -18,7 +18,6 @@ const UNPACKED_RATIO: u64 = 100;
 /// File format that can be read.
 #[derive(Debug)]
 pub struct Format {
-    /// Name for people.
     pub name: &'static str,
     /// Extensions of file names, without the point.
     pub endings: &'static [&'static str],
@@ -53,16 +52,13 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// Returns the budget of a file of this length (bytes).
     pub fn of_file(n_bytes: u64) -> Self {
         let limit_bytes = unpacked_limit(n_bytes);
         Self { left_bytes: limit_bytes, limit_bytes }
     }
 
-    /// Takes memory for `n_values` values of `what` from the budget. Call it before the memory is allocated.
-    ///
-    /// # Errors
-    /// [`FileError::UnpacksTooLarge`] if the budget is too small.
+    /// Takes memory for `n_values` values of `what` from the budget before it is allocated. The error is
+    /// [`FileError::UnpacksTooLarge`].
     pub fn take(&mut self, what: &str, n_values: u64, bytes_each: u64) -> Result<(), FileError> {
         let left_bytes = n_values
             .checked_mul(bytes_each)
@@ -73,7 +69,6 @@ impl Budget {
     }
 }
 
-/// Returns the maximum unpacked size of a file with this packed size (bytes).
 pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
     packed_bytes.saturating_mul(UNPACKED_RATIO).max(UNPACKED_BYTES)
 }

@@ -72,8 +72,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 pub(crate) struct LineKeys(Vec<Key>);
 
 impl LineKeys {
-    /// Reads the first lines of a stream as a table, with the same column names as in a file. Returns `None` if no line
-    /// is an object.
+    /// Reads the first lines of a stream as a table, with column names as in a file; `None` if no line is an object.
     pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
         let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
         let n_rows = rows.len();
@@ -103,13 +102,11 @@ impl LineKeys {
         Some(Columns { columns: self.0.iter().map(column).collect(), ..Columns::default() })
     }
 
-    /// Returns true if some values stand in a list.
     pub fn have_list(&self) -> bool {
         self.0.iter().any(|(_, index)| index.is_some())
     }
 }
 
-/// Reader of the non-blank lines of a file.
 struct Lines {
     file: BufReader<std::fs::File>,
     line: Vec<u8>,
@@ -145,7 +142,7 @@ impl Lines {
 /// Path of a value, and its index if it stands in a list.
 type Key = (String, Option<usize>);
 
-/// Value of a key that is neither an object nor a list.
+/// Neither an object nor a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Value {
     Number(f64),
@@ -187,7 +184,6 @@ fn row(line: &[u8]) -> Option<Row> {
     })
 }
 
-/// Collector of the values below a path.
 struct Values<'a> {
     path: &'a mut String,
     index: Option<usize>,
@@ -285,10 +281,8 @@ impl<'de> Visitor<'de> for Values<'_> {
 struct Table {
     budget: Budget,
     channels: Vec<Channel>,
-    /// Index of each channel.
     places: HashMap<Key, usize>,
     n_rows: usize,
-    /// True if there are more keys than [`COLUMN_LIMIT`].
     has_more: bool,
 }
 

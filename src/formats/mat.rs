@@ -1,11 +1,10 @@
-//! MATLAB's `.mat`, versions 4 and 5: numeric matrices, alone or in structs. Both plain and compressed files are read;
-//! files are written as plain version 5.
+//! MATLAB's `.mat`, versions 4 and 5: numeric matrices, alone or in structs, plain or compressed; written as plain version 5.
 //!
-//! **Source** MAT-File Format (The MathWorks). Level 5: a header of 128 bytes, then one element per variable. An element
-//! is a kind, a length and that number of bytes. A matrix is an element made of elements: class, dimensions, name,
-//! numbers. Numbers may be stored in a smaller kind than their class. Level 4: five integers per variable, then its name
-//! and its numbers. The decimal digits of the first integer mean: 1000 for big-endian, 10 for each step in the list of
-//! kinds, 1 for text, 2 for a sparse matrix.
+//! **Source** MAT-File Format (The MathWorks). Level 5: a header of 128 bytes, then one element per variable: a kind, a
+//! length and that number of bytes. A matrix is an element made of elements: class, dimensions, name, numbers. Numbers may
+//! be stored in a smaller kind than their class. Level 4: five integers per variable, then its name and its numbers. The
+//! decimal digits of the first integer mean: 1000 for big-endian, 10 for each step in the list of kinds, 1 for text, 2 for
+//! a sparse matrix.
 
 use std::io::{self, Read};
 
@@ -69,7 +68,6 @@ const MI_COMPRESSED: u32 = 15;
 const COMPLEX_FLAG: u32 = 0x0800;
 const FILE: &str = "the file";
 
-/// Reads the matrices of a file as a table.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if source.head.starts_with(NEWER) {
         return hdf5::matlab(source);
@@ -129,7 +127,6 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     top.table(groups, source).map(Some)
 }
 
-/// Header of a matrix of version 4, including its name.
 struct OlderHeader {
     is_big_endian: bool,
     number: Number,
@@ -142,7 +139,7 @@ struct OlderHeader {
 }
 
 impl OlderHeader {
-    /// Reads the header at the start of `bytes`; returns `None` if there is none.
+    /// Reads the header at the start of `bytes`, if there is one.
     fn read(bytes: &[u8]) -> Option<Self> {
         const NUMBERS: [Number; 6] = [
             Number::Float(8),
@@ -314,8 +311,8 @@ fn structs(
     Ok(elements)
 }
 
-/// Adds the matrix that an element holds. `field` is its name and depth if it is a field of a struct. For a struct,
-/// returns its name and the fields of each of its elements.
+/// Adds the matrix of an element. `field` is its name and depth in a struct. For a struct, returns its name and the fields of
+/// each of its elements.
 fn variable(
     bytes: &[u8],
     is_big_endian: bool,
@@ -377,7 +374,6 @@ fn variable(
     Ok(None)
 }
 
-/// Decodes characters that are stored in this kind.
 fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
     if kind == MI_UTF8 {
         return String::from_utf8_lossy(bytes).into_owned();
@@ -388,7 +384,6 @@ fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
     char::decode_utf16(codes).map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Decodes numbers that are stored in this kind; returns `None` if the kind is not numeric.
 fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
     let number = match kind {
         1 => Number::Int(1),
@@ -417,7 +412,6 @@ impl<'a> Elements<'a> {
         Some(if self.is_big_endian { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
     }
 
-    /// Returns the kind and the bytes of the next element of `what`.
     fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
         let ends = || FileError::cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
@@ -441,8 +435,7 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// Writes each entry as a matrix; row-major numbers are transposed. A list of texts becomes a matrix of characters, one
-/// row per text, padded with blanks.
+/// Writes each entry as a matrix. A list of texts becomes a matrix of characters, one row per text, padded with blanks.
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
     let title = concat!("MATLAB 5.0 MAT-file, written by LoopScope ", env!("CARGO_PKG_VERSION"));
     let mut header = title.as_bytes().to_vec();

@@ -1,10 +1,10 @@
 //! Files of numbers, one source file per format: reading them as named columns, and writing them.
 //!
-//! Guarantees: the first bytes of a file select its format, never its name. Memory grows with the actual contents of
-//! a file, not with the size that it declares. A panic of a crate that reads a format becomes an error of the file.
+//! Guarantees: the first bytes of a file select its format, never its name. Memory grows with the actual contents of a file,
+//! not with the size that it declares. A panic of a crate that reads a format becomes an error of the file.
 //!
-//! A new format is one source file with a [`Format`] and one line in [`FORMATS`]. The file dialogs, `--help`, the
-//! import window and the messages follow from that list.
+//! A new format is one source file with a [`Format`] and one line in [`FORMATS`], from which file dialogs, `--help`, the
+//! import window and the messages follow.
 //!
 //! | module | contents |
 //! |---|---|
@@ -37,7 +37,7 @@ mod number;
 mod opened;
 pub(crate) mod parquet;
 mod parts;
-pub mod text;
+pub(crate) mod text;
 mod xlsx;
 
 pub(crate) use arrays::{Array, Entry};

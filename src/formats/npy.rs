@@ -40,10 +40,9 @@ struct Header {
 
 #[derive(Debug)]
 pub(super) struct Content {
-    /// One array, or one array per field of the records, named like the field.
+    /// One array, or one per field of the records, named like the field.
     pub arrays: Vec<Array>,
     pub is_records: bool,
-    /// Names of fields without numbers.
     pub left_out: Vec<String>,
 }
 
@@ -76,7 +75,6 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     Ok(Some(Columns { columns: columns.collect(), ..Columns::default() }))
 }
 
-/// Reads one array, named `name`, from a stream of at most `at_most_bytes` bytes.
 pub(super) fn read(
     name: &str,
     from: &mut impl Read,
@@ -110,7 +108,6 @@ pub(super) fn read(
     })
 }
 
-/// Reads the numbers of each field.
 fn numbers(
     record: &Record,
     n_bytes: usize,

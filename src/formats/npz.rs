@@ -26,8 +26,7 @@ const EMPTY: &[u8] = b"PK\x05\x06";
 /// Maximum number of members that are read.
 const MEMBER_LIMIT: usize = 10_000;
 
-/// Reads the arrays of an archive as a table; returns `None` if the archive holds something else. Damage is an error
-/// only if the archive starts with an array.
+/// Reads the arrays of an archive as a table, or `None`. Damage is an error only if the archive starts with an array.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const ARCHIVE: &str = "the archive";
     if source.head.starts_with(EMPTY) {
@@ -83,7 +82,6 @@ fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
     }
 }
 
-/// Writes each entry as an array of its own.
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
     // A fixed date, so that equal entries give equal files.
     let stored = SimpleFileOptions::default()

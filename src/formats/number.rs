@@ -6,7 +6,6 @@ use super::columns::Since;
 /// Stored value of a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;
 
-/// Kind of a stored number, with its size in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     Float(usize),
@@ -27,7 +26,6 @@ impl Number {
         self.value_since(bytes, is_big_endian, &Since::zero())
     }
 
-    /// Returns successive stored values.
     pub fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
         let elements = bytes.chunks_exact(self.n_bytes());
         elements.map(|own| self.value(own, is_big_endian)).collect()
@@ -74,7 +72,7 @@ fn half(bits: u16) -> f64 {
 /// Field of the records of an array: one or more numbers of one kind.
 #[derive(Debug)]
 pub(super) struct Field {
-    /// Name of the field; empty if the elements are not records.
+    /// Empty if the elements are not records.
     pub name: String,
     pub number: Number,
     pub unit: &'static str,
@@ -85,10 +83,7 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Appends the numbers of each record.
-    ///
-    /// # Panics
-    /// If the field does not lie within a record.
+    /// Appends the numbers of each record; panics if the field does not lie within it.
     pub fn append(
         &self,
         records: &[u8],
@@ -104,7 +99,6 @@ impl Field {
         }
     }
 
-    /// Returns these numbers as an array of records with this shape.
     pub fn array(self, shape: &[usize], (values, since): (Vec<f64>, Since)) -> Array {
         Array {
             name: self.name,

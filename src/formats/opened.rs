@@ -1,6 +1,4 @@
-//! An opened file: text, or columns of numbers.
-//!
-//! Guarantees: code that inspects a file or reads its rows treats both alike.
+//! An opened file, text or columns of numbers, which look alike to code that inspects it or reads its rows.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -24,13 +22,11 @@ const HEAD_ROWS: usize = 200;
 /// Number of rows of columns in one part.
 const PART_ROWS: usize = 1 << 14;
 
-/// Opened file with its start.
 #[derive(Debug)]
 pub(crate) struct Opened {
     /// Name of the format; `None` for text.
     pub kind: Option<&'static str>,
     pub encoding: Encoding,
-    /// Length of the file (bytes).
     pub file_bytes: u64,
     pub read_bytes: u64,
     table: Table,
@@ -42,7 +38,6 @@ enum Table {
     Columns(Columns),
 }
 
-/// Part of a file's rows.
 #[derive(Clone, Debug)]
 pub(crate) enum Part<'a> {
     Lines(&'a [u8]),
@@ -56,11 +51,8 @@ pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file. At most `limit_bytes` of a text are read. `parts` names the tables to read if the file holds several;
-/// if it is empty, the program chooses.
-///
-/// # Errors
-/// [`FileError`] if the file does not exist, is damaged, or holds no table of numbers.
+/// Opens a file. At most `limit_bytes` of a text are read. `parts` names the tables to read if the file holds several; if
+/// empty, one is chosen.
 pub(crate) fn open(
     path: &Path,
     block_bytes: usize,
@@ -100,7 +92,6 @@ pub(crate) fn open(
     })
 }
 
-/// Returns the names of the visible files in a folder.
 fn files_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files = entries.filter(|entry| entry.path().is_file());
@@ -123,13 +114,12 @@ impl Opened {
         }
     }
 
-    /// Treats the first lines of a stream as a file; returns `None` if they are not JSON objects.
+    /// Treats the first lines of a stream as a file, if they are JSON objects.
     pub fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
         let (columns, keys) = LineKeys::of_first(lines)?;
         Some((Self::of_columns(columns, &json_lines::FORMAT, 0), keys))
     }
 
-    /// Detects the layout of the table; returns `None` if there is no table.
     pub fn layout(&self) -> Option<TextLayout> {
         match &self.table {
             Table::Text(text) => text.layout(),
@@ -141,7 +131,7 @@ impl Opened {
         }
     }
 
-    /// Returns the head of the table under a layout, or `None` if it is not found. For columns only the header flag counts.
+    /// Returns the head of the table under a layout, if found. For columns only the header flag counts.
     pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         let table = match &self.table {
             Table::Text(text) => return text.head(layout),
@@ -199,8 +189,8 @@ impl Opened {
         sample
     }
 
-    /// Passes the rows below a head to `parse` in parts, several at a time. Passes the results to `take` in file order,
-    /// with the share of the file that they cover.
+    /// Passes the rows below a head to `parse` in parts, several at a time, and the results to `take` in file order, with the
+    /// share of the file that they cover.
     pub fn read<R: Send>(
         self,
         head: &Head,
@@ -233,7 +223,6 @@ impl Opened {
         }
     }
 
-    /// Returns the columns of a file that is not text.
     pub fn columns(&self) -> Option<&Columns> {
         match &self.table {
             Table::Text(_) => None,
@@ -241,7 +230,6 @@ impl Opened {
         }
     }
 
-    /// Returns all tables of a file; empty if there is only one.
     pub fn parts(&self) -> &[FilePart] {
         self.columns().map_or(&[], |columns| &columns.parts)
     }

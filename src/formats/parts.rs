@@ -1,7 +1,7 @@
 //! Files with several tables: topics of a recording, sheets of a workbook, groups of an archive, structs.
 //!
-//! Guarantees: a table that the user names is read, or the error lists the existing ones. If the user names none, the
-//! chosen table and its alternatives are reported.
+//! Guarantees: a table that the user names is read, or the error lists the existing ones. Otherwise the chosen table and its
+//! alternatives are reported.
 
 use super::arrays::{self, Array};
 use super::column_name::{ColumnName, Kind};
@@ -34,8 +34,8 @@ pub(super) fn check_wanted<'a>(
     }
 }
 
-/// Returns the wanted table; several with the same column names are joined one after the other. If none is named,
-/// chooses the table with the most kinds of columns (time, gauges, loads), then with the most rows.
+/// Returns the wanted tables, joined if their column names agree. If none is named, chooses the one with the most kinds of
+/// columns (time, gauges, loads), then with the most rows.
 pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
     check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
     if parts.len() <= 1 {
@@ -81,7 +81,6 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
     Ok(Columns { parts: listed, is_guessed_part: wanted.is_empty(), ..table.columns })
 }
 
-/// Returns the number of kinds (time, gauge, load) among the column names.
 fn kinds(columns: &Columns) -> usize {
     let kind = |column: &Column| ColumnName::parse(&column.name).kind;
     let has = |is_it: fn(Kind) -> bool| columns.columns.iter().filter_map(kind).any(is_it);
@@ -90,8 +89,7 @@ fn kinds(columns: &Columns) -> usize {
         + usize::from(has(|kind| matches!(kind, Kind::Load(_))))
 }
 
-/// Returns the table of a file of groups. Groups of equal length with at most one time are read together; otherwise
-/// each group is a table of its own.
+/// Returns the table of a file of groups. Groups of equal length with at most one time form one table, otherwise one each.
 pub(super) fn of_groups(
     mut groups: Vec<Group>,
     separator: char,

@@ -19,7 +19,6 @@ use crate::recording::{Recording, Source};
 /// Maximum number of recordings in a file. More cuts mean that the time column is not a time.
 const RECORDING_LIMIT: usize = 50_000;
 
-/// Returns the reason why no row is usable.
 pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
     let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
@@ -255,7 +254,6 @@ fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64,
     parts
 }
 
-/// Creates a recording from times, gauges, loads and auxiliary channels.
 fn recording(
     name: String,
     path: &Path,
@@ -272,8 +270,8 @@ fn recording(
         .expect("missing values were held, so each row has a number for each channel")
 }
 
-/// Cuts `values` before each index in `starts`; the first value has the index `offset`. Only the shorter side of a cut
-/// is copied, and free memory is returned, so that little memory is needed.
+/// Cuts `values` before each index in `starts`; the first value has the index `offset`. To need little memory, only the
+/// shorter side of a cut is copied, and free memory is returned.
 fn cut_values(mut values: Vec<f64>, offset: usize, starts: &[usize], parts: &mut Vec<Vec<f64>>) {
     let middle = starts.len() / 2;
     let Some(start) = starts.get(middle) else {
@@ -331,7 +329,7 @@ mod tests {
         assert!(findings.is_empty(), "{findings:?}");
     }
 
-    /// Reads the same three samples with and without the date. Without it, days are counted from the first one.
+    /// Without a date, days are counted from the first sample.
     #[test]
     fn a_time_of_day_goes_on_past_midnight() {
         let rows = ["23:59:59.5,1", "0:00:00,2", "00:00:00.5,4"];

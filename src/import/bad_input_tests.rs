@@ -188,7 +188,6 @@ fn unreadable_files_are_reported() {
     assert!(of_path(Path::new("/proc/self/mem")).contains("/proc/self/mem: cannot be read"));
 }
 
-/// Files and maps with bytes changed, removed and inserted at random.
 mod mutations {
     use super::*;
 

@@ -1,10 +1,9 @@
 //! Estimates the offset between two clocks from the measured values, for the user to accept or reject.
 //!
-//! The gauges follow the load, so they explain most of it at the right offset. The measure is the share of the
-//! reference's variance that a linear combination of the gauges explains (R²). This share equals the cross-correlation with orthogonalised gauges.
-//!
-//! [`scoring::lag`](crate::scoring::lag) measures something else: a lag within a fraction of a cycle, beside hysteresis,
-//! in samples that are already joined. Here the clocks may be hours apart, and each side has its own sample times.
+//! The gauges follow the load, so they explain most of it at the right offset. The measure is the share of the reference's
+//! variance that a linear combination of the gauges explains (R²), the cross-correlation with orthogonalised gauges.
+//! [`scoring::lag`](crate::scoring::lag) differs: it measures a lag within a fraction of a cycle, beside hysteresis, in
+//! joined samples. Here the clocks may be hours apart, and each side has its own sample times.
 
 use serde::Serialize;
 
@@ -20,13 +19,12 @@ const COARSE_POINTS: f64 = 1024.0;
 const FINE_POINTS: f64 = 16_384.0;
 /// Maximum offset, as a share of the time that both series have in common.
 const LARGEST_SHARE: f64 = 0.2;
-/// Explained share that an offset may lose against the best one; half of the unexplained share if that is larger.
-/// Repeated loads fit nearly as well at many offsets, so the smallest of the offsets within this tolerance is returned.
+/// Explained share that an offset may lose against the best (or half of the unexplained share, if larger). Repeated loads
+/// fit nearly as well at many offsets, so the smallest of the offsets within this tolerance is returned.
 const EXPLAINED_TOLERANCE: f64 = 0.01;
 /// Minimum share of a gauge's variance that the other gauges do not explain. Below it the gauge adds nothing.
 const SMALLEST_SHARE: f64 = 1e-9;
 
-/// Estimated offset between two clocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockOffset {
     /// Offset to be added to the reference's times (s).
@@ -37,11 +35,10 @@ pub struct ClockOffset {
     pub explained_without: f64,
 }
 
-/// Estimates the offset to be added to the reference's times.
+/// Estimates the offset to be added to the reference's times; `None` if a time goes back, or a series is short or constant.
 ///
-/// Both series must overlap by half of the shorter one; if they do not, their starts are aligned first. From there,
-/// offsets up to a fifth of the common time are tried. A gauge that lags behind its load also looks like an offset, so
-/// the result is no proof. Returns `None` if a time goes back, or one series is too short or constant.
+/// If the series overlap by less than half of the shorter one, their starts are aligned first. From there, offsets up to a
+/// fifth of the common time are tried. A gauge that lags behind its load also looks like an offset: the result is no proof.
 pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
     let shorter = gauge_span.length().min(reference_span.length());
@@ -187,8 +184,7 @@ fn centre(values: &mut [f64]) -> f64 {
     dot(values, values)
 }
 
-/// Returns one column of a series at `n` equidistant times. Each value is the mean of the samples around that time, or
-/// interpolated if there are few.
+/// Returns one column at `n` equidistant times: the mean of the samples around each time, or interpolated if there are few.
 fn on_grid(series: Series, column: usize, start: f64, step: f64, n: usize) -> Vec<f64> {
     const FEWEST_FOR_MEAN: usize = 4;
     let value = |k: usize| series.values[k * series.width + column];
@@ -227,8 +223,7 @@ mod tests {
         [first, (0.7 * t).cos() - (0.23 * t).sin()]
     }
 
-    /// Returns three gauges that mix two loads, sampled every `step` seconds with jitter. Returns both loads at other times,
-    /// on a clock that is `late` seconds behind.
+    /// Returns three gauges that mix two loads, every `step` s with jitter, and the loads on a clock `late` s behind.
     fn run(step: f64, late: f64) -> [(Vec<f64>, Vec<f64>); 2] {
         let times = |step: f64, phase: f64| -> Vec<f64> {
             let jitter = |k: f64| 0.2 * step * (7.0 * k).sin();

@@ -1,7 +1,7 @@
 //! Converts rows that devices print to lines of a table: plain numbers, `name:value` pairs, Teleplot, JSON without a time.
 //!
-//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times always increase. The text of
-//! a cell is not changed, so a value that is not a number is reported as in files.
+//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times always increase. The text
+//! of a cell is not changed.
 
 use std::path::Path;
 
@@ -21,18 +21,15 @@ const LEAST_STEP_SECS: f64 = 1e-6;
 /// JSON key of a time in seconds.
 const SECONDS: &str = "time [s]";
 
-/// Source of live rows, with its known properties.
+/// Source of live rows, with its known properties. Gauges and auxiliary channels are those of the calibration, in its order.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSource<'a> {
     /// Name of the source in messages.
     pub path: &'a Path,
-    /// Column map, if the user gives one.
     pub map: Option<&'a ColumnMap>,
     /// Sample interval of the recordings from which the calibration was made (s).
     pub step_secs: Option<f64>,
-    /// Gauges of the calibration, in its order.
     pub gauges: &'a [String],
-    /// Auxiliary channels of the calibration, in its order.
     pub auxiliary: &'a [String],
     /// Form of the rows; if absent, it is guessed from the first ten lines.
     pub form: Option<RowForm>,
@@ -40,7 +37,6 @@ pub struct LiveSource<'a> {
     pub rate_hz: Option<f64>,
 }
 
-/// Form in which a device prints its rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowForm {
     /// Table with a time in its header, or JSON lines with a time.
@@ -72,7 +68,6 @@ impl RowForm {
         (Self::Json, "json", "JSON lines without a time"),
     ];
 
-    /// Returns the description of the form.
     pub fn words(self) -> &'static str {
         let own = Self::ALL.iter().find(|(form, ..)| *form == self);
         own.map_or("", |(_, _, words)| words)
@@ -107,7 +102,7 @@ impl RowForm {
     }
 }
 
-/// Splits off the time stamp and the arrow that terminals for serial ports write.
+/// Splits off the time stamp and the arrow that serial terminals write.
 fn without_stamp(line: &str) -> (Option<&str>, &str) {
     match stamped(line.as_bytes()) {
         Some((time, row)) => (line.get(..time), line.get(row..).unwrap_or_default()),
@@ -170,9 +165,7 @@ fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
 /// Converter from lines of a device to lines of a table.
 #[derive(Debug)]
 pub(super) struct DeviceRows {
-    /// Form of the rows.
     pub form: RowForm,
-    /// Source of the times, in words.
     pub clock: &'static str,
     rate_hz: Option<f64>,
     delimiter: Delimiter,
@@ -189,11 +182,8 @@ pub(super) struct DeviceRows {
 }
 
 impl DeviceRows {
-    /// Creates the converter from the first lines, with the map of its table. The map is `None` if the names of the columns
-    /// give their roles.
-    ///
-    /// # Errors
-    /// [`TableError::FewNumbers`] if no line has a number for each channel.
+    /// Creates the converter from the first lines, and the map of its table unless the names of the columns give their roles.
+    /// The error is [`TableError::FewNumbers`] if no line has a number for each channel.
     pub fn new(
         form: RowForm,
         lines: &[String],
@@ -247,13 +237,11 @@ impl DeviceRows {
         (self.form.is_numbers() && n < needed).then(|| format!("{n} of {needed} values"))
     }
 
-    /// Returns a row of numbers without the values after the channels of the calibration.
     fn without_further(&self, row: &str) -> String {
         let cells = cells(row, self.delimiter).take(self.n_cells).map(String::from_utf8_lossy);
         cells.collect::<Vec<_>>().join(&char::from(self.delimiter.byte()).to_string())
     }
 
-    /// Returns the map of a table with the time first, then the channels of the calibration.
     fn map(&self, stamp: Option<&str>, source: LiveSource<'_>) -> ColumnMap {
         let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
         let is_timed = self.form == RowForm::TimedNumbers;
@@ -304,8 +292,7 @@ impl DeviceRows {
         }
     }
 
-    /// Adds a Teleplot value. A row begins with the first gauge or with a repeated name. It is complete when it has all channels
-    /// of the calibration.
+    /// Adds a Teleplot value. A row begins with the first gauge or a repeated name, and ends when it has all channels.
     fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
         let (name, time, value) = teleplot(row)?;
         let is_first = self.cycle.first().is_some_and(|first| first == name);
@@ -330,8 +317,7 @@ impl DeviceRows {
         object((name, &time), &values)
     }
 
-    /// Returns the time of the next row: from its stamp, else from the rate, else from its arrival. Rows that were read at once
-    /// are a microsecond apart.
+    /// Returns the time of the next row: from its stamp, else the rate, else its arrival, 1 µs apart for rows read at once.
     fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
         let secs = match self.rate_hz {
             Some(rate_hz) => self.n_rows / rate_hz,

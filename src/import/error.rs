@@ -190,7 +190,7 @@ impl ReadError {
         )
     }
 
-    /// Replaces the path of an error about a temporary copy by the path that the user knows.
+    /// Replaces the path of a temporary copy by the path that the user knows.
     pub(super) fn known_as(mut self, known: &Path) -> Self {
         match &mut self {
             Self::File { path, .. }
@@ -203,12 +203,10 @@ impl ReadError {
     }
 }
 
-/// Returns a function that adds the file and the line to a table error.
 pub(super) fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
     move |source| ReadError::Table { path: path.to_owned(), line, source }
 }
 
-/// Returns a function that adds the path to a file error.
 pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
     move |error| match error {
         FileError::Cancelled => ReadError::Cancelled,

@@ -8,11 +8,7 @@ use crate::formats;
 /// Names of text files that lie beside recordings but are not recordings.
 const BESIDE: [&str; 5] = ["readme", "license", "licence", "changelog", "notes"];
 
-/// Returns the files in a folder that have the extension of a recording, sorted by name. Hidden files and descriptions
-/// such as a readme are left out.
-///
-/// # Errors
-/// Errors of reading the folder.
+/// Returns the files in a folder with the extension of a recording, sorted by name, without hidden files and readmes.
 pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -34,8 +30,8 @@ pub fn is_pattern(path: &Path) -> bool {
     path.to_string_lossy().contains(['*', '?'])
 }
 
-/// Returns the files that match a pattern with `*` or `?`, sorted by name as a Unix shell does. Returns `None` if a file
-/// has exactly that name, or no file matches.
+/// Returns the files that match a pattern with `*` or `?`, sorted by name as a Unix shell does; `None` if there is none, or
+/// a file has exactly the pattern as its name.
 pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
     if !is_pattern(pattern) || pattern.exists() {
         return None;

@@ -1,30 +1,22 @@
-//! Joins two clocks: gives the reference at the times of the gauges.
-//!
-//! Guarantees: no value is invented. There is none outside the reference's times, or farther from its samples than the
-//! limit.
+//! Joins two clocks: gives the reference at the times of the gauges. No value is invented: there is none outside the
+//! reference's times, or farther from its samples than the limit.
 
 use std::ops::Range;
 
 use super::map::JoinMethod;
 
-/// Values with the times of their own clock.
+/// Values with the times (s, never decreasing) of their own clock, row-major with `width` per time.
 #[derive(Clone, Copy, Debug)]
 pub struct Series<'a> {
-    /// Times (s), never decreasing.
     pub times: &'a [f64],
-    /// Values, row-major with `width` per time.
     pub values: &'a [f64],
-    /// Number of values per time.
     pub width: usize,
 }
 
-/// Evaluates a reference at other times.
+/// Evaluates a reference at other times. `limit_secs` is the longest step that interpolation bridges, the largest distance
+/// of the nearest sample, or the largest age of a held one.
 ///
-/// `limit_secs` is the longest step that interpolation bridges, the largest distance of the nearest sample, or the
-/// largest age of a held one.
-///
-/// **Shapes** one entry per time, `None` if there is no reference; for each other one `width` values are appended to the
-/// second list, row-major.
+/// **Shapes** one entry per time, `None` without a reference; each other one appends `width` values to the second list.
 pub fn at_times(
     times: &[f64],
     reference: Series,
@@ -95,8 +87,7 @@ fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Op
     }
 }
 
-/// Returns the intervals of samples whose steps are at most `within_secs`, cut before the samples in `cuts`. Together they
-/// contain all samples.
+/// Returns the intervals of samples whose steps are at most `within_secs`, cut before the samples in `cuts`; none is left out.
 pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {
@@ -113,9 +104,7 @@ pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usiz
     bursts
 }
 
-/// Replaces the values of successive intervals by their means.
-///
-/// **Shapes** row-major with `width` columns: one row per sample before, one row per interval after.
+/// Replaces the values (`width` columns, row-major) of successive intervals by their means, one row per interval.
 pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) {
     for (at, interval) in intervals.iter().enumerate() {
         for column in 0..width {

@@ -1,7 +1,7 @@
 //! Rows that arrive live, from a pipe or from a file that another program writes.
 //!
-//! Guarantees: the columns are determined once, by the code that reads whole files. Each further line costs only the
-//! parsing of its cells. A line that is not a row is reported and changes nothing. The keys of JSON lines name columns.
+//! Guarantees: the columns are determined once, by the code that reads whole files. Each further line costs only the parsing
+//! of its cells. A line that is not a row is reported and changes nothing. The keys of JSON lines name columns.
 
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
@@ -37,9 +37,7 @@ pub type Begun = (LiveTable, Vec<LiveRow>);
 /// Reason why a line is not a usable row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
-    /// Time of the line (s), if it has one.
     pub time: Option<f64>,
-    /// Description of the wrong value.
     pub why: String,
 }
 
@@ -59,15 +57,11 @@ impl Default for LiveHead {
 }
 
 impl LiveHead {
-    /// Returns true before the first line.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
 
-    /// Adds the next line. Returns the table once its columns are known.
-    ///
-    /// # Errors
-    /// [`ReadError`] if further lines cannot make the table valid.
+    /// Adds the next line, and returns the table once its columns are known. The error is final: no further line can help.
     pub fn push(
         &mut self,
         line: String,
@@ -88,9 +82,6 @@ impl LiveHead {
     }
 
     /// Returns the table when no further lines follow.
-    ///
-    /// # Errors
-    /// [`ReadError`] if the lines are not a table.
     pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
         match self.of_device(source, true)? {
             Some(begun) => Ok(begun),
@@ -128,18 +119,15 @@ impl LiveHead {
     }
 }
 
-/// One live row.
+/// One live row, in the order of the channels in [`LiveTable`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveRow {
-    /// Time (s).
     pub time: f64,
-    /// Gauges, in the order of [`LiveTable::gauge_names`].
     pub gauges: Vec<f64>,
-    /// Auxiliary channels, in the order of [`LiveTable::auxiliary_names`]. A missing value is held from the line before.
+    /// Auxiliary channels. A missing value is held from the line before.
     pub auxiliary: Vec<f64>,
     /// Age of each auxiliary value, and mean interval between the values of its channel (s).
     pub auxiliary_ages: Vec<(f64, f64)>,
-    /// Reference load, in the order of [`LiveTable::axes`].
     pub loads: Vec<f64>,
 }
 
@@ -151,12 +139,10 @@ pub struct Places {
 }
 
 impl Places {
-    /// Returns the gauges of a row, in the order of the calibration.
     pub fn gauges(&self, row: &LiveRow) -> Vec<f64> {
         self.gauges.iter().map(|place| row.gauges[*place]).collect()
     }
 
-    /// Returns the auxiliary channels of a row, in the order of the calibration.
     pub fn auxiliary(&self, row: &LiveRow) -> Vec<f64> {
         self.auxiliary.iter().map(|place| row.auxiliary[*place]).collect()
     }
@@ -220,15 +206,12 @@ impl Newest {
 }
 
 impl LiveTable {
-    /// Returns the names of the gauges.
     pub fn gauge_names(&self) -> &[String] {
         &self.plan.gauge_names
     }
 
-    /// Returns the positions of these channels in a row. Gauges are found by name, or by index if those of JSON lines are one list.
-    ///
-    /// # Errors
-    /// A description of the channels that are missing.
+    /// Returns the positions of these channels in a row, or a description of those that are missing. Gauges are found by name,
+    /// or by index if JSON lines have one list of them.
     pub fn places(&self, gauges: &[String], auxiliary: &[String]) -> Result<Places, String> {
         let names = self.gauge_names();
         let has_list = self.keys.as_ref().is_some_and(LineKeys::have_list);
@@ -249,12 +232,10 @@ impl LiveTable {
         })
     }
 
-    /// Returns the names of the auxiliary channels.
     pub fn auxiliary_names(&self) -> &[String] {
         &self.plan.auxiliary_names
     }
 
-    /// Returns the axes of the reference; empty without a reference.
     pub fn axes(&self) -> &[Axis] {
         &self.plan.axes
     }
@@ -270,10 +251,7 @@ impl LiveTable {
         Some(format!("rows are {}; the time is by {}", device.form.words(), device.clock))
     }
 
-    /// Creates the table from the first lines, with the rows among them; returns `None` if more lines are needed.
-    ///
-    /// # Errors
-    /// [`ReadError`] if further lines cannot make the table valid.
+    /// Creates the table from the first lines, with the rows among them; `None` if more lines are needed.
     pub fn begin(
         lines: &[String],
         source: LiveSource<'_>,
@@ -292,9 +270,6 @@ impl LiveTable {
     }
 
     /// Creates the table as [`begin`](Self::begin) does, when no further lines follow.
-    ///
-    /// # Errors
-    /// [`ReadError`] if the lines are not a table.
     pub fn of_all(
         lines: &[String],
         source: LiveSource<'_>,
@@ -373,10 +348,7 @@ impl LiveTable {
         }
     }
 
-    /// Reads one line; returns `None` if the row needs more lines.
-    ///
-    /// # Errors
-    /// [`Rejected`] if the line is not a usable row.
+    /// Reads one line; `None` if the row needs more lines.
     pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
         let Some((device, start)) = &mut self.device else {
             return self.table_row(line).map(Some);
@@ -441,7 +413,7 @@ impl LiveTable {
     }
 }
 
-/// Returns the unit in which the step of the times is nearest to that of the calibration; `None` if no time passes.
+/// Returns the unit in which the step of the times is nearest to the calibration's; `None` if no time passes.
 fn by_step_of(
     times: &[f64],
     trained_secs: f64,
@@ -478,7 +450,6 @@ pub struct GrowingFile {
     lines: ArrivingLines,
 }
 
-/// Result of checking a growing file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Grown {
     /// Complete line.
@@ -490,10 +461,6 @@ pub enum Grown {
 }
 
 impl GrowingFile {
-    /// Opens a file at its beginning.
-    ///
-    /// # Errors
-    /// If the file cannot be opened.
     pub fn open(path: &Path) -> io::Result<Self> {
         Ok(Self {
             path: path.to_owned(),
@@ -505,9 +472,6 @@ impl GrowingFile {
     }
 
     /// Returns the next complete line. If there is none, waits briefly and returns the reason.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
     pub fn look(&mut self) -> io::Result<Grown> {
         if let Some(line) = self.lines.next_line() {
             return Ok(Grown::Line(line));
@@ -533,8 +497,8 @@ impl GrowingFile {
         Ok(self.lines.next_line().map_or(Grown::Nothing, Grown::Line))
     }
 
-    /// Returns true if the last bytes that were read are unchanged. A file that was rewritten differs there, even if it is
-    /// longer by now. After the check, reading continues behind these bytes.
+    /// Returns true if the last bytes that were read are unchanged; reading then continues behind them. In a file that was
+    /// rewritten they differ, even if it is longer by now.
     fn still_holds_its_tail(&mut self) -> io::Result<bool> {
         let mut again = vec![0; self.tail.len()];
         let start = self.n_read - self.tail.len() as u64;

@@ -50,7 +50,6 @@ pub(super) struct Reading<'a> {
     pub limit_bytes: Option<u64>,
 }
 
-/// Gauges and reference before they are joined.
 #[derive(Debug)]
 pub(super) struct Sides {
     pub gauges: Table,
@@ -72,7 +71,7 @@ impl<'a> Reading<'a> {
         Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
 
-    /// Opens a file. `parts` names the tables to read if it holds several; if empty, the program chooses.
+    /// Opens a file. `parts` names the tables to read if it holds several; if empty, one is chosen.
     pub fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
         let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
         let opened = formats::open(path, block_bytes, limit_bytes, parts, self.progress);
@@ -238,8 +237,8 @@ fn about(opened: &Opened) -> Vec<Cause> {
 }
 
 impl Sides {
-    /// Returns an error if so large a share of the rows is skipped that the table is not understood. NaN counts as
-    /// understood, since it marks missing values.
+    /// Returns an error if the share of skipped rows shows that the table is not understood. NaN marks missing values, and
+    /// counts as understood.
     fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
         let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);

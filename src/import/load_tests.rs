@@ -31,7 +31,6 @@ impl Folder {
     }
 }
 
-/// Returns a map from the parts of its JSON that differ.
 #[track_caller]
 fn map(parts: &str) -> ColumnMap {
     let text = format!("{{ \"format\": \"loopscope column map\", \"version\": 1, {parts} }}");
@@ -65,8 +64,8 @@ fn an_auxiliary_value_is_held_and_costs_no_row() {
     assert_eq!(findings, [Cause::IgnoredColumns { names }]);
 }
 
-/// Rows are 10 ms apart. The first thermometer has no value in row 20 and in 60 rows from row 100 on. A slow one has a
-/// value in every 20th row and then stops for 100 rows.
+/// Rows are 10 ms apart. The first thermometer has no value in row 20 and in 60 rows from row 100 on. A slow one has a value
+/// in every 20th row and then stops for 100 rows.
 #[test]
 fn missing_auxiliary_values_are_reported_and_known_to_the_recording() {
     let mut text = String::from("t [s],S1,Fz,temperature,humidity\n");
@@ -586,7 +585,7 @@ fn read_by_names(content: &str) -> Result<Loaded, ReadError> {
     read(&folder.path("run.csv"), None, &[], &Progress::default())
 }
 
-/// The second column changes late, and the third increases for long before it decreases. Ten rows alone would be misleading.
+/// The second column changes late, and the third rises for long before it falls: ten rows alone would mislead.
 #[test]
 fn roles_are_guessed_from_rows_all_over_the_file() {
     use crate::import::map::ColumnRole;
@@ -609,7 +608,6 @@ fn roles_are_guessed_from_rows_all_over_the_file() {
     }
 }
 
-/// Reads a text as a file by its names.
 fn read_text(text: &str) -> Result<Loaded, ReadError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.csv");
@@ -617,8 +615,7 @@ fn read_text(text: &str) -> Result<Loaded, ReadError> {
     read(&path, None, &[], &Progress::default())
 }
 
-/// Numbers of a thousand or more occur late, not in the first lines. The formats are US, German and Swiss, with and without
-/// decimals.
+/// Numbers of a thousand or more occur late in the file, in US, German and Swiss format, with and without decimals.
 #[test]
 fn separators_of_thousands_are_found_late_in_the_file() {
     for (head, small, large, delimiter) in [

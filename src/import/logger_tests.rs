@@ -159,7 +159,6 @@ fn a_comment_in_quotes_may_hold_a_line_end() {
     assert_eq!((place.first_line, place.count), (7, 1));
 }
 
-/// Returns the recordings of a text read with this treatment of stamps.
 fn with_stamps(text: &str, stamps: &str) -> Vec<Recording> {
     let file = TestFile::new(text);
     let rule = |name: &str, is: &str| format!(r#"{{"column": "{name}", "is": "{is}"}}"#);

@@ -1,7 +1,7 @@
 //! Recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
 //!
-//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its
-//! line (rows of arrays count as lines). Wrong data never panics. A text file is never held in memory.
+//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its line
+//! (rows of arrays count as lines). Wrong data never panics. A text file is never held in memory.
 //!
 //! | module | contents |
 //! |---|---|
@@ -18,20 +18,20 @@
 //! | `error`, `warning`, `named_column` | messages to the user |
 
 mod assemble;
-pub mod clock_offset;
+pub(crate) mod clock_offset;
 mod device_rows;
 mod error;
 mod estimate;
 mod folder;
 pub mod inspect;
 mod join;
-pub mod live;
+pub(crate) mod live;
 mod load;
 pub mod map;
 mod named_column;
 mod names;
 mod plan;
-pub mod pose;
+pub(crate) mod pose;
 mod read;
 mod rows;
 mod timeline;
@@ -41,7 +41,7 @@ mod weigh;
 
 pub use error::ReadError;
 pub(crate) use estimate::estimate_weight;
-pub use folder::{is_pattern, matching, recordings_in};
+pub(crate) use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;
 pub use read::read;
 #[cfg(test)]

@@ -1,5 +1,3 @@
-//! Name of a column of a file in messages.
-
 use std::fmt;
 
 use crate::shown::shown;
@@ -9,12 +7,10 @@ use crate::shown::shown;
 pub struct NamedColumn {
     /// Number of the column, counted from 1.
     pub number: usize,
-    /// Name in the header, or the role of the column.
     pub name: String,
 }
 
 impl NamedColumn {
-    /// Creates the name of a column, given its index.
     pub(super) fn new(index: usize, name: impl Into<String>) -> Self {
         Self { number: index + 1, name: name.into() }
     }

@@ -17,7 +17,6 @@ use crate::recording::Axis;
 /// Names of a column of days.
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 
-/// Guessed roles of the columns of a table.
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
     /// Rules with the index of their column.
@@ -173,7 +172,6 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     Guess { rules, notes, unnamed_loads }
 }
 
-/// Returns the rule of an auxiliary channel with this unit.
 fn auxiliary(
     keys: &Header<'_>,
     index: usize,
@@ -188,8 +186,8 @@ fn auxiliary(
     }
 }
 
-/// If an axis occurs in several topics or structs, keeps the reference in only one of them. A name for a reference counts
-/// first, then the number of axes, then the order in the file.
+/// If an axis occurs in several topics or structs, keeps the reference in only one of them: by a name for a reference, then
+/// the number of axes, then the order in the file.
 fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     const REFERENCES: [&str; 7] =
         ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
@@ -312,14 +310,12 @@ fn date_order(
     days.next()
 }
 
-/// Returns the texts in the filled cells of a column; `None` if some cells are numbers.
 fn written<'a>(rows: &[Vec<Cell<'a>>], index: usize) -> Option<Vec<&'a [u8]>> {
     let cells = rows.iter().filter_map(|row| row.get(index).copied());
     let filled = cells.filter(|cell| !cell.is_empty());
     filled.map(Cell::written).collect()
 }
 
-/// Returns the form of a column of dates or times of day.
 pub(super) fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<TimeForm> {
     TimeForm::of_all(written(rows, index)?.into_iter())
 }

@@ -1,7 +1,5 @@
-//! Computes the load of a known weight from the orientation of the sensor (the paper's "Calc."). Estimates a weight from
-//! poses and a measured load.
-//!
-//! Guarantees: a pose that is not a rotation is never used. Without inertia the force never exceeds the weight.
+//! Computes the load of a known weight from the orientation of the sensor (the paper's "Calc."), and estimates a weight from
+//! poses and a measured load. A pose that is not a rotation is never used. Without inertia the force never exceeds the weight.
 
 use crate::dot::dot;
 use crate::import::map::{Angles, Attitude};
@@ -19,17 +17,14 @@ const MIN_TURNING: f64 = 1e-3;
 /// Minimum product of variances along two directions for estimating a centre of mass.
 const MIN_TURNING_TWICE: f64 = 1e-6;
 
-/// Pose of a sensor at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Orientation.
     pub rotation: Rotation,
     /// Position in the world (m); the origin if it is not known.
     pub position_m: [f64; 3],
 }
 
-/// Returns the rotation for these numbers, in the order of [`Attitude::parts`], angles in rad. Returns `None` if they are
-/// not a rotation.
+/// Returns the rotation for numbers in the order of [`Attitude::parts`], angles in rad; `None` if they are no rotation.
 pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<Rotation> {
     let rotation = match (attitude, numbers) {
         (Attitude::Quaternion, &[w, x, y, z]) => rotation_from_quaternion([w, x, y, z])?,
@@ -65,9 +60,8 @@ fn is_rotation(rotation: &Rotation) -> bool {
 
 /// Returns the acceleration of a weight's centre of mass in the world for each pose (m/s²).
 ///
-/// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose. The window looks
-/// ahead, so this is only for references. The window ends where time goes back. With fewer than five poses in the window the
-/// acceleration is zero.
+/// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose, ending where time goes
+/// back. The window looks ahead, so this is only for references. With fewer than five poses in it, the acceleration is zero.
 pub fn accelerations(
     times: &[f64],
     poses: &[Pose],
@@ -133,13 +127,11 @@ pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64;
     load_of_pull(&pose.rotation, weight, pull)
 }
 
-/// Weight estimated from poses and a measured load.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct WeightEstimate {
     /// Mass (kg).
     pub mass_kg: f64,
-    /// Centre of mass in the sensor's frame (m); `None` without the three moments, or if the sensor was turned about only
-    /// one axis.
+    /// Centre of mass in the sensor's frame (m); `None` without the three moments, or if the sensor turned about only one axis.
     pub centre_m: Option<[f64; 3]>,
     /// Force that the reference shows without a load (N).
     pub force_offset: [f64; 3],
@@ -149,14 +141,11 @@ pub struct WeightEstimate {
     pub force_rms: f64,
     /// Root mean square residual of the moments over the three axes (N·m).
     pub moment_rms: Option<f64>,
-    /// Number of samples.
     pub n_samples: usize,
 }
 
-/// Estimates the weight by least squares: forces are `m Rᵀg` plus an offset, moments `m c × Rᵀg` plus an offset.
-/// Returns `None` if gravity never turned in the sensor's frame, since weight and offset are then the same.
-///
-/// **Shapes** `forces` and `moments` have one entry per rotation.
+/// Estimates the weight by least squares: forces are `m Rᵀg` plus an offset, moments `m c × Rᵀg` plus an offset, one per
+/// rotation. `None` if gravity never turned in the sensor's frame, since weight and offset are then the same.
 pub fn estimate_weight(
     rotations: &[Rotation],
     forces: &[[f64; 3]],
@@ -201,7 +190,7 @@ pub fn estimate_weight(
         moment_rms: None,
         n_samples: rotations.len(),
     };
-    // Twice the sum of products of variances along two directions. The result is zero if gravity turned along only one direction.
+    // Twice the sum of products of variances along two directions: zero if gravity turned along only one direction.
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments
@@ -213,7 +202,7 @@ pub fn estimate_weight(
 }
 
 impl WeightEstimate {
-    /// Estimates the centre of mass. Moments about their mean are `d × p`, with the pulls `p` about their mean and `d = m c`.
+    /// Estimates the centre of mass: moments about their mean are `d × p`, with the pulls `p` about their mean and `d = m c`.
     /// Least squares for `d`: `Σ (|p|² I − p pᵀ) d = Σ p × M`.
     fn add_centre(
         &mut self,
@@ -270,8 +259,7 @@ mod tests {
         }
     }
 
-    /// A quarter turn about z takes x to y and y to −x, one about x takes y to z and z to −y. The products in both orders are
-    /// written out by hand.
+    /// A quarter turn about z takes x to y and y to −x, one about x takes y to z and z to −y. Both products are by hand.
     #[test]
     fn every_representation_of_an_orientation_means_the_same() {
         let fixed = Angles::FixedXyz;
@@ -306,9 +294,8 @@ mod tests {
         assert!(of(Attitude::RotationVector, &[0.0; 3]).is_some());
     }
 
-    /// A turntable rotates with angular velocity ω about the vertical z axis, with a weight at c. The sensor carries
-    /// `F = m (ω² c_x, ω² c_y, −g)` in its own rotating frame. A parabola over 21 ms flattens the circle by less than
-    /// (3 · 0.0105)² / 6 = 0.02 % of 2 N.
+    /// A turntable rotates with ω about the vertical z axis, with a weight at c. In its own frame the sensor carries
+    /// `F = m (ω² c_x, ω² c_y, −g)`. A parabola over 21 ms flattens the circle by less than (3 · 0.0105)² / 6 = 0.02 % of 2 N.
     #[test]
     fn a_turntable_pulls_its_weight_outwards() {
         let (omega, weight) = (3.0, Weight { mass_kg: 2.0, centre_m: [0.1, -0.05, 0.2] });

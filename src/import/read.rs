@@ -1,5 +1,3 @@
-//! Reading of one file, for the window, sessions and the command line.
-
 use std::path::Path;
 
 use super::inspect::map_for;
@@ -12,18 +10,17 @@ use crate::progress::Progress;
 ///
 /// With a map, the file is read as the map describes, with the file of its reference if the map names one. Without a map,
 /// the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the reference load if there is one.
-/// Other columns are ignored. If the names are not sufficient, the first of the `remembered` maps that fits the file is
-/// used; [`Loaded::map`] holds the map that was used. A pause or a step back in time starts a new recording.
+/// Other columns are ignored. If the names do not suffice, the first of the `remembered` maps that fits is used;
+/// [`Loaded::map`] holds the used map. A pause or a step back in time starts a new recording.
 ///
-/// `progress` advances by bytes, and the caller adds the size of the file to its total. Sizes of further reads, such as a
-/// second file or a second clock in the same file, are added here.
+/// `progress` advances by bytes; the caller adds the size of the file to its total. Sizes of further reads, such as a second
+/// file or a second clock in the same file, are added here.
 ///
-/// **Units** The unit in the map counts first, then that in the header. Without one, loads are in N and N·m, and the unit
-/// of times is derived from their values.
+/// **Units** of the map, else of the header, else N, N·m, and for times a unit derived from their values.
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, holds no table or no usable row, the map is for another kind of file, two
-/// clocks have no common time, or `progress` is cancelled.
+/// [`ReadError`] if the file cannot be read, has no table or usable row, the map is for another kind of file, two clocks have
+/// no common time, or `progress` is cancelled.
 pub fn read(
     path: &Path,
     map: Option<&ColumnMap>,

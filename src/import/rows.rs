@@ -1,7 +1,7 @@
 //! Rows of numbers from parts of a file. Parts are independent, so they can be parsed in parallel.
 //!
 //! Guarantees: every number that is kept is finite. A row is kept completely or not at all. Joining the rows of two parts
-//! gives the same result as parsing both parts as one.
+//! equals parsing both parts as one.
 
 mod held;
 mod values;
@@ -19,17 +19,15 @@ use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
-/// Rows of successive lines in SI units; only the times stay in the unit of the file.
+/// Rows of successive lines, row-major, in SI units; only the times stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub times: Vec<f64>,
-    /// Gauges, row-major.
     pub gauges: Vec<f64>,
-    /// Auxiliary values, row-major; NaN if missing, until [`Rows::hold_auxiliary`].
+    /// NaN if missing, until [`Rows::hold_auxiliary`].
     pub auxiliary: Vec<f64>,
-    /// Loads, row-major, in the order of the axes.
     pub loads: Vec<f64>,
-    /// Pose values, row-major, in the order of the plan; empty after the loads are computed.
+    /// Pose values in the order of the plan; empty after the loads are computed.
     pub poses: Vec<f64>,
     pub findings: Findings,
     pub n_lines: u64,
@@ -61,7 +59,6 @@ pub(super) struct HeldRows {
 struct LineRun {
     row: usize,
     line: u64,
-    /// Value in the group column; empty without one.
     group: Box<str>,
 }
 
@@ -130,8 +127,8 @@ impl Rows {
         rows
     }
 
-    /// Returns the time of an unusable row, which is the first of a part, in the unit of the file. If rows are counted, the
-    /// time is `count`. Returns `None` if the row has no time.
+    /// Returns the time of an unusable row, the first of a part, in the file's unit, or `count` if rows are counted; `None`
+    /// if it has no time.
     pub fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
         let time = match part {
             Part::Lines(line) => Self::time_of(plan.text.row(line)?, plan),
@@ -162,7 +159,6 @@ impl Rows {
         lists.map(|values| (values.len().checked_div(n_rows).unwrap_or(0), values))
     }
 
-    /// Sorts the rows into this order.
     pub fn arrange(&mut self, order: &[usize]) {
         self.keep_lines_of(order.iter().copied());
         for (width, values) in self.lists() {
@@ -193,14 +189,13 @@ impl Rows {
         }
     }
 
-    /// Changes the origin of the times (s since 1970).
     pub fn count_from(&mut self, zero_secs: f64) {
         let later = self.zero_secs - zero_secs;
         self.times.iter_mut().for_each(|time| *time += later);
         self.zero_secs = zero_secs;
     }
 
-    /// Appends the next parts, which cover this share of the file. The first call reserves memory for the whole file, since
+    /// Appends the next parts, which cover this share of the file. The first call reserves memory for the whole file, because
     /// growing later would copy everything.
     fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
         if self.times.is_empty() {
@@ -212,7 +207,6 @@ impl Rows {
         parts.into_iter().for_each(|next| self.append(next));
     }
 
-    /// Reserves memory for about `n_rows` more rows.
     fn reserve(&mut self, n_rows: usize, plan: &Plan) {
         let widths = [
             1,
@@ -226,7 +220,6 @@ impl Rows {
         }
     }
 
-    /// Appends the rows of the next block.
     fn append(&mut self, mut next: Self) {
         let (n_rows, n_lines) = (self.times.len(), self.n_lines);
         if next.counts_rows {
@@ -262,7 +255,6 @@ impl Rows {
         run.line + (row - run.row) as u64
     }
 
-    /// Returns the value of a row in the group column; empty without one.
     pub fn group_of(&self, row: usize) -> &str {
         &self.run_of(row).group
     }
@@ -400,7 +392,6 @@ impl Rows {
         })
     }
 
-    /// Removes the rows that are not kept, and reports the cause.
     pub fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, cause: Cause) {
         let missing = || (0..self.times.len()).filter(|row| !is_kept(*row));
         if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
@@ -410,18 +401,15 @@ impl Rows {
         }
     }
 
-    /// Reports a cause at one row.
     pub fn note_row(&mut self, row: usize, cause: Cause) {
         self.findings.note(self.line_of(row), cause);
     }
 
-    /// Reports a cause at `count` rows between a first and a last one.
     pub fn note_rows(&mut self, first: usize, last: usize, count: u64, cause: Cause) {
         let (first, last) = (self.line_of(first), self.line_of(last));
         self.findings.note_many(first, last, count, cause);
     }
 
-    /// Removes the rows that are not kept.
     pub fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let n_rows = self.times.len();
         self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
@@ -431,7 +419,7 @@ impl Rows {
         }
     }
 
-    /// Keeps only the lines of these rows, in this order. The values of the rows are not moved.
+    /// Keeps only the lines of these rows, in this order, without moving the values.
     pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
         let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
         let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);

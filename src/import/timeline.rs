@@ -6,7 +6,7 @@ use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pa
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// Minimum number of pauses that are taken for the rhythm of a logger that writes rows in bursts. The pauses must also be more frequent than one step in [`STEPS_PER_BURST`].
+/// Minimum number of pauses that count as the rhythm of a logger that writes rows in bursts; see [`STEPS_PER_BURST`].
 const FEWEST_BURSTS: usize = 20;
 /// Maximum mean number of steps per burst, see [`FEWEST_BURSTS`].
 const STEPS_PER_BURST: usize = 50;
@@ -19,9 +19,9 @@ const SLOWEST_STEP_SECS: f64 = 60.0;
 
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// Minimum median step of whole numbers in microseconds. Steps of 1000 are taken as microseconds at 1 kHz, not as milliseconds at 1 Hz.
+/// Minimum median step of whole numbers in microseconds: steps of 1000 are microseconds at 1 kHz, not milliseconds at 1 Hz.
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// Minimum median step of times in nanoseconds. Steps of 333,000 are taken as nanoseconds at 3 kHz, not as microseconds at 3 Hz.
+/// Minimum median step of times in nanoseconds: steps of 333,000 are nanoseconds at 3 kHz, not microseconds at 3 Hz.
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Starts of recordings and repeated times.
@@ -47,8 +47,7 @@ struct Bursts {
     pause_secs: f64,
 }
 
-/// Finds cuts between recordings: where time goes back, and at each step longer than `gap_secs`. Times are in seconds.
-/// Without `gap_secs`, the gap is derived from the steps.
+/// Finds cuts between recordings: where time goes back, and at steps longer than `gap_secs` (s), else than a derived gap.
 pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let mut cuts = Cuts::default();
     let gap = gap_secs.unwrap_or_else(|| {
@@ -77,8 +76,8 @@ pub(super) fn sort(rows: &mut Rows) {
     rows.arrange(&order);
 }
 
-/// Spreads rows with the same stamp evenly up to the next stamp. The first ones end there; the last ones, and those before
-/// a pause, get the same step as the others.
+/// Spreads rows with the same stamp evenly up to the next stamp, where the first ones end. The last ones, and those before a
+/// pause, get the same step as the others.
 pub(super) fn spread(times: &mut [f64]) {
     let stamps: Vec<(f64, usize)> =
         (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();
@@ -103,8 +102,7 @@ pub(super) fn spread(times: &mut [f64]) {
     }
 }
 
-/// Returns the longest step between two samples without a gap (s): 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`] if
-/// rows come in bursts.
+/// Returns the longest step without a gap (s): 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`] if rows come in bursts.
 pub(super) fn longest_bridge(times: &[f64]) -> f64 {
     match bursts(times) {
         Some(_) => GAP_BETWEEN_BURSTS_SECS,
@@ -128,11 +126,9 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
     })
 }
 
-/// Derives the unit of times from their values, counted from `since`.
-///
-/// Values like today's UNIX time give the unit by their size, if the steps fit a logger. Otherwise the median step
-/// decides: whole numbers with a step from 2 on are milliseconds, with longer steps microseconds or nanoseconds.
-/// Everything else is seconds.
+/// Derives the unit of times from their values, counted from `since`. Values like today's UNIX time give the unit by their
+/// size, if the steps fit a logger. Otherwise the median step decides: whole numbers with a step from 2 on are milliseconds,
+/// with longer steps microseconds or nanoseconds. Everything else is seconds.
 pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
@@ -150,10 +146,7 @@ pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     })
 }
 
-/// Returns the unit in which a step is nearest to that of a calibration (s).
-///
-/// # Errors
-/// The nearest unit and its ratio to the expected step, if the ratio exceeds ten.
+/// Returns the unit in which a step is nearest to a calibration's (s); as an error with the ratio, if the ratio exceeds ten.
 pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
     let off = |unit: TimeUnit| {
         let times = step / unit.per_second() / trained_secs;
@@ -189,7 +182,6 @@ pub(super) fn unwrap_counters(
 }
 
 /// Returns the number of samples for which a reference repeats its value before it changes, if this number is steady.
-///
 /// A reference that is measured less often than it is written shows runs of equal rows of nearly one length. Dead weights
 /// show long runs of many lengths, a live signal runs of one row.
 pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
@@ -269,7 +261,7 @@ mod tests {
         assert_eq!(cuts(&times, Some(9.0)).starts, [7]);
     }
 
-    /// Returns the times of `n` runs of `samples` samples, `step` apart, with `pause` between runs (s).
+    /// Returns the times (s) of `n` runs of `samples` samples.
     fn runs(n: u32, samples: u32, step: f64, pause: f64) -> Vec<f64> {
         let period = f64::from(samples - 1) * step + pause;
         let time = |k: u32| f64::from(k / samples) * period + f64::from(k % samples) * step;

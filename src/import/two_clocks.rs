@@ -1,7 +1,5 @@
-//! Joins gauges and reference with separate clocks to one table.
-//!
-//! Guarantees: a sample keeps its own time. It gets a reference that is near in time; otherwise it is left out and
-//! reported.
+//! Joins gauges and reference with separate clocks to one table. A sample keeps its own time, and gets a reference that is
+//! near in time; otherwise it is left out and reported.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +20,6 @@ pub(super) struct Table {
     pub path: PathBuf,
     pub plan: Plan,
     pub rows: Rows,
-    /// Day given by the file.
     pub day: Option<Day>,
 }
 
@@ -39,7 +36,6 @@ pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Sid
     }
 }
 
-/// Checks that the reference's time never goes back.
 pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     let rows = &reference.rows;
     let mut steps = rows.times.windows(2);
@@ -89,7 +85,6 @@ pub(super) fn join(
     Ok(())
 }
 
-/// Returns the first and the last time (s).
 fn span(times: &[f64]) -> (f64, f64) {
     let or_zero = |time: Option<&f64>| time.copied().unwrap_or_default();
     (or_zero(times.first()), or_zero(times.last()))

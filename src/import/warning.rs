@@ -143,7 +143,6 @@ impl Cause {
         }
     }
 
-    /// Returns the finding of this cause in a file.
     fn finding(&self, place: &Place, path: &Path) -> Finding {
         let place = Place { path: path.to_owned(), ..place.clone() };
         let found = Finding::new(self.id(), Verdict::Doubtful, self.to_string());
@@ -200,7 +199,7 @@ impl Trouble {
     }
 }
 
-/// Causes of warnings about one interval of a file, one per kind, with their places. The path is set at the end.
+/// Causes of warnings about one interval of a file, one per kind, with their places; the path comes last.
 #[derive(Debug, Default)]
 pub(super) struct Findings(Vec<(Cause, Place)>);
 

@@ -1,5 +1,3 @@
-//! Loads from poses, for a known weight.
-
 use super::plan::PosePlan;
 use super::two_clocks::Table;
 use super::warning::Cause;
@@ -119,7 +117,6 @@ mod tests {
     use crate::progress::Progress;
     use crate::recording::kinetics::STANDARD_GRAVITY;
 
-    /// Returns the map of a table with a header, its columns given by name.
     fn map(columns: &[(&str, &str)], weight: &str) -> ColumnMap {
         let rule = |(name, is): &(&str, &str)| format!(r#"{{ "column": "{name}", "is": "{is}" }}"#);
         let rules: Vec<String> = columns.iter().map(rule).collect();
@@ -149,8 +146,8 @@ mod tests {
         ("kind", "mount"),
     ];
 
-    /// The sensor is upright, then rolled by 90°, so that its y axis points up. With `W = m g` and the centre at (x, y, z) the
-    /// loads are (0, 0, −W, −yW, xW, 0) and (0, −W, 0, zW, 0, −xW).
+    /// The sensor is upright, then rolled by 90°, y axis up. With `W = m g` and the centre at (x, y, z) the loads are
+    /// (0, 0, −W, −yW, xW, 0) and (0, −W, 0, zW, 0, −xW).
     #[test]
     fn the_load_of_a_known_weight_follows_from_the_pose() {
         let weight = r#"{ "mounts": [{ "name": "a", "mass_kg": 2, "centre_m": [0.02, 0.01, 0.03] },
@@ -177,8 +174,7 @@ mod tests {
         );
     }
 
-    /// A file of its own gives robot states at 0 s and 10 s, level and rolled by 90°. The loads are (0, 0, −W) and
-    /// (0, −W, 0), and interpolated halfway between.
+    /// A separate file gives robot states at 0 s and 10 s, level and rolled by 90°: (0, 0, −W) and (0, −W, 0), else between.
     #[test]
     fn the_pose_may_be_in_a_file_with_another_clock() {
         let mut map = map(&QUATERNION[..6], r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#);
@@ -217,7 +213,7 @@ mod tests {
     }
 
     /// A sensor swings by sin(2π t) rad about x with a weight at 1 m. At the ends the weight's own acceleration is 4π² m/s²,
-    /// four times gravity. This acceleration is reported with and without `inertia`.
+    /// four times gravity, and reported with and without `inertia`.
     #[test]
     fn the_acceleration_of_a_swung_weight_is_reported() {
         let columns = [

@@ -6,10 +6,8 @@ use crate::features::AuxiliaryChannel;
 use crate::recording::in_role;
 use crate::recording::{Entry, Recording, Role};
 
-/// Auxiliary channels of a set of recordings.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AuxiliaryInputs {
-    /// Names of the channels that a fit can use.
     pub channels: Vec<AuxiliaryChannel>,
     /// Reasons why the other channels cannot be used, one sentence each.
     pub unused: Vec<String>,
@@ -117,7 +115,6 @@ mod tests {
         recording.unwrap().with_auxiliary(names, units, auxiliary).unwrap()
     }
 
-    /// The last recording is the test recording.
     fn set(recordings: Vec<Recording>) -> Arc<RecordingSet> {
         let last = recordings.len() - 1;
         let mut set = RecordingSet::default();
@@ -152,8 +149,7 @@ mod tests {
         calibration.quality.compensated.test_rmse.as_ref().unwrap()[0]
     }
 
-    /// The load is linear in T and in T times the gauges, so only the noise remains. Without T, the error is 0.02 · 50 + 0.4
-    /// N per degree.
+    /// The load is linear in T and in T times the gauges. Without T, the error is 0.02 · 50 + 0.4 N per degree.
     #[test]
     fn temperature_drift_is_removed_down_to_the_noise() {
         let recordings = set(drifting(30.0));
@@ -228,7 +224,7 @@ mod tests {
         }
     }
 
-    /// A temperature noise of a few hundredths of a degree is no drift. This noise must not cause corrections at another temperature.
+    /// A temperature noise of a few hundredths of a degree must not cause corrections at another temperature.
     #[test]
     fn a_temperature_that_hardly_moved_is_left_out_and_reported() {
         let mut recordings = drifting(0.5);
@@ -294,7 +290,6 @@ mod tests {
             let (first, rest) = recordings.entries()[4].recording.split(0.4).unwrap();
             let design = read.design();
             for part in [&first, &rest] {
-                // Each recording starts cold.
                 let mut estimator = Estimator::new(&read, &design).unwrap();
                 let expected = read.apply(part).unwrap().compensated;
                 for (k, expected) in expected.iter().enumerate() {

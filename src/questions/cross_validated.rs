@@ -54,8 +54,7 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Returns the share of a network's output that is added to its linear stage, chosen for each axis on these parts. The share
-/// is 1 if no part was left out.
+/// Returns the best share of a network's output to add to its linear stage, for each axis; 1 if no part was left out.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
@@ -81,7 +80,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// Returns the squared errors of the parts. If shares are chosen, those of each fold are chosen on the other folds.
+/// Returns the squared errors of the parts. If shares are chosen, the shares of each fold are chosen on the other folds.
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
@@ -268,7 +267,7 @@ mod tests {
     use super::*;
     use crate::calibration::{Regressor, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
-    use crate::questions::models::training::train_and_score;
+    use crate::questions::models::training::{Scored, train_and_score};
     use crate::random::Random;
     use crate::recording::RecordingSet;
     use crate::recording::{Axis, Recording, Source};
@@ -323,7 +322,7 @@ mod tests {
         recordings: &[Arc<Recording>],
         tested: Option<usize>,
         settings: &FitSettings,
-    ) -> crate::questions::Scored {
+    ) -> Scored {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
             let mut entry = Entry::with_default_role((**recording).clone());

@@ -1,8 +1,6 @@
-//! Dataset cache: data of a set of recordings that do not depend on the feature blocks, such as conventional loads and
-//! searches.
+//! Dataset cache: data of recordings that do not depend on the feature blocks, such as conventional loads and searches.
 //!
-//! Guarantees: a dataset never changes, so questions on several threads share it. Data that several questions need are
-//! prepared once.
+//! Guarantees: a dataset never changes, so questions on several threads share it. Shared data are prepared once.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -39,7 +37,6 @@ use crate::scoring::metrics;
 /// RMSE per axis of one recording: conventional, compensated.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
 
-/// Key of a dataset.
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
     pub recordings: Arc<RecordingSet>,
@@ -64,13 +61,10 @@ pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 #[derive(Debug)]
 pub(crate) struct Dataset {
     key: Key,
-    /// Recordings after decimation.
     pub entries: Vec<Entry>,
     /// Groups that are left out together.
     pub groups: Groups,
-    /// Parts that cross-validation leaves out.
     pub folds: Folds,
-    /// Auxiliary channels that all recordings have, and the reasons why others cannot be used.
     pub auxiliary: AuxiliaryInputs,
     /// Data that the sums need; `None` if a calibration is applied.
     pub conventional: Option<Conventional>,
@@ -92,7 +86,7 @@ pub(crate) struct Dataset {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of a dataset in the cache. Its lock is held while the dataset is prepared.
+/// Place of a dataset in the cache; the place is locked while the dataset is prepared.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
 /// Datasets that questions about the same recordings share.
@@ -104,7 +98,6 @@ pub struct Datasets {
     faults: Arc<Mutex<Vec<FaultsOf>>>,
 }
 
-/// Faults of a recording, with the settings and the knowledge of the sensor that they depend on.
 #[derive(Debug)]
 struct FaultsOf {
     recording: Arc<Recording>,
@@ -172,11 +165,10 @@ impl Datasets {
         place
     }
 
-    /// Returns the faults of each of these recordings. Each recording is searched once, by one thread; other threads wait for
-    /// it.
+    /// Returns the faults of each of these recordings. One thread searches each recording once, and others wait.
     ///
     /// # Errors
-    /// [`Cancelled`] if the answer is no longer wanted. Faults that were found before are kept.
+    /// [`Cancelled`] if the answer is no longer wanted. Faults found until then are kept.
     pub fn faults(
         &self,
         recordings: &RecordingSet,
@@ -274,18 +266,15 @@ impl Dataset {
         })
     }
 
-    /// Returns the groups of the training recordings.
     pub fn training_groups(&self) -> BTreeSet<usize> {
         let entries = self.entries.iter().zip(&self.groups.of);
         entries.filter(|(entry, _)| entry.role == Role::Train).map(|(_, group)| *group).collect()
     }
 
-    /// Returns the description of the parts that are left out in turn.
     pub fn cross_validation(&self) -> CrossValidation {
         self.folds.cross_validation(self.groups.by)
     }
 
-    /// Returns the conventional loads of a recording.
     pub fn present_loads(&self, at: usize) -> PresentLoads<'_> {
         PresentLoads {
             map: &self.map,
@@ -300,7 +289,6 @@ impl Dataset {
         Self { loads: None, ..self }
     }
 
-    /// Returns the conventional loads of all recordings, if they are kept.
     pub fn kept_loads(&self) -> Option<&[Arc<Vec<f64>>]> {
         self.loads.as_deref()
     }
@@ -330,7 +318,6 @@ impl Dataset {
         }
     }
 
-    /// Returns the loads that the recordings cover on these axes.
     pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
         self.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
@@ -342,8 +329,7 @@ impl Dataset {
         self.rig.get_or_init(|| made().ok().flatten()).as_ref()
     }
 
-    /// Returns the finding that gauges and reference of the training recordings differ in time. Returns `None` if the
-    /// difference does not matter.
+    /// Returns the finding that gauges and reference differ in time; `None` if the difference does not matter.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -356,8 +342,7 @@ impl Dataset {
         Ok(self.lag.get().and_then(Option::as_ref))
     }
 
-    /// Returns the finding of [`Self::lag`] if these features would describe the lag as hysteresis. A fixed lag describes it
-    /// as a lag.
+    /// Returns the finding of [`Self::lag`] if these features would describe the lag as hysteresis. A fixed lag does not.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -373,7 +358,6 @@ impl Dataset {
         }
     }
 
-    /// Returns the searches of this calibration.
     pub fn paths(&self, calibration: &Calibration) -> Paths {
         let weights = calibration.distance_weights();
         let step_secs = calibration.history_step_secs;
@@ -395,7 +379,6 @@ impl Dataset {
         }
     }
 
-    /// Returns a calibration that has no compensated map and no scores.
     pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
         let layout = self.key.recordings.layout();
         if settings.full_scale.len() > layout.axes.len() {
@@ -477,7 +460,6 @@ impl Dataset {
         })
     }
 
-    /// Returns the past samples of every recording.
     pub fn past(
         &self,
         calibration: &Calibration,
@@ -551,7 +533,6 @@ impl Dataset {
     }
 }
 
-/// Largest number whose square can be summed over any recording.
 const LARGEST: f64 = 1e140;
 
 fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
@@ -569,7 +550,6 @@ fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
     Ok(())
 }
 
-/// Returns every `step`-th sample of each recording.
 fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
     let entries = entries.par_iter().map(|entry| match step {
         1 => entry.clone(),
@@ -590,8 +570,7 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
-/// Returns the valid range of each gauge minus its tare, from recordings without their faulty samples. Empty if it is
-/// unknown.
+/// Returns the valid range of each gauge minus its tare, from samples without faults; empty if it is unknown.
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
     for recording in training {
@@ -630,7 +609,6 @@ mod tests {
         drop(preparing);
     }
 
-    /// A question that waited for the preparation of other data would wait forever in this test.
     #[test]
     fn a_question_about_other_data_does_not_wait_for_a_preparation() {
         let datasets = Datasets::default();

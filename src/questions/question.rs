@@ -9,12 +9,10 @@ use crate::questions::loops::LookError;
 /// Age up to which a run may continue after a newer question arrives, so that a moving slider shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
-/// Reason why a question was not answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unanswered {
     /// The user stopped the work.
     Cancelled,
-    /// One sentence.
     Because(String),
 }
 
@@ -26,7 +24,6 @@ impl From<Cancelled> for Unanswered {
 
 /// A question whose answer takes time to compute. Equal questions have equal answers.
 pub trait Query: Clone + PartialEq + Send + Sync + 'static {
-    /// Answer of the question.
     type Answer: Send + 'static;
     /// Data that are kept for the next question.
     type Cache: Default;
@@ -41,7 +38,6 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     /// failure. `None` for questions of a pane, which shows the reason itself.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
-    /// Returns the name of the work for the window.
     fn title(&self) -> String;
 
     /// Returns true if an answer to the other question may stay on screen until this one is answered.
@@ -49,23 +45,16 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
         true
     }
 
-    /// Computes the answer.
-    ///
-    /// # Errors
-    /// [`Unanswered`] if there is none.
+    /// Computes the answer, or returns the reason why there is none.
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self>;
 }
 
-/// Answer to a question, or the reason why there is none.
 pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
 
-/// Context in which a question is answered.
 pub struct Work<'a, Q: Query> {
     /// Data that earlier questions have left.
     pub cache: &'a mut Q::Cache,
-    /// Progress of the work.
     pub progress: &'a Progress,
-    /// Receiver of partial answers.
     pub show: &'a (dyn Fn(Q::Answer) + Sync),
 }
 

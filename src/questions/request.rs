@@ -32,7 +32,6 @@ pub struct Request {
 same_where!(Request: shared(recordings, calibration, factory) value(settings, view, trained) besides(datasets));
 
 impl Request {
-    /// Returns the key of the dataset that the request needs.
     pub(crate) fn key(&self) -> Key {
         Key {
             recordings: Arc::clone(&self.recordings),

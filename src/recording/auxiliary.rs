@@ -1,6 +1,5 @@
-//! Auxiliary channels, which influence the gauges: temperature, supply voltage, humidity.
-//!
-//! Guarantees: every number is finite. A segment shares the numbers of its recording.
+//! Auxiliary channels, which influence the gauges: temperature, supply voltage, humidity. Every number is finite. A segment
+//! shares the numbers of its recording.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,15 +10,13 @@ use crate::recording::shared::Shared;
 /// Intervals (start and end in s) in which a channel holds a value that is older than a gap.
 pub(crate) type Held = Vec<(f64, f64)>;
 
-/// Auxiliary channels of a recording. An empty table needs no memory for samples.
-///
-/// **Shapes** values `n × channels` row-major.
+/// Auxiliary channels of a recording, `n × channels` row-major. An empty table needs no memory for samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AuxiliaryTable {
     names: Vec<String>,
     units: Vec<String>,
     values: Shared,
-    /// Intervals with an outdated value for each channel, in order; empty if there are none.
+    /// Intervals with an outdated value for each channel, in order of time; empty if there are none.
     held: Arc<[Held]>,
 }
 
@@ -34,7 +31,6 @@ impl AuxiliaryTable {
         Self { names, units, values: values.into(), held: Arc::default() }
     }
 
-    /// Returns the table with the intervals in which each channel holds an outdated value, in order of time.
     pub(super) fn with_held(self, held: Vec<Held>) -> Self {
         let is_any = held.iter().any(|own| !own.is_empty());
         let held = if is_any { held.into() } else { Arc::default() };
@@ -49,17 +45,14 @@ impl AuxiliaryTable {
         })
     }
 
-    /// Returns the number of channels.
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Returns true if there is no channel.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// Returns the channel names in column order.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -74,13 +67,11 @@ impl AuxiliaryTable {
         &self.values
     }
 
-    /// Returns the channels at sample `k`; empty without channels.
     #[inline]
     pub fn at(&self, k: usize) -> &[f64] {
         &self.values[k * self.len()..][..self.len()]
     }
 
-    /// Returns the range of each channel.
     pub fn ranges(&self) -> Vec<MinMax> {
         let channel = |at: usize| self.values.iter().skip(at).step_by(self.len());
         (0..self.len()).map(|at| channel(at).collect()).collect()
@@ -93,7 +84,7 @@ impl AuxiliaryTable {
         words.collect()
     }
 
-    /// Returns the columns of these channels. The error is the first name that is not in the table.
+    /// Returns the columns of these channels, or the first name that is not in the table.
     pub(super) fn places<'a>(&self, names: &'a [String]) -> Result<Vec<usize>, &'a str> {
         let place = |name: &'a String| {
             let own = self.names.iter().position(|own| own == name);

@@ -4,9 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// One axis of the applied load: a force (N) or a moment (N·m).
-///
-/// The order of the variants is the order of columns everywhere.
+/// One axis of the applied load: a force (N) or a moment (N·m). The variants are in the order of columns everywhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the names are the documentation")]
 pub enum Axis {

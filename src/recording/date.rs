@@ -1,7 +1,6 @@
 //! The day on which a recording was made, and the source of this date.
-//!
-//! Guarantees: a date that can be read as two days is rejected. The month must be clear from a leading year, a month by
-//! name, or a number above 12.
+//! Guarantees: a date that can be read as two days is rejected. The month must be clear from a leading year, a month by name,
+//! or a number above 12.
 
 use std::fmt;
 use std::str::FromStr;
@@ -71,12 +70,9 @@ pub enum DateSource {
     Name,
 }
 
-/// A day and its source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Dated {
-    /// The day.
     pub day: Day,
-    /// Source of the day.
     pub from: DateSource,
 }
 

@@ -5,10 +5,8 @@ use crate::min_max::MinMax;
 /// Maximum ratio of the smaller to the larger side of a load that goes one way only.
 const ONE_WAY: f64 = 0.1;
 
-/// Returns the full scale of an axis with this range of load: half the peak-to-peak load. For a load that goes one way
-/// only, as in a press, this is the largest magnitude. The full scale is 0 if the load does not change.
-///
-/// **Units** as the load.
+/// Returns the full scale of an axis with this range of load, in its unit: half the peak-to-peak load, or the largest
+/// magnitude of a load that goes one way only, as in a press; 0 if the load does not change.
 pub fn full_scale_of(range: MinMax) -> f64 {
     let (up, down) = (range.max.max(0.0), (-range.min).max(0.0));
     let changes = range.max > range.min;

@@ -1,14 +1,13 @@
 //! Gaps: pauses between two samples that interrupt the history.
 //!
-//! Where files are read, a step longer than a *gap* ends a recording. At run time it shows a calibration that samples
-//! are missing. The length of a gap is determined only here and stored in each calibration.
+//! Where files are read, a step longer than a *gap* ends a recording. At run time it shows a calibration that samples are
+//! missing. The length of a gap is determined only here and stored in each calibration.
 
 use super::median::median;
 
 /// Minimum length of a pause, in median steps. Shorter interruptions are a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
-/// Minimum length of a gap (s). A load cannot be removed and restored in less time, but a computer may stamp a sample
-/// late.
+/// Minimum length of a gap (s): a load takes longer to remove and restore, but a computer may stamp a sample late.
 const SHORTEST_GAP_SECS: f64 = 0.2;
 /// Gap length if the sample rate is unknown (s).
 const UNKNOWN_GAP_SECS: f64 = 1.0;
@@ -38,14 +37,12 @@ pub fn gap_by_rate(rate_hz: Option<f64>) -> f64 {
     rate_hz.map_or(UNKNOWN_GAP_SECS, |rate| (PAUSE_IN_STEPS / rate).max(SHORTEST_GAP_SECS))
 }
 
-/// Returns the median of the positive steps, or `None` without one.
 pub fn median_step(times: &[f64]) -> Option<f64> {
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
     median(steps.filter(|step| *step > 0.0))
 }
 
-/// Returns the true step of a counter that started again from zero, or `None` if `step` does not fit a 32-bit counter
-/// (s).
+/// Returns the true step (s) of a 32-bit counter that started again from zero, or `None` if `step` does not fit one.
 pub fn after_wrap(step: f64, gap_secs: f64) -> Option<f64> {
     let wraps = WRAPS_SECS.into_iter();
     let mut wrap = wraps.filter(|wrap| step < 0.0 && (0.0..=gap_secs).contains(&(step + wrap)));

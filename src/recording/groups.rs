@@ -1,8 +1,7 @@
-//! Groups of recordings that repeat one programme, one day or one mounting. Cross-validation leaves out a whole group
-//! at a time.
+//! Groups of recordings that repeat one programme, day or mounting. Cross-validation leaves out a whole group at a time.
 //!
-//! Guarantees: groups that the user set are always used. Groups found from names, folders, files and repeated loads are
-//! used only if there are at least three and no group alone loads an axis. Otherwise each recording is its own group, and
+//! Guarantees: groups that the user set are always used. Groups found from names, folders, files and repeated loads are used
+//! only if there are at least three and no group alone loads an axis. Otherwise each recording is its own group, and
 //! [`UnusedGroups`] gives the reason. A running number alone (`press_1` … `press_690`) makes no group.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -20,8 +19,7 @@ use crate::recording::shared::join;
 
 /// Minimum number of groups found from names. With fewer, too few recordings would remain for the fit.
 const FEWEST_FOUND: usize = 3;
-/// Minimum share of its range that every axis must keep when one group is left out. Below it, the score would be that
-/// of a calibration for smaller loads.
+/// Minimum share of its range that every axis keeps without a group. Below it, the calibration would be for smaller loads.
 const KEPT_RANGE: f64 = 0.5;
 
 /// Words followed by the number or letter of a programme. The first word that is found decides.
@@ -68,16 +66,13 @@ const ROLES: [&str; 3] = ["train", "training", "test"];
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum GroupedBy {
-    /// Each recording is its own group.
     #[default]
     Recording,
     /// Load of samples without times, in one file or in several.
     #[serde(rename = "load case")]
     #[strum(to_string = "load case")]
     LoadCase,
-    /// The group that the user set.
     Group,
     /// Contiguous blocks of time, used where there are too few recordings to leave one out.
     Block,
@@ -117,20 +112,16 @@ pub struct Groups {
 /// A group that alone loads an axis: without that group, the axis keeps less than half of its range.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoneGroup {
-    /// Name of the group.
     pub group: String,
-    /// Axis that only this group loads.
     pub axis: Axis,
 }
 
-/// Groups that were found or set but are not used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnusedGroups {
-    /// Criterion of the grouping.
     pub by: GroupedBy,
     /// Number of groups among the training recordings.
     pub n: usize,
-    /// Group that alone loads an axis. `None` if the groups are unused because they are too few.
+    /// Group that alone loads an axis; `None` if the groups are too few.
     pub lone: Option<LoneGroup>,
 }
 
@@ -147,13 +138,12 @@ impl Groups {
     }
 }
 
-/// Pattern for the group names of all recordings. `{file}`, `{folder}` and `{recording}` stand for these names. Any
-/// other `{word}` stands for the number or letter that follows this word in the name of the recording or folder.
+/// Pattern for the group names of all recordings. `{file}`, `{folder}` and `{recording}` stand for these names, any other
+/// `{word}` for the number or letter that follows this word in the name of the recording or folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct GroupPattern(String);
 
-/// Text that is not a valid [`GroupPattern`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the group pattern {0:?} is not valid; enter a name, which may contain {{file}}, {{folder}}, {{recording}} or a word of the file names in braces, such as {{mount}}"
@@ -215,7 +205,6 @@ impl GroupPattern {
     }
 }
 
-/// Identifies the group of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
     Named(String),
@@ -297,8 +286,7 @@ impl RecordingSet {
         Groups { unused, ..groups_from_keys(GroupedBy::Recording, own.collect(), None) }
     }
 
-    /// Returns the criteria that give a group to every training recording without a group set by the user, most likely
-    /// criterion first.
+    /// Returns the criteria that give every training recording without a user's group a group, most likely criterion first.
     fn ways(&self, training: &[usize]) -> Vec<Way> {
         let entries = self.entries();
         let open: Vec<usize> =
@@ -419,8 +407,7 @@ fn lone_group(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<Lon
     })
 }
 
-/// Returns the words and numbers in the names of a recording and its folder, in lower case. Words for roles and part
-/// numbers of a file are left out.
+/// Returns the words and numbers in the names of a recording and its folder, in lower case, without roles and part numbers.
 fn words_of(recording: &Recording) -> Vec<String> {
     let name = recording.name();
     let name = name.split(" (").next().unwrap_or(name);
@@ -463,7 +450,6 @@ fn is_label(word: &str) -> bool {
     is_number(word) || word.chars().count() == 1
 }
 
-/// Returns the last component of a path.
 fn last_name(path: &Path) -> Option<String> {
     Some(path.file_name()?.to_string_lossy().into_owned())
 }
@@ -513,8 +499,7 @@ fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
     Some(([&words[..at], &words[at + 1..]].concat(), number))
 }
 
-/// Returns true if the last number in the names counts repetitions from 0 or 1, and the other numbers name at least
-/// three series.
+/// Returns true if the last number in the names counts repetitions from 0 or 1, and the others name at least three series.
 fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     let (mut series, mut counted) = (BTreeSet::new(), BTreeSet::new());
     for &at in open {
@@ -532,8 +517,8 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
-/// Groups recordings that repeat one load programme, named after its first recording. Returns `None` if the training
-/// recordings do not repeat each programme, on average.
+/// Groups recordings that repeat one load programme, named after its first recording; `None` if the training recordings do
+/// not repeat each programme, on average.
 fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
     let mut programmes: Vec<&Recording> = Vec::new();
     let mut programme_of = |at: usize| {
@@ -575,7 +560,7 @@ mod tests {
     use crate::recording::left_out::{Judged, LeftOut};
     use crate::recording::recording::{Recording, Source};
 
-    /// Returns training recordings with these files and names, all loaded from 0 to 1.
+    /// Returns training recordings with these files and names, loaded from 0 to 1.
     fn set_of(names: &[(&str, &str)]) -> RecordingSet {
         with_loads(names, |_| vec![0.0, 1.0])
     }

@@ -1,7 +1,5 @@
-//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard.
-//!
-//! Guarantees: each item is described once, in [`Item`]. Files, form, exports and report follow from this list. All
-//! items are optional.
+//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard. Each item is
+//! described once, in [`Item`], from which files, form, exports and report follow. All items are optional.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -34,7 +32,6 @@ impl Item {
         Self::iter()
     }
 
-    /// Returns the label of the item, and the placeholder shown in an empty field.
     fn texts(self) -> [&'static str; 2] {
         match self {
             Self::Manufacturer => ["Manufacturer", "maker of the sensor"],
@@ -80,7 +77,6 @@ impl Item {
 pub struct Identity(BTreeMap<Item, String>);
 
 impl Identity {
-    /// Returns the entered text, or an empty text.
     pub fn get(&self, item: Item) -> &str {
         self.0.get(&item).map_or("", String::as_str)
     }
@@ -95,7 +91,6 @@ impl Identity {
         };
     }
 
-    /// Returns true if nothing was entered.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -105,7 +100,7 @@ impl Identity {
         self.0.iter().map(|(item, text)| (*item, text.trim()))
     }
 
-    /// Returns these items with the items of `other` added. Where both have a text, the text of `other` is kept.
+    /// Returns these items with those of `other` added or replaced.
     pub fn with(&self, other: &Self) -> Self {
         let both = self.0.iter().chain(&other.0);
         Self(both.map(|(item, text)| (*item, text.clone())).collect())
@@ -160,25 +155,13 @@ impl<'de> Deserialize<'de> for Identity {
 /// Content of `sensor.toml`: identity and rated loads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorFile {
-    /// Identity of the sensor.
     pub identity: Identity,
     /// Rated load of each axis (N, N·m).
     pub rated_loads: BTreeMap<Axis, f64>,
 }
 
 impl SensorFile {
-    /// Reads a file like
-    ///
-    /// ```toml
-    /// serial = "FT-0042"
-    /// date = 2026-03-31
-    /// reference_uncertainty = "0.05 %"
-    /// [rated_loads]
-    /// Fx = 100
-    /// ```
-    ///
-    /// # Errors
-    /// [`TomlError`] if the file cannot be read, is not valid TOML, or has an unknown key.
+    /// Reads a TOML file like `serial = "FT-0042"`, `date = 2026-03-31`, `[rated_loads]`, `Fx = 100`.
     pub fn read(path: &Path) -> Result<Self, TomlError> {
         read_toml(path, "a description of a sensor", Self::from_toml)
     }

@@ -1,27 +1,21 @@
-//! Load of a weight hanging from a sensor, computed from the sensor's attitude; attitudes in several notations.
-//!
-//! Guarantees: without a given acceleration the load is quasi-static, and the force never exceeds the weight's `m·g`
-//! except by rounding.
+//! Load of a weight hanging from a sensor, computed from the sensor's attitude; attitudes in several notations. Without an
+//! acceleration the load is quasi-static, and the force never exceeds `m·g` except by rounding.
 
 /// Standard gravity in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
-/// Attitude of a sensor: the rotation matrix, by rows, from sensor coordinates to world coordinates. The world's z axis
-/// points up.
+/// Attitude of a sensor: the rotation matrix, by rows, from sensor to world coordinates, whose z axis points up.
 pub type Rotation = [[f64; 3]; 3];
 
 /// A weight fixed to the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
-    /// Mass in kg.
     pub mass_kg: f64,
-    /// Centre of mass in the sensor's frame, in m.
+    /// Centre of mass in the sensor's frame (m).
     pub centre_m: [f64; 3],
 }
 
-/// Returns the attitude after a rotation by `roll` about x, then by `pitch` about the world's y axis.
-///
-/// **Units** angles in rad.
+/// Returns the attitude after rotations (rad) by `roll` about x, then by `pitch` about the world's y axis.
 pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
     let (sin_roll, cos_roll) = roll.sin_cos();
     let (sin_pitch, cos_pitch) = pitch.sin_cos();
@@ -32,34 +26,17 @@ pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
     ]
 }
 
-/// Returns the load at the sensor's origin in the sensor's frame: `F = Rᵀ m g`, `M = r × F`.
+/// Returns the load `[Fx, Fy, Fz, Mx, My, Mz]` (N, N·m) at the sensor's origin in its frame: `F = Rᵀ m g`, `M = r × F`.
 ///
 /// **Source** Koike et al. 2019: the load of Eq. 1, computed from the robot's attitude as in section 4.1.2.
-///
-/// **Shapes** `[Fx, Fy, Fz, Mx, My, Mz]`.
-///
-/// **Units** N and N·m.
-///
-/// **Example** An upright sensor with a weight of 1 kg, 2 cm from the origin in x:
-/// ```
-/// use loopscope::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
-/// let weight = Weight { mass_kg: 1.0, centre_m: [0.02, 0.0, 0.0] };
-/// let load = gravity_load(&rotation_from_roll_pitch(0.0, 0.0), &weight);
-/// assert_eq!(load[2], -9.80665);
-/// assert_eq!(load[4], 0.02 * 9.80665);
-/// ```
 pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
     // The weight pulls along −z of the world, and Rᵀ times that axis is R's last row.
     let pull = -weight.mass_kg * STANDARD_GRAVITY;
     with_moments(sensor_to_world[2].map(|along_up| pull * along_up), weight)
 }
 
-/// Returns the load of an accelerated weight at the sensor's origin, in the sensor's frame: `F = m Rᵀ (g − a)`, `M = r
-/// × F`. `pull` is gravity minus the acceleration of the weight's centre (m/s², world frame).
-///
-/// **Shapes** `[Fx, Fy, Fz, Mx, My, Mz]`.
-///
-/// **Units** N and N·m.
+/// Returns the load of an accelerated weight as [`gravity_load`] does: `F = m Rᵀ (g − a)`, `M = r × F`. `pull` is gravity
+/// minus the acceleration of the weight's centre (m/s², world frame).
 pub fn load_of_pull(sensor_to_world: &Rotation, weight: &Weight, pull: [f64; 3]) -> [f64; 6] {
     let force = pull_in_sensor(sensor_to_world, pull).map(|pull| weight.mass_kg * pull);
     with_moments(force, weight)
@@ -71,7 +48,6 @@ pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| x[i] * pull[0] + y[i] * pull[1] + z[i] * pull[2])
 }
 
-/// Returns the force and its moments about the sensor's origin.
 fn with_moments(force @ [fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
     let [mx, my, mz] = cross(weight.centre_m, force);
     [fx, fy, fz, mx, my, mz]
@@ -104,10 +80,7 @@ pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     rotation_from_quaternion([(angle / 2.0).cos(), x, y, z]).unwrap_or([[f64::NAN; 3]; 3])
 }
 
-/// Returns the attitude after rotations by `roll` about x, by `pitch` about the world's y and by `yaw` about the
-/// world's z axis.
-///
-/// **Units** angles in rad.
+/// Returns the attitude after rotations (rad) by `roll` about x, `pitch` about the world's y and `yaw` about its z axis.
 pub fn rotation_from_roll_pitch_yaw(roll: f64, pitch: f64, yaw: f64) -> Rotation {
     let [x, y, z] = rotation_from_roll_pitch(roll, pitch);
     let (sin, cos) = yaw.sin_cos();
@@ -130,10 +103,8 @@ mod tests {
         }
     }
 
-    /// With `m g = W` and `r = (x, y, z)`:
-    /// Level: F = (0, 0, −W) and M = r × F = (−yW, xW, 0).
-    /// Rolled by 90°, the sensor's y axis points up: F = (0, −W, 0) and M = (zW, 0, −xW).
-    /// Pitched by 90°, its x axis points down: F = (W, 0, 0) and M = (0, zW, −yW).
+    /// With `m g = W` and `r = (x, y, z)`: level, F = (0, 0, −W) and M = r × F = (−yW, xW, 0). Rolled by 90°, the y axis points
+    /// up: F = (0, −W, 0) and M = (zW, 0, −xW). Pitched by 90°, the x axis points down: F = (W, 0, 0) and M = (0, zW, −yW).
     #[test]
     fn quarter_turns_give_known_loads() {
         let [x, y, z] = [0.02, 0.015, 0.03];

@@ -35,12 +35,11 @@ impl ValidRange {
 pub enum GaugeRange {
     /// The same limits for all gauges.
     All((f64, f64)),
-    /// Limits of each gauge in column order; `None` where they are unknown.
+    /// Limits of each gauge; `None` where they are unknown.
     Each(Vec<Option<(f64, f64)>>),
 }
 
 impl GaugeRange {
-    /// Returns the limits of one gauge, if they are known.
     pub fn of(&self, gauge: usize) -> Option<(f64, f64)> {
         match self {
             Self::All(range) => Some(*range),
@@ -62,10 +61,8 @@ impl GaugeRange {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Judged {
-    /// Limits that the user had entered.
     #[serde(flatten)]
     pub range: ValidRange,
-    /// Tare that had been applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tared: Option<Tare>,
 }
@@ -73,11 +70,9 @@ pub struct Judged {
 /// Samples that were left out of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
-    /// Name of the recording before samples were left out.
+    /// Name before samples were left out.
     pub of: String,
-    /// Settings by which the recording was judged.
     pub judged: Judged,
-    /// Number of samples left out.
     pub n_samples: usize,
     /// Lower and upper limit between which each gauge is not clipped; `None` where no clipping was found.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,

@@ -1,5 +1,3 @@
-//! Median.
-
 /// Returns the upper median, or `None` without values.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
@@ -14,7 +12,6 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// Returns the standard deviation of white noise in a smooth signal.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
-    // The median magnitude of a normal distribution is 0.6745 of its deviation. A bend has six times the variance of a
-    // sample.
+    // The median magnitude of a normal distribution is 0.6745 of its deviation. A bend has six times a sample's variance.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
 }

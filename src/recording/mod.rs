@@ -1,40 +1,43 @@
-//! Measured data: recordings, their roles, and the simulated sensor.
-//!
-//! All values are in SI units (s, N, N·m). Units are converted where files are read or written.
+//! Measured data in SI units (s, N, N·m): recordings, their roles, and the simulated sensor. Units are converted where files
+//! are read or written.
 
 mod auxiliary;
 mod axis;
 mod date;
 mod full_scale;
-pub mod gap;
+pub(crate) mod gap;
 mod groups;
-pub mod identity;
-pub mod kinetics;
+pub(crate) mod identity;
+pub(crate) mod kinetics;
 mod left_out;
 mod load_cases;
 pub(crate) mod median;
 mod programme;
 #[expect(clippy::module_inception, reason = "the main type has the name of the module")]
 mod recording;
-pub mod set;
+pub(crate) mod set;
 mod shared;
 pub mod simulated;
 mod tare;
 mod taring;
-pub mod units;
+pub(crate) mod units;
 
-pub use auxiliary::AuxiliaryTable;
+pub(crate) use auxiliary::AuxiliaryTable;
 pub(crate) use auxiliary::span;
 pub use axis::Axis;
-pub use date::{DateSource, Dated, Day};
-pub use full_scale::full_scale_of;
-pub use groups::{GroupPattern, GroupedBy, Groups, LoneGroup, UnusedGroups};
-pub use identity::{Identity, Item};
-pub use left_out::{GaugeRange, Judged, LeftOut, ValidRange};
+pub use date::DateSource;
+pub(crate) use date::Day;
+pub(crate) use full_scale::full_scale_of;
+pub use groups::Groups;
+pub(crate) use groups::{GroupPattern, GroupedBy, LoneGroup};
+pub(crate) use identity::Identity;
+pub use identity::Item;
+pub use left_out::ValidRange;
+pub(crate) use left_out::{GaugeRange, Judged, LeftOut};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
 pub(crate) use recording::load_ranges;
-pub use recording::{Recording, Sampling, Source};
+pub use recording::{Recording, Source};
 pub(crate) use set::Layout;
 pub(crate) use set::in_role;
 pub use set::{Entry, RecordingSet, Role};

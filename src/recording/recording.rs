@@ -39,7 +39,6 @@ impl Source {
     }
 }
 
-/// Relation of the samples to time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
     /// Samples follow one another in time.
@@ -49,14 +48,10 @@ pub enum Sampling {
     Static,
 }
 
-/// One uninterrupted run: times, gauge channels, and the reference load if it is known.
+/// One uninterrupted run: times (s), gauge channels, and the reference load (N, N·m) if it is known.
 ///
-/// **Source** a row of loads is L (Eq. 1), a row of gauges S (Eq. 2).
-///
-/// **Shapes** times `n`, gauges `n × n_gauges` row-major, loads `n × n_axes` row-major (`n_axes` is 0 without a
-/// reference).
-///
-/// **Units** times in s, loads in N and N·m, gauges in the unit of the logger.
+/// A row of loads is L (Eq. 1), a row of gauges S (Eq. 2). Gauges (`n × n_gauges`) are in the unit of the logger, loads are
+/// `n × n_axes` (`n_axes` is 0 without a reference), both row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     name: String,
@@ -71,20 +66,18 @@ pub struct Recording {
     auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
-    /// Origin of the times in s since 1970; zero if the file gives no date.
+    /// Origin of the times (s since 1970); zero if the file gives no date.
     zero_secs: f64,
-    /// Step above which samples are missing (s), if the file defines one. Otherwise the steps themselves define it.
+    /// Step above which samples are missing (s), if the file defines one; otherwise the steps do.
     gap_secs: Option<f64>,
-    /// Offset that taring subtracted from each gauge; empty without a tare.
+    /// Offsets that taring subtracted; empty without a tare.
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
-    /// Group in the group column of the file.
     group: Option<String>,
     file_day: Option<Day>,
     entered_day: Option<Day>,
 }
 
-/// Fault in the parts of a recording.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     #[error("{name}: no samples")]
@@ -102,10 +95,7 @@ pub enum RecordingError {
 }
 
 impl Recording {
-    /// Creates a recording from its parts.
-    ///
-    /// # Errors
-    /// [`RecordingError`] if a guarantee of this type does not hold.
+    /// Creates a recording from its parts; [`RecordingError`] if a guarantee of this type does not hold.
     pub fn new(
         name: impl Into<String>,
         source: Source,
@@ -174,8 +164,8 @@ impl Recording {
         })
     }
 
-    /// Returns the recording with labels for the gauge units (`mV/V`, `V`, `counts`, `ohm`), empty where unknown. The
-    /// recording is unchanged if the number of labels differs from the number of gauges.
+    /// Returns the recording with labels for the gauge units (`mV/V`, `V`, `counts`, `ohm`), empty where unknown; unchanged if
+    /// their number differs from that of the gauges.
     pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
         if units.len() == self.gauge_names.len() {
             self.gauge_units = units;
@@ -183,11 +173,7 @@ impl Recording {
         self
     }
 
-    /// Returns the recording with auxiliary channels, such as temperature, supply voltage or humidity.
-    ///
-    /// **Shapes** `values` is `n × names` row-major. There are as many units as names; a unit is empty if unknown.
-    ///
-    /// # Errors
+    /// Returns the recording with auxiliary channels, `n × names` row-major, and their units (empty if unknown). The error is
     /// [`RecordingError`] if a number is missing or not finite.
     pub fn with_auxiliary(
         mut self,
@@ -215,8 +201,7 @@ impl Recording {
         self
     }
 
-    /// Returns the recording with only these auxiliary channels, in this order. The error is the first name that the
-    /// recording does not have.
+    /// Returns the recording with only these auxiliary channels, in this order, or the first name that it lacks.
     pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
         let mut picked = self.clone();
         if names != self.auxiliary.names() {
@@ -231,7 +216,6 @@ impl Recording {
         &self.auxiliary
     }
 
-    /// Returns the recording with one offset subtracted from each gauge.
     pub(crate) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
         self.gauges.subtract(offsets);
         self.tare = Some(tare);
@@ -248,10 +232,7 @@ impl Recording {
         self
     }
 
-    /// Returns the rows of several load cases as one recording.
-    ///
-    /// # Panics
-    /// If `cases` is empty.
+    /// Returns the rows of several load cases as one recording; panics without any.
     pub(crate) fn table_of(cases: &[&Self]) -> Self {
         let all = |values: fn(&Self) -> &[f64]| -> Vec<f64> {
             let values = cases.iter().flat_map(|case| values(case));
@@ -279,7 +260,6 @@ impl Recording {
         self.sampling == Sampling::Static
     }
 
-    /// Returns the offset that taring subtracted from a gauge.
     pub(crate) fn tared_by(&self, gauge: usize) -> f64 {
         self.offsets.get(gauge).copied().unwrap_or(0.0)
     }
@@ -289,13 +269,11 @@ impl Recording {
         self.left_out.as_ref()
     }
 
-    /// Returns the recording with the gap length of its file (s).
     pub(crate) fn with_gap(mut self, gap_secs: f64) -> Self {
         self.gap_secs = Some(gap_secs);
         self
     }
 
-    /// Returns the recording with the origin of its times (s since 1970).
     pub(crate) fn with_zero(mut self, zero_secs: f64) -> Self {
         self.zero_secs = zero_secs;
         self
@@ -331,13 +309,11 @@ impl Recording {
         self.times.len()
     }
 
-    /// Returns the sample times (s), which never go back. Whole seconds of a dated clock are removed;
-    /// [`Self::clock_time`] adds them.
+    /// Returns the sample times (s), which never go back, without the whole seconds that [`Self::clock_time`] adds.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// Returns the times as a shared list. They are copied only if they are a part of a longer list.
     pub(crate) fn shared_times(&self) -> Arc<Vec<f64>> {
         self.times.whole()
     }
@@ -375,10 +351,7 @@ impl Recording {
         &self.gauges
     }
 
-    /// Returns the gauge readings of sample `k`.
-    ///
-    /// # Panics
-    /// If there is no sample `k`.
+    /// Returns the gauge readings of sample `k`; panics if there is none.
     pub fn gauges_at(&self, k: usize) -> &[f64] {
         &self.gauges[k * self.n_gauges()..(k + 1) * self.n_gauges()]
     }
@@ -394,7 +367,6 @@ impl Recording {
         (1e9..1e10).contains(&first).then_some(first)
     }
 
-    /// Returns the recording with the group in the group column of its file.
     pub(crate) fn with_group(mut self, group: Option<String>) -> Self {
         self.group = group;
         self
@@ -405,7 +377,6 @@ impl Recording {
         self.group.as_deref()
     }
 
-    /// Returns the recording with the day in its file header.
     pub(crate) fn with_file_day(mut self, day: Option<Day>) -> Self {
         self.file_day = day;
         self
@@ -422,8 +393,7 @@ impl Recording {
         self.entered_day
     }
 
-    /// Returns the day of the recording. Sources in order: the user's entry, the file header, the clock, the name of
-    /// the file or folder.
+    /// Returns the day of the recording by the first of: the user's entry, file header, clock, name of file or folder.
     pub fn dated(&self) -> Option<Dated> {
         let in_name = || {
             let path = self.source.path()?;
@@ -456,8 +426,7 @@ impl Recording {
         self.loads.ranges()
     }
 
-    /// Returns the resolution of a gauge: the step of its analog-to-digital converter. `None` if there is no common
-    /// step, or with too few samples.
+    /// Returns the common step of a gauge's readings (its converter's resolution); `None` without one, or with few samples.
     pub fn resolution(&self, gauge: usize) -> Option<f64> {
         const FEWEST: usize = 100;
         const SHARE: f64 = 0.95;
@@ -472,9 +441,8 @@ impl Recording {
         (n >= FEWEST && whole as f64 >= SHARE * n as f64).then_some(least)
     }
 
-    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2).
-    ///
-    /// A step of 0 counts as 1. Load cases keep all rows, because their rows are not samples of one motion.
+    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2); 0 counts as 1. Load cases
+    /// keep all rows, because their rows are not samples of one motion.
     pub fn decimated(&self, step: usize) -> Self {
         if self.is_static() {
             return self.clone();
@@ -499,10 +467,8 @@ impl Recording {
         kept
     }
 
-    /// Splits the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
-    ///
-    /// Returns `None` for a load case, or if a side would be empty. The parts are two recordings, so history does not
-    /// cross the cut.
+    /// Splits the recording in time: the first `⌊fraction · n⌋` samples, then the rest. `None` for a load case, or if a side
+    /// would be empty. History does not cross the cut.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
         if self.is_static() {
             return None;
@@ -522,9 +488,8 @@ impl Recording {
         self.picked(samples, self.name.clone())
     }
 
-    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples.
-    ///
-    /// The segments are recordings of their own, so history does not cross the cuts.
+    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. History
+    /// does not cross the cuts.
     pub fn segments(&self, count: usize) -> Vec<Self> {
         let n = self.n_samples();
         let at = |segment: usize| segment * n / count;
@@ -538,8 +503,8 @@ impl Recording {
         self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
-    /// Returns the recordings that remain without these samples, which must be in order. A recording is cut where the
-    /// missing interval is longer than a gap, because history must not cross it. The list is empty if nothing remains.
+    /// Returns the recordings that remain without these samples, which must be in order: none if nothing remains, several if a
+    /// missing interval is longer than a gap, because history must not cross it.
     pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
         let mut kept = Vec::new();
         let mut next = 0;
@@ -576,7 +541,6 @@ impl Recording {
         recordings
     }
 
-    /// Returns these ranges of samples, one after another.
     fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
         let times = self.times.rows(ranges, 1);
         let (gauges, loads) = (self.gauges.rows(ranges), self.loads.rows(ranges));
@@ -629,7 +593,6 @@ fn rate_hz(times: &[f64]) -> Option<f64> {
     (step > 0.0).then(|| 1.0 / step)
 }
 
-/// Returns the range of the reference load of each axis over recordings that have these axes or no reference.
 pub(crate) fn load_ranges<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     n_axes: usize,

@@ -1,6 +1,6 @@
 //! The loaded recordings and their roles.
 //!
-//! Guarantees: all recordings of a set have the same gauges in the same order, and the same axes. A recording without a
+//! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order. A recording without a
 //! reference may be loaded, but has no role.
 
 use std::sync::Arc;
@@ -27,8 +27,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Returns the default role for the name of a recording or file: test for names that start with `test`, otherwise
-    /// train.
+    /// Returns the default role: test for names of recordings or files that start with `test`, otherwise train.
     pub fn of_name(name: &str) -> Self {
         let start = name.get(..4);
         if start.is_some_and(|start| start.eq_ignore_ascii_case("test")) {
@@ -74,23 +73,19 @@ impl Entry {
     }
 }
 
-/// Returns the recordings in a role.
 pub fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
     entries.iter().filter(|entry| entry.role == role).map(|entry| &*entry.recording).collect()
 }
 
-/// The columns that the recordings of one set share.
+/// The columns that the recordings of one set share, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
-    /// Gauge names in column order.
     pub gauge_names: Vec<String>,
-    /// Axes in column order; empty until a recording with a reference is loaded.
+    /// Empty until a recording with a reference is loaded.
     pub axes: Vec<Axis>,
 }
 
-/// Difference between the columns of a recording and the columns of the loaded recordings.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LayoutError {
     #[error(
         "{name}: the gauges are {}, but {} in the other recordings; use recordings of one sensor",
@@ -170,10 +165,7 @@ impl RecordingSet {
         tares.all(|tare| tare.is_some()).then_some(first)
     }
 
-    /// Appends a recording.
-    ///
-    /// # Errors
-    /// [`LayoutError`] if the columns differ from the loaded recordings. The set is then unchanged.
+    /// Appends a recording; on [`LayoutError`], its columns differ and the set is unchanged.
     pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
         let recording = &entry.recording;
         let (name, axes) = (|| recording.name().to_owned(), recording.axes());
@@ -211,8 +203,7 @@ impl RecordingSet {
         }
     }
 
-    /// Sets the group of a recording; with `None` the group follows from the file or the name. An unknown index changes
-    /// nothing.
+    /// Sets the group of a recording; with `None` it follows from the file or the name. An unknown index changes nothing.
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
             entry.group = group.or_else(|| entry.recording.group().map(str::to_owned));
@@ -250,9 +241,8 @@ impl RecordingSet {
         }
     }
 
-    /// Splits each recording with a role in time: the first part trains, the rest tests. Recordings that are off or too
-    /// short stay unchanged. Load cases are not split. Each load case gets one role, so that no repeat of a training
-    /// row is tested.
+    /// Splits each recording with a role in time: the first part trains, the rest tests. Recordings that are off or short stay
+    /// unchanged. Each load case gets one role instead, so that no repeat of a training row is tested.
     pub fn split(&self, fraction: f64) -> Self {
         let cases = if self.is_static() { self.groups().of } else { Vec::new() };
         // Load cases with the train role are spread evenly, because loads are often in order.

@@ -18,7 +18,6 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Returns a part of this part.
     pub fn part(&self, range: Range<usize>) -> Self {
         assert!(range.start <= range.end && range.end <= self.own.len());
         Self {
@@ -27,7 +26,7 @@ impl Shared {
         }
     }
 
-    /// Returns these rows of `width` numbers, one range after another. A single range stays shared; several are copied.
+    /// Returns these rows of `width` numbers, one range after another; only a single range stays shared.
     pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
         let numbers = |range: &Range<usize>| range.start * width..range.end * width;
         match ranges {
@@ -93,7 +92,6 @@ impl Ranged {
         Self::of(values.into(), width)
     }
 
-    /// Creates rows from a whole shared list.
     fn of(values: Shared, width: usize) -> Self {
         let runs = values.par_chunks(width.max(1) * SAMPLES_A_THREAD);
         let runs: Vec<_> = runs.map(|run| ranges(run, width)).collect();
@@ -102,7 +100,6 @@ impl Ranged {
         Self { ranges: all, runs: Arc::new(runs), values, width }
     }
 
-    /// Subtracts one offset from each column.
     pub fn subtract(&mut self, offsets: &[f64]) {
         for row in self.values.make_mut().chunks_exact_mut(offsets.len()) {
             let values = row.iter_mut().zip(offsets);
@@ -111,7 +108,6 @@ impl Ranged {
         *self = Self::of(self.values.clone(), self.width);
     }
 
-    /// Returns the range of each column.
     pub fn ranges(&self) -> &[MinMax] {
         &self.ranges
     }

@@ -1,5 +1,3 @@
-//! Interval over which the gauges of an unloaded sensor are averaged.
-
 use std::fmt;
 use std::str::FromStr;
 

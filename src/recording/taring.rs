@@ -1,12 +1,12 @@
 //! Taring: subtracts the mean gauge readings of an unloaded interval, for each recording on its own.
 //!
-//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist,
-//! or a recording that is never quiet, is an error.
+//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist, or a
+//! recording that is never quiet, is an error.
 
 use std::ops::Range;
 
 use super::load_cases::largest_loads;
-use crate::finding::{Advice, Way};
+use crate::finding::{Advice, Finding, Id, Verdict, Way};
 use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
 use crate::recording::recording::Recording;
@@ -32,7 +32,6 @@ impl Advice for TareError {
     }
 }
 
-/// Reason why a recording cannot be tared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
     #[error(
@@ -54,8 +53,7 @@ pub enum TareError {
 }
 
 impl Recording {
-    /// Returns the recording minus its mean gauge readings over an interval, and the start and end of the interval (s
-    /// from the first sample).
+    /// Returns the recording minus its mean gauge readings over an interval, and the interval (s from the first sample).
     ///
     /// # Errors
     /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.
@@ -87,9 +85,9 @@ impl Recording {
         Ok((self.less_offsets(&offsets, tare), place))
     }
 
-    /// Returns a warning if the mean reference load is not zero while the recording is tared, from and to these times (s
+    /// Returns a finding if the mean reference load is not zero while the recording is tared, from and to these times (s
     /// from the first sample).
-    pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<String> {
+    pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<Finding> {
         let samples = self.samples_between(from, to);
         if self.axes().is_empty() || samples.is_empty() || is_unloaded(self, samples.clone()) {
             return None;
@@ -99,11 +97,12 @@ impl Recording {
             let mean = mean(self.loads(), n_axes, at, samples.clone());
             format!("{axis} {mean:.3} {}", axis.unit())
         });
-        Some(format!(
-            "{}: the mean reference load is not zero while taring, from {from:.3} s to {to:.3} s ({}), so the zeros contain this load; tare over a time without load",
-            self.name(),
-            means.collect::<Vec<_>>().join(", ")
-        ))
+        let seen = format!(
+            "{}: the mean reference load is not zero while taring, from {from:.3} s to {to:.3} s",
+            self.name()
+        );
+        let means = means.collect::<Vec<_>>().join(", ");
+        Some(Finding::new(Id::TaredUnderLoad, Verdict::Doubtful, seen).with(means))
     }
 
     /// Returns the samples from one time to another (s from the first sample), both included.

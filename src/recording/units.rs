@@ -1,7 +1,5 @@
-//! Units that files use, and their factors to SI. Units are converted only where files are read or written.
-//!
-//! Guarantees: an unknown spelling gives `None`. Upper and lower case are the same, except where they distinguish milli
-//! from mega.
+//! Units that files use, and their factors to SI, for reading and writing files. An unknown spelling gives `None`. Upper and
+//! lower case are the same, except where they distinguish milli from mega.
 
 /// Force units that [`force_in_newtons`] accepts, for messages.
 pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
@@ -71,8 +69,8 @@ pub fn length_in_metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// Returns the unit in which an auxiliary channel is kept, and the factor and the summand that convert values from
-/// `unit`. Temperatures become °C, voltages V, humidities %. Any other unit is kept as a label, without conversion.
+/// Returns the unit in which an auxiliary channel is kept, and the factor and summand from `unit`: temperatures become °C,
+/// voltages V, humidities %. Any other unit is kept as a label, without conversion.
 pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     let (label, factor, shift) = match closed_up(unit).as_str() {
         "v" | "volt" | "volts" => ("V", 1.0, 0.0),
@@ -86,8 +84,7 @@ pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     (label.to_owned(), factor, shift)
 }
 
-/// Returns the factor and the summand that convert a temperature to °C, or `None` if the unit is not one of
-/// temperature.
+/// Returns the factor and the summand that convert a temperature to °C, if the unit is one of temperature.
 pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     const FAHRENHEIT: f64 = 5.0 / 9.0;
     Some(match closed_up(unit).as_str() {
@@ -113,7 +110,6 @@ fn plain(unit: &str) -> Option<String> {
 
 /// A unit in which loggers write time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum TimeUnit {
     Seconds,
     Milliseconds,
@@ -122,7 +118,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Returns the unit with this name in upper or lower case, or `None` for an unknown spelling.
+    /// Returns the unit with this name in upper or lower case.
     pub fn from_name(name: &str) -> Option<Self> {
         // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
         let name = name.trim().to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
@@ -140,8 +136,7 @@ impl TimeUnit {
         })
     }
 
-    /// Returns the number of these units in one second. Divide by it instead of multiplying by its inverse: the result
-    /// is correctly rounded.
+    /// Returns the number of these units in one second. Dividing by it rounds correctly; multiplying by its inverse does not.
     pub const fn per_second(self) -> f64 {
         match self {
             Self::Seconds => 1.0,

@@ -1,7 +1,7 @@
 //! Figures as plain data, and as images.
 
 mod cloud;
-pub mod color;
+pub(crate) mod color;
 mod parts;
 mod svg;
 

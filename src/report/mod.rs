@@ -1,7 +1,5 @@
 //! Results as plain data: a [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
-//! report, clipboard and files.
-//!
-//! Guarantees: this module does not depend on windows, command lines or files.
+//! report, clipboard and files. This module depends on none of them.
 
 pub mod figure;
 pub(crate) mod table;

@@ -24,13 +24,10 @@ pub struct Table {
     pub note: String,
 }
 
-/// Alignment of the cells of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Align {
-    /// Left-aligned, for words.
     #[default]
     Left,
-    /// Right-aligned, for numbers.
     Right,
     /// Hexadecimal digits, which may break anywhere.
     Anywhere,
@@ -45,7 +42,7 @@ pub struct Column {
     pub name: String,
     /// Unit of its numbers; empty if each row has its own unit.
     pub unit: &'static str,
-    /// Alignment of its cells.
+    /// Alignment of the cells.
     pub align: Align,
     /// Explanation; may be empty.
     pub about: String,
@@ -115,12 +112,10 @@ pub enum Value {
     Continued,
 }
 
-/// A cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     /// Text as shown: a rounded number, or one or two words for the reason.
     pub text: String,
-    /// Kind and value.
     pub value: Value,
     /// Explanation of a value, or reason for a missing one; may be empty.
     pub about: String,
@@ -132,12 +127,10 @@ impl Cell {
         Self { text, value, about }
     }
 
-    /// Returns a cell with a text.
     pub fn words(text: impl Into<String>) -> Self {
         Self::new(Value::Words, text, "")
     }
 
-    /// Returns a cell with a number that is shown as `text`.
     pub fn number(value: f64, text: impl Into<String>) -> Self {
         Self::new(Value::Number(value), text, "")
     }
@@ -147,7 +140,6 @@ impl Cell {
         value.map_or_else(Self::none, |value| Self::number(value, significant(value, digits)))
     }
 
-    /// Returns a cell with a whole number.
     pub fn whole(number: usize) -> Self {
         Self::number(number as f64, number.to_string())
     }
@@ -168,17 +160,14 @@ impl Cell {
         cell.unwrap_or_else(|| Self::missing("–", reason))
     }
 
-    /// Returns an empty cell without a reason.
     pub fn none() -> Self {
         Self::missing("–", "")
     }
 
-    /// Returns a continuation of the cell to its left.
     pub fn continued() -> Self {
         Self::new(Value::Continued, "", "")
     }
 
-    /// Returns the cell with this explanation.
     pub fn about(self, about: impl Into<String>) -> Self {
         let about = about.into();
         Self { about, ..self }
@@ -190,7 +179,6 @@ impl Cell {
     }
 }
 
-/// Builder of a table: its rows, and the columns so far.
 pub struct Rows<R> {
     of: Vec<R>,
     table: Table,
@@ -212,7 +200,6 @@ impl<R> Rows<R> {
         self
     }
 
-    /// Adds a column for each item.
     pub fn columns<C>(
         self,
         of: impl IntoIterator<Item = C>,
@@ -222,7 +209,6 @@ impl<R> Rows<R> {
         of.into_iter().fold(self, |rows, own| rows.column(head(&own), |row| cell(row, &own)))
     }
 
-    /// Adds a column of words.
     pub fn words<T: Into<String>>(self, name: impl Into<String>, text: impl Fn(&R) -> T) -> Self {
         self.column(Column::words(name), |row| Cell::words(text(row)))
     }
@@ -237,7 +223,6 @@ impl<R> Rows<R> {
         self.column(Column::numbers(name), |row| Cell::digits(value(row), digits))
     }
 
-    /// Sets the explanation of the last column.
     pub fn about(mut self, about: impl Into<String>) -> Self {
         if let Some(last) = self.table.columns.last_mut() {
             last.about = about.into();
@@ -361,8 +346,7 @@ impl Table {
         self
     }
 
-    /// Returns the table as aligned text for a terminal, with control characters escaped. Long reasons are printed below
-    /// their row.
+    /// Returns aligned text for a terminal, with control characters escaped. Long reasons are below their row.
     pub fn text(&self) -> String {
         let width = |text: &str| text.chars().count();
         let titles: Vec<String> = self.columns.iter().map(Column::title).collect();

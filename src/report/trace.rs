@@ -1,6 +1,5 @@
 //! Names of the loads that are compared, and units of their errors.
 
-/// A load that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// Reference load.
@@ -22,7 +21,6 @@ impl Trace {
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
-    /// Returns the name in the window and in files for people.
     pub fn label(self) -> &'static str {
         match self {
             Self::Calculated => "Reference",
@@ -47,20 +45,15 @@ impl Trace {
     }
 }
 
-/// Unit in which errors are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shown {
-    /// Percent of full scale.
     #[default]
     PercentFs,
-    /// The unit of the axis.
     Units,
-    /// Both units.
     All,
 }
 
 impl Shown {
-    /// Returns the units that are shown.
     pub(crate) fn both<T>(self, in_units: T, in_percent: T) -> Vec<T> {
         match self {
             Self::PercentFs => vec![in_percent],

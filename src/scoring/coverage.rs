@@ -11,27 +11,20 @@ use crate::scoring::loops::extents_of;
 const OTHER_LOAD: f64 = 0.02;
 /// Smallest difference between two load cases, in standard deviations of the load's noise.
 const NOISE_OF_LOAD: f64 = 4.0;
-/// Upper limit of the difference that the noise requires, as a share of the range. Loads that jump from sample to sample look
-/// like noise.
+/// Upper limit of the difference that the noise requires, as a share of the range: loads that jump look like noise.
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
-/// Distance beyond the training range from which a test load is outside, as a share of the largest span of the axes with the
-/// same unit.
+/// Smallest distance of an outside test load from the training range, as a share of the largest span in the same unit.
 const OUTSIDE: f64 = 0.02;
 /// Share of a recording's samples outside the loads of the other recordings from which a finding is reported.
 pub const OUTSIDE_SHARE: f64 = 0.05;
 
-/// Loads that recordings cover.
-///
-/// **Shapes** one entry per axis.
+/// Loads that recordings cover, one entry per axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
-    /// Minimum and maximum training load.
     pub trained: Vec<MinMax>,
-    /// Test loads beyond the training loads; `None` if there are none.
     pub outside: Vec<Option<Outside>>,
     /// Number of changes of the load case in the training recordings, including each recording's first load.
     pub n_moves: usize,
-    /// Number of different load cases in the training recordings.
     pub cases: LoadCases,
 }
 
@@ -45,7 +38,6 @@ pub struct Outside {
 }
 
 impl Coverage {
-    /// Returns the coverage of recordings with these axes.
     pub fn of(entries: &[Entry], axes: &[Axis]) -> Self {
         let recordings = |role: Role| {
             let entries = entries.iter().filter(move |entry| entry.role == role);
@@ -64,8 +56,7 @@ impl Coverage {
         Self { outside: outside.collect(), trained, n_moves, cases }
     }
 
-    /// Returns the number of training loads that determine these columns: load cases, or changes of the load case if a column
-    /// holds past samples.
+    /// Returns how many training loads determine these columns: changes of the case if a column holds past samples, else cases.
     pub fn n_cases(&self, columns: &[Column]) -> usize {
         let is_past = |column: &Column| matches!(column, Column::Past { .. });
         match columns.iter().any(is_past) {
@@ -74,7 +65,6 @@ impl Coverage {
         }
     }
 
-    /// Returns the range of an axis in the training recordings.
     pub fn span(&self, axis: usize) -> f64 {
         self.trained[axis].span()
     }
@@ -106,9 +96,7 @@ fn outside<'a>(
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
-/// Different load cases.
-///
-/// Two loads are different if an axis differs by more than its tolerance, which follows from the noise within limits.
+/// Different load cases: two differ if an axis differs by more than its tolerance, which follows from the noise within limits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadCases {
     /// Tolerance of each axis; infinite for an axis that never moves.
@@ -120,8 +108,7 @@ pub struct LoadCases {
 }
 
 impl LoadCases {
-    /// Returns the load cases of these recordings, and the number of changes of the load case, including each recording's
-    /// first load.
+    /// Returns the number of changes of the load case, including each recording's first load, and the load cases.
     fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
@@ -147,7 +134,6 @@ impl LoadCases {
         (n_moves, own)
     }
 
-    /// Returns the number of load cases.
     pub fn len(&self) -> usize {
         self.loads.len() / self.tolerances.len().max(1)
     }
@@ -188,8 +174,8 @@ mod tests {
     use super::*;
     use crate::recording::Source;
 
-    /// Twenty poses on two axes, repeated three times with noise. Two more poses follow: one differs from the first by 1.5 %
-    /// of the range, the other by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
+    /// Twenty poses, repeated three times with noise, and two more: one differs from the first by 1.5 % of the range, the other
+    /// by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
     #[test]
     fn poses_that_repeat_within_the_noise_are_one_load_case() {
         let pose = |k: usize| [10.0 * (k as f64).sin(), 7.0 * (1.7 * k as f64).cos()];

@@ -1,12 +1,10 @@
-//! Cross-validation by group: cuts training recordings into parts, and chooses the ridge strength by them.
-//! ([`LeftOut`](crate::scoring::left_out::LeftOut) makes the fits without each part.)
+//! Cuts training recordings into parts for cross-validation by group, and chooses the ridge strength by them.
 //!
 //! Samples are never shuffled: neighbours in time are nearly equal, so a shuffled test would flatter the fit. The recordings
 //! of a group (see [`Groups`](crate::recording::Groups)) are left out together; an ungrouped recording is a group of its own.
 //! Two groups are enough if there are at least three recordings: each group is then predicted by the other. With fewer than
-//! three training recordings, five contiguous blocks take the place of groups.
-//! The look-back always searches by the conventional calibration of *all* training recordings, because it only chooses the
-//! past sample and does not predict the load.
+//! three training recordings, five contiguous blocks take the place of groups. The look-back always searches by the
+//! conventional calibration of *all* training recordings, because it only chooses the past sample.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -24,17 +22,14 @@ pub const BLOCKS: usize = 5;
 pub struct Folds {
     /// Pieces of each recording. A recording that is not used for training is one piece.
     pub pieces: Vec<Vec<Piece>>,
-    /// Number of parts.
     pub n_parts: usize,
     /// True if whole recordings are left out, false if blocks are.
     pub are_whole: bool,
 }
 
 impl Folds {
-    /// Divides recordings, given as their number of samples and their group. Recordings that are not used for training have
-    /// no group.
-    ///
-    /// Groups are numbered in their order of appearance. Blocks divide all training samples evenly, the longer ones first.
+    /// Divides recordings, given as number of samples and group (`None` if not used for training). Groups are numbered in their
+    /// order of appearance. Blocks divide all training samples evenly, the longer ones first.
     pub fn of(recordings: &[(usize, Option<usize>)]) -> Self {
         let mut groups: Vec<usize> = recordings.iter().filter_map(|(_, group)| *group).collect();
         let n_training = groups.len();
@@ -65,7 +60,6 @@ impl Folds {
         Self { n_parts: n_parts.unwrap_or(0), pieces, are_whole }
     }
 
-    /// Returns the description of the parts for recordings with this grouping.
     pub fn cross_validation(&self, by: GroupedBy) -> CrossValidation {
         let by = if self.are_whole { by } else { GroupedBy::Block };
         CrossValidation { by, groups: self.n_parts, parts: self.n_parts }
@@ -106,8 +100,7 @@ pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
 pub const RIDGE_STRENGTHS: [f64; 12] =
     [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
 
-/// Returns the position of the strongest ridge whose squared error is nearly the lowest. `square(at, part)` returns the sum
-/// of squared errors of a part at a strength.
+/// Returns the position of the strongest ridge whose error is nearly lowest; `square(at, part)` sums a part's squared errors.
 pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     simplest_good(RIDGE_STRENGTHS.len(), n_parts, square)
 }

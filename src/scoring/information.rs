@@ -9,8 +9,7 @@ use crate::dot::dot;
 /// Term added to the diagonal of the sums over columns of unit length, so that undetermined columns keep the sums invertible.
 /// [`fit`](crate::calibration::fit) takes a column as explained below the same share.
 const NOTHING: f64 = 1e-12;
-/// Diagonal term for proposed loads. It makes an undetermined coefficient count as much as a million times the information of
-/// one load.
+/// Diagonal term for proposed loads: an undetermined coefficient counts as a million times the information of one load.
 const PRIOR: f64 = 1e-6;
 
 /// Sums over some columns, each scaled to unit length, in their principal directions.
@@ -125,7 +124,6 @@ impl Information {
 /// A row whose load should be recorded next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextRow {
-    /// Index of the row.
     pub at: usize,
     /// Increase of `log det ΣG` over the rows before it.
     pub gain: f64,
@@ -133,10 +131,8 @@ pub struct NextRow {
     pub left: f64,
 }
 
-/// Returns the effective number of coefficients under a ridge: the trace of `(G + D)⁻¹ G`.
-///
-/// **Shapes** `shares` holds the ridge of each column as a share of its squared length; see
-/// [`Ridge::Shares`](crate::calibration::Ridge::Shares).
+/// Returns the effective number of coefficients under a ridge: the trace of `(G + D)⁻¹ G`. `shares` is the ridge of each
+/// column as a share of its squared length; see [`Ridge::Shares`](crate::calibration::Ridge::Shares).
 pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> {
     let all: Vec<usize> =
         (0..sums.n_features()).filter(|column| shares[*column].is_finite()).collect();
@@ -189,7 +185,6 @@ mod tests {
         Mat::from_fn(P, P, |i, j| rows.iter().map(|row| row[i] * row[j]).sum())
     }
 
-    /// Returns the logarithm of the determinant, computed by elimination.
     fn log_det(mut matrix: Mat<f64>) -> f64 {
         let mut sum = 0.0;
         for i in 0..P {

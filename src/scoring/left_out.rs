@@ -4,6 +4,6 @@ mod by_block;
 mod fits;
 mod lanes;
 
-pub use crate::scoring::left_out::by_block::{BlockStrengths, shares_of_blocks};
+pub use crate::scoring::left_out::by_block::shares_of_blocks;
 pub(crate) use crate::scoring::left_out::fits::summed_by_target;
-pub use crate::scoring::left_out::fits::{LeftOut, fewest_samples_without_a_part, too_short};
+pub use crate::scoring::left_out::fits::{LeftOut, too_short};

@@ -1,28 +1,18 @@
-//! How the loads of several axes vary: which axes move together, and in how many independent directions.
+//! How the loads of several axes vary, and which axes move together.
 
 use crate::min_max::MinMax;
 
-/// Smallest share of an axis' variance along a direction for which the loads count as moving in it.
-const DIRECTION: f64 = 1e-3;
-
-/// Mean, spread and correlation of the loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadSpread {
     /// Standard deviation of each axis.
     pub deviations: Vec<f64>,
     /// Correlations, `n_axes × n_axes`; `None` if an axis does not move.
     pub correlations: Vec<Option<f64>>,
-    /// Share of each axis' variance that the other axes do not explain: 1 for an axis that moves independently.
+    /// Variance of each axis over the part that the other axes do not explain: 1 for an axis that moves independently.
     pub inflations: Vec<Option<f64>>,
-    /// Combination of axes that moves least, in standard deviations of each axis, and its standard deviation. `None` with
-    /// fewer than two moving axes.
-    pub stiffest: Option<(Vec<f64>, f64)>,
-    /// Number of independent directions in which the loads move.
-    pub n_directions: usize,
 }
 
 impl LoadSpread {
-    /// Returns the spread of these loads.
     pub fn of<'a>(loads: impl Iterator<Item = &'a [f64]> + Clone, ranges: &[MinMax]) -> Self {
         let n_axes = ranges.len();
         let n = loads.clone().count().max(1) as f64;
@@ -50,35 +40,21 @@ impl LoadSpread {
         let correlations: Vec<Option<f64>> =
             (0..n_axes * n_axes).map(|at| correlation(at / n_axes, at % n_axes)).collect();
         let moving: Vec<usize> = (0..n_axes).filter(|axis| deviations[*axis] > 0.0).collect();
-        let (mut inflations, mut stiffest, mut n_directions) = (vec![None; n_axes], None, 0);
         let n_moving = moving.len();
         let among = faer::Mat::from_fn(n_moving, n_moving, |i, j| {
             correlations[moving[i] * n_axes + moving[j]].unwrap_or(0.0)
         });
+        let mut inflations = vec![None; n_axes];
         let parts = (n_moving > 0).then(|| among.self_adjoint_eigen(faer::Side::Lower));
         if let Some(Ok(parts)) = parts {
             let (squares, directions) = (parts.S().column_vector(), parts.U());
-            n_directions = (0..n_moving).filter(|at| squares[*at] > DIRECTION).count();
-            let least = (0..n_moving).min_by(|a, b| squares[*a].total_cmp(&squares[*b]));
             for (at, axis) in moving.iter().enumerate() {
                 let parts =
                     (0..n_moving).map(|k| directions[(at, k)].powi(2) / squares[k].max(1e-12));
                 inflations[*axis] = Some(parts.sum());
             }
-            if let Some(least) = least.filter(|_| n_moving > 1) {
-                let mut direction = vec![0.0; n_axes];
-                for (at, axis) in moving.iter().enumerate() {
-                    direction[*axis] = directions[(at, least)];
-                }
-                stiffest = Some((direction, squares[least].max(0.0).sqrt()));
-            }
         }
-        Self { deviations, correlations, inflations, stiffest, n_directions }
-    }
-
-    /// Returns the number of axes that move.
-    pub fn n_moving(&self) -> usize {
-        self.deviations.iter().filter(|own| **own > 0.0).count()
+        Self { deviations, correlations, inflations }
     }
 }
 
@@ -86,7 +62,7 @@ impl LoadSpread {
 mod tests {
     use super::*;
 
-    /// Reference values from NumPy 2: `std`, `corrcoef`, the diagonal of the inverse of the correlations, `eigh`.
+    /// Reference values from NumPy 2: `std`, `corrcoef`, the diagonal of the inverse of the correlations.
     #[test]
     fn spread_is_that_of_numpy() {
         let load = |k: usize| {
@@ -106,9 +82,5 @@ mod tests {
         close(spread.correlations[5].unwrap(), -0.20904261);
         close(spread.inflations[0].unwrap(), 193.67488842);
         close(spread.inflations[1].unwrap(), 81.83309821);
-        let (direction, deviation) = spread.stiffest.unwrap();
-        close((direction[1] / direction[0]).abs(), 0.43221072 / 0.66712353);
-        assert!((deviation.powi(2) - 0.00230162).abs() < 1e-7);
-        assert_eq!(spread.n_directions, 3);
     }
 }

@@ -11,10 +11,8 @@ use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
 /// Minimum number of reversals for a reliable mean.
 pub const FEWEST_REVERSALS: usize = 10;
 
-/// Hysteresis of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AxisHysteresis {
-    /// The axis.
     pub axis: Axis,
     /// Mean loop width over the cycles, in the unit of F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
@@ -24,43 +22,34 @@ pub struct AxisHysteresis {
     pub reversal_threshold: f64,
 }
 
-/// Mean hysteresis of a sensor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanHysteresis {
     /// Mean over the axes with cycles, in the unit of F_th; `None` without any cycle.
     pub value: Option<f64>,
-    /// Number of reversals over all axes.
     pub n_reversals: usize,
     /// Hysteresis of each axis that counts for F_th.
     pub axes: Vec<AxisHysteresis>,
 }
 
-/// Loads of one recording.
-///
-/// **Shapes** `reference` is `n × n_axes`, row-major.
+/// Loads of one recording; `reference` is `n × n_axes`, row-major.
 #[derive(Clone, Copy)]
 pub struct HysteresisRun<'a> {
-    /// Reference load.
     pub reference: &'a [f64],
     /// Returns the conventional load of each sample on the axis with this index.
     pub conventional: &'a dyn Fn(usize) -> Vec<f64>,
 }
 
-/// Returns the mean hysteresis of these recordings.
+/// Returns the mean hysteresis of these recordings; panics if there is not one weight per axis.
 ///
-/// For each axis that counts for F_th, rainflow counts the cycles of the reference load. The two branches of each cycle are
-/// compared at equal load over their common range. The cycle's width is the mean of `|falling − rising|` of the conventional
-/// load. The axis' value is the mean over its full cycles (see [`Loops::full_cycles`]), the sensor's is the mean over its
-/// axes.
+/// For each axis that counts for F_th, rainflow counts the cycles of the reference load. A cycle's width is the mean of
+/// `|falling − rising|` of the conventional load at equal load, over the range that both branches cover. The axis' value is
+/// the mean over its full cycles (see [`Loops::full_cycles`]), the sensor's is the mean over its axes.
 ///
 /// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. The
-/// paper does not say how it averages; this definition is ours. When several axes are loaded at once, crosstalk between them
-/// counts as well.
+/// paper does not say how it averages; this definition is ours. When several axes are loaded at once, crosstalk counts too.
 ///
-/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th, as
-/// [`Distance::weights`](crate::features::Distance::weights) gives it; zero if the axis does not count.
-///
-/// # Panics
+/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th, zero if the axis does not
+/// count; see [`Distance::weights`](crate::features::Distance::weights).
 /// If there is not one weight per axis.
 pub fn mean_hysteresis(
     runs: &[HysteresisRun<'_>],

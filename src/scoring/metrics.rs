@@ -3,9 +3,7 @@
 use crate::calibration::NormalEquations;
 use crate::recording::Axis;
 
-/// Returns the root mean squared error per axis of `coefficients` on the samples in `sums`; `None` without samples.
-///
-/// **Source** Eq. 8 over n, from the sums alone.
+/// Returns the RMSE per axis of `coefficients` on the samples in `sums` (Eq. 8 over n); `None` without samples.
 pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
     root_mean(&sums.squared_residuals(coefficients), sums.n_samples())
 }
@@ -36,7 +34,6 @@ pub enum Group {
 }
 
 impl Group {
-    /// Returns true if the axis belongs to the group.
     pub fn contains(self, axis: Axis) -> bool {
         axis.is_force() == (self == Self::Force)
     }

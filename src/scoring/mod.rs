@@ -1,18 +1,18 @@
 //! Scores of calibrations: cross-validation, loops, dwells, lag, faults of the rig, and traces to draw.
 
 pub(crate) mod coverage;
-pub mod cross_validation;
-pub mod faults;
-pub mod holds;
-pub mod information;
+pub(crate) mod cross_validation;
+pub(crate) mod faults;
+pub(crate) mod holds;
+pub(crate) mod information;
 pub mod lag;
-pub mod left_out;
+pub(crate) mod left_out;
 pub(crate) mod load_spread;
 pub mod loops;
-pub mod mean_hysteresis;
+pub(crate) mod mean_hysteresis;
 pub(crate) mod metrics;
 pub mod numbers;
-pub mod part_squares;
+pub(crate) mod part_squares;
 #[cfg(test)]
 pub(crate) mod pixels;
 pub(crate) mod quantile;

@@ -48,8 +48,7 @@ pub fn decimals(value: f64) -> usize {
     text.split_once('.').map_or(0, |(_, after)| after.len())
 }
 
-/// Returns the step and the ticks of an axis: multiples of a [`round_step`] of at least `least`. Returns `None` if there is
-/// no such step.
+/// Returns the step of an axis, a [`round_step`] of at least `least`, and its multiples in the range; 0 and none if invalid.
 pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     if !(least > 0.0 && least.is_finite()) {
         return (0.0, Vec::new());

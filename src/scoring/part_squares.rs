@@ -3,12 +3,9 @@
 use crate::scoring::left_out::summed_by_target;
 use crate::scoring::metrics::root_mean;
 
-/// Squared errors on each part, of the fit to the other parts.
-///
-/// The parts are the same for every regressor, so that two regressors can be compared part by part.
+/// Squared errors on each part, of the fit to the other parts. All regressors have the same parts, so they can be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartSquares {
-    /// Number of samples of each part.
     pub part_samples: Vec<u64>,
     /// Sums of squared errors, `n_parts × n_axes` row-major.
     pub squares: Vec<f64>,

@@ -1,5 +1,4 @@
-//! Zero and sensitivity of each gauge in each recording, and the single fault that best explains a contradiction between
-//! recordings.
+//! Zero and sensitivity of each gauge in each recording, and the single fault that best explains why recordings disagree.
 //!
 //! The model is `gauge = zero + sensitivity · (A · load)`, with A fitted to the other recordings. It needs only the sums of
 //! contiguous units of each recording: one pass over the samples, then every fault is a refit of corrected sums.
@@ -63,8 +62,7 @@ pub struct Run {
 }
 
 impl Rig {
-    /// Creates the sums of recordings with the same gauges and axes, given the full scale of each axis; `None` if no load moves or
-    /// there is nothing to compare.
+    /// Creates the sums of recordings with the same gauges and axes; `None` without a moving load or anything to compare.
     pub fn of(recordings: &[&Recording], full_scale: &[f64]) -> Option<Self> {
         let first = recordings.first()?;
         let n_gauges = first.n_gauges();
@@ -144,7 +142,7 @@ impl Rig {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
     }
 
-    /// Returns the response of the gauges to loads, in the gauges' units: zero, slope of each axis (per N or N·m), and residual (RMS).
+    /// Returns the response of each gauge to loads, in its unit: zero, slope of each axis (per N or N·m), and RMS residual.
     pub fn answers(&self) -> Vec<(f64, Vec<f64>, f64)> {
         let total = self.total(|_| true);
         let forward = Forward::of(&total, &self.shape);

@@ -29,10 +29,8 @@ const CHUNK: usize = 256 * FINEST;
 
 /// Source of the values of a trace.
 pub trait Values: fmt::Debug + Send + Sync {
-    /// Returns the number of samples.
     fn n_samples(&self) -> usize;
 
-    /// Writes the values of these samples.
     fn read(&self, samples: Range<usize>, out: &mut [f64]);
 }
 
@@ -68,7 +66,6 @@ impl Values for Difference {
     }
 }
 
-/// A trace of values over samples.
 #[derive(Clone, Debug)]
 pub struct Series {
     values: Arc<dyn Values>,
@@ -106,28 +103,22 @@ impl From<Extremes> for MinMax {
 }
 
 impl Series {
-    /// Returns a trace of stored values.
     pub fn new(values: Arc<[f64]>) -> Self {
         Self::of(Arc::new(values))
     }
 
-    /// Returns the trace of these values.
     pub fn of(values: Arc<dyn Values>) -> Self {
         let mut one = Self::all_of(vec![values], &Progress::default());
         one.pop().expect("one series per value")
     }
 
-    /// Returns the trace of `a − b`, which is computed when it is read.
-    ///
-    /// # Panics
-    /// If the two differ in length.
+    /// Returns the trace of `a − b`, computed when it is read; panics if the two differ in length.
     pub fn difference(a: Arc<dyn Values>, b: Arc<dyn Values>) -> Arc<dyn Values> {
         assert_eq!(a.n_samples(), b.n_samples(), "traces of one recording");
         Arc::new(Difference(a, b))
     }
 
-    /// Returns the traces of several values of the same samples, which are read together. The traces are incomplete if
-    /// `progress` is cancelled.
+    /// Returns the traces of values of the same samples, read together; incomplete if `progress` is cancelled.
     pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
         let n = all.iter().map(|values| values.n_samples()).max();
         let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
@@ -162,10 +153,7 @@ impl Series {
         series.collect()
     }
 
-    /// Returns the trace of `n` samples whose value changes only every `each` samples.
-    ///
-    /// # Panics
-    /// If the number of values is not the number of runs.
+    /// Returns the trace of `n` samples whose value changes only every `each` samples; panics unless each run has a value.
     pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
         assert_eq!(values.len(), n.div_ceil(each), "one value per run");
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
@@ -185,30 +173,22 @@ impl Series {
         Self { values, finest, is_held: false, levels }
     }
 
-    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.values.n_samples()
     }
 
-    /// Returns true if there is no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Returns the value of sample `k`.
-    ///
-    /// # Panics
-    /// If there is no sample `k`.
+    /// Returns the value of sample `k`; panics if there is none.
     pub fn value(&self, k: usize) -> f64 {
         let mut one = [0.0];
         self.values.read(k..k + 1, &mut one);
         one[0]
     }
 
-    /// Passes the value of each of these samples to `take`, in order.
-    ///
-    /// # Panics
-    /// If a sample does not exist.
+    /// Passes the value of each of these samples to `take`, in order; panics if a sample does not exist.
     pub fn each(&self, samples: Range<usize>, mut take: impl FnMut(f64)) {
         let mut room = [0.0; FINEST];
         for start in samples.clone().step_by(FINEST) {
@@ -218,12 +198,10 @@ impl Series {
         }
     }
 
-    /// Draws these samples in columns of equal width in time, and passes `(time, value)` to `point` with rising times. A
-    /// column with more than a few samples yields its first sample, its extremes at the column's middle, and its last sample.
-    /// A column with many samples yields the extremes alone. Values that are not finite are left out.
+    /// Draws these samples in columns of equal width in time, and passes `(time, value)` to `point` with rising times.
     ///
-    /// # Panics
-    /// If the numbers of times and samples differ.
+    /// A column with more than a few samples yields its first sample, its extremes at the middle, and its last sample. A column
+    /// with many samples yields the extremes alone. Values that are not finite are left out. Panics if the lengths differ.
     pub fn draw(
         &self,
         times: &[f64],
@@ -235,10 +213,7 @@ impl Series {
         self.draw_in(&Columns::of(times, samples, column_secs), times, &mut point);
     }
 
-    /// Draws like [`Self::draw`], in columns that several traces share.
-    ///
-    /// # Panics
-    /// If a column contains samples that do not exist.
+    /// Draws like [`Self::draw`], in columns that several traces share; panics if a column's samples do not exist.
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
         // State: the current point, and the last column of many samples with its extremes.
         let mut before = f64::NAN;

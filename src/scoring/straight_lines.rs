@@ -3,8 +3,7 @@
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq as _;
 
-/// Returns the factors of `columns` that fit `n` targets by least squares. A ridge with this weight shrinks the first
-/// `ridged` factors, because channels may be collinear.
+/// Returns the least-squares factors of `columns`. A ridge shrinks the first `ridged`, because channels may be collinear.
 pub fn factors(
     n: usize,
     columns: usize,

@@ -5,7 +5,6 @@ use egui::{RichText, ScrollArea, TextStyle};
 use crate::about::{LICENCES_OF_CRATES, OWN_LICENCES, built};
 use crate::ui::controls::Controls as _;
 
-/// The page, with the licence on screen.
 #[derive(Debug, Default)]
 pub struct About {
     /// Index into [`texts`].
@@ -23,7 +22,6 @@ fn texts() -> [(&'static str, &'static str, &'static str); 3] {
 }
 
 impl About {
-    /// Draws the page.
     pub fn ui(&mut self, ui: &mut egui::Ui) {
         ui.heading("LoopScope");
         ui.label("Calibrates force/torque sensors and compensates their hysteresis");

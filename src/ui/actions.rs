@@ -15,15 +15,11 @@ use crate::ui::plots;
 use crate::ui::settings_panel;
 
 pub struct Action {
-    /// Name of the action, the same everywhere.
     pub name: String,
     /// Explanation in one sentence.
     pub explanation: Cow<'static, str>,
-    /// Keys of the action.
     pub keys: Option<KeyboardShortcut>,
-    /// True if the action is possible now.
     pub enabled: bool,
-    /// Command of the action.
     pub command: Command,
 }
 
@@ -53,20 +49,14 @@ const fn alt(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::ALT, key))
 }
 
-/// Undo steps and zooms that are available.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CanGo {
-    /// True if a change can be undone.
     pub undo: bool,
-    /// True if an undone change can be made again.
     pub redo: bool,
-    /// True if there is an earlier zoom.
     pub zoom_back: bool,
-    /// True if there is a later zoom.
     pub zoom_forward: bool,
 }
 
-/// Returns the actions that open and close files.
 pub fn opening(engine: &Engine) -> Vec<Action> {
     vec![
         action(
@@ -128,7 +118,6 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Returns the actions that write files.
 pub fn writing(engine: &Engine) -> Vec<Action> {
     let fitted = engine.analysis().is_some();
     vec![
@@ -171,7 +160,6 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Returns the actions that end the program.
 pub fn quit() -> Action {
     action(
         "Quit",
@@ -181,7 +169,6 @@ pub fn quit() -> Action {
     )
 }
 
-/// Returns undo and redo.
 pub fn edit(can: CanGo) -> Vec<Action> {
     vec![
         action(
@@ -299,7 +286,6 @@ pub fn pictures() -> Vec<Action> {
     ]
 }
 
-/// Returns the actions on the roles and tares of all recordings.
 pub fn roles(engine: &Engine) -> Vec<Action> {
     let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
@@ -319,7 +305,6 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Returns an action for each recent file.
 pub fn recent(engine: &Engine) -> Vec<Action> {
     let files = engine.preferences.recent.iter();
     let open = files.map(|path| {
@@ -434,7 +419,6 @@ pub const THEMES: [(&str, Theme, &str); 3] = [
     ("Follow system", Theme::System, "Dark or light, like the desktop"),
 ];
 
-/// Returns an action for each theme.
 fn themes(engine: &Engine) -> Vec<Action> {
     let choose = |(name, theme, explanation): (&str, Theme, &'static str)| {
         let preferences = Preferences { theme, ..engine.preferences.clone() };
@@ -445,7 +429,6 @@ fn themes(engine: &Engine) -> Vec<Action> {
     THEMES.into_iter().map(choose).collect()
 }
 
-/// Returns the actions on the size of text and controls.
 pub fn text_scales() -> Vec<Action> {
     [
         ("Larger", "Enlarges text and controls", ctrl(Key::Plus), 1),
@@ -528,7 +511,7 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ve
     let focused = focused.and_then(|id| context.read_response(id));
     let focused =
         focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
-    // Plus shares a key with the equals sign, and is accepted without Shift too.
+    // Plus shares a key with the equals sign, which is accepted without Shift too.
     let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
     out.extend(larger.then_some(Command::TextScale(1)));
     let mut actions = all(engine, can);

@@ -19,7 +19,6 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool
     }
 }
 
-/// Draws a switch and a list of numbers.
 fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
     let (name, setting) = (block.name(), block.setting());
     let explanation = setting.help();
@@ -47,7 +46,6 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
     values
 }
 
-/// Draws a choice of values.
 fn one_of(
     ui: &mut egui::Ui,
     block: &dyn Block,
@@ -72,8 +70,7 @@ fn one_of(
     values
 }
 
-/// Draws a field of numbers of at least `least`, separated by commas. Returns true if the numbers changed. Invalid text is
-/// marked and changes nothing.
+/// Draws a field of numbers of at least `least`, separated by commas. Returns true if they changed; invalid text is marked.
 pub fn list_field(
     ui: &mut egui::Ui,
     label: Id,

@@ -42,7 +42,6 @@ impl PaneView for View {
 }
 
 impl View {
-    /// Draws the matrices.
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         let uncertain = &mut self.uncertain;
         let Some(analysis) = engine.analysis() else {

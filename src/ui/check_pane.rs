@@ -16,9 +16,7 @@ use crate::ui::plots;
 use crate::ui::plots::Zoom;
 use crate::ui::table;
 
-/// Height of the figure.
 const FIGURE_HEIGHT: f32 = 260.0;
-/// Width of the figure.
 const FIGURE_WIDTH: f32 = 380.0;
 
 pub const PANE: Pane = Pane(&Kind {
@@ -101,7 +99,6 @@ impl View {
         });
     }
 
-    /// Draws the zeros and the sensitivities of the gauges over the recordings.
     fn figures(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Vec<Command>) {
         let figures = found.rig.figures();
         for (at, (drawing, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
@@ -117,7 +114,6 @@ impl View {
     }
 }
 
-/// Draws the verdict, its reasons, the rank and the condition number.
 fn verdict(ui: &mut egui::Ui, found: &Sufficiency, is_current: bool) {
     let words = RichText::new(found.verdict.words()).strong();
     let words = match found.verdict {

@@ -1,5 +1,5 @@
-//! A drop-down list for mouse and keyboard. It opens at the chosen item; Up and Down move, Enter chooses, Escape closes, and
-//! the focus returns to the button.
+//! A drop-down list for mouse and keyboard. The list opens at the chosen item; Up and Down move, Enter chooses, Escape closes,
+//! and the focus returns to the button.
 
 use std::borrow::Cow;
 
@@ -8,12 +8,9 @@ use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
 /// An item of the list, its name, and its explanation.
 pub type Item<T> = (T, Cow<'static, str>, &'static str);
 
-/// State of an open list that is moved through by keys.
 #[derive(Clone, Default)]
 struct Keys {
-    /// The pass in which the list was last drawn.
     pass: u64,
-    /// The item that had the focus.
     focused: Option<usize>,
     /// The item that gets the focus. A list is invisible in its first frame, so nothing in it can take the focus then.
     target: Option<usize>,

@@ -7,12 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
 use crate::features::Setting;
 
-/// Description of a pane: its names and its explanation.
 #[derive(Debug)]
 pub struct Kind {
     /// Name of the pane in files.
     pub key: &'static str,
-    /// Title on the tab.
     pub title: &'static str,
     /// Explanation in one sentence, without a full stop.
     pub explanation: &'static str,
@@ -28,7 +26,7 @@ impl Pane {
         self.0.title
     }
 
-    /// Returns the explanation.
+    /// Returns an explanation in one sentence, without a full stop.
     pub fn explanation(self) -> &'static str {
         self.0.explanation
     }

@@ -8,7 +8,6 @@ use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo, FIND};
 use crate::ui::command::Command;
 
-/// State of the palette while it is open.
 #[derive(Debug, Default)]
 pub struct CommandPalette {
     open: bool,
@@ -22,7 +21,6 @@ pub struct CommandPalette {
 }
 
 impl CommandPalette {
-    /// Opens the palette with an empty field.
     pub fn open(&mut self) {
         *self = Self { open: true, ..Self::default() };
     }
@@ -139,7 +137,6 @@ impl CommandPalette {
     }
 }
 
-/// Returns the id of the text field.
 fn field_id() -> Id {
     Id::unique("what the palette finds")
 }

@@ -2,7 +2,7 @@
 
 use egui::{Key, Modifiers, Popup, PopupCloseBehavior, Response, SetOpenCommand, Ui};
 
-/// Number of frames after which a menu takes the focus. It is invisible in its first frame.
+/// Number of frames after which a menu takes the focus; a menu is invisible in its first frame.
 const FRAMES_TO_FOCUS: u32 = 2;
 
 /// Opens a menu by the right mouse button or, for a focused widget, by the menu key or Shift+F10. `contents` returns the

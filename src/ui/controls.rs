@@ -5,7 +5,6 @@ use egui::{Button, PopupCloseBehavior, Response, RichText, ScrollArea, Ui, Widge
 
 /// Controls in addition to those of egui.
 pub trait Controls {
-    /// Returns the area in which controls are drawn.
     fn own(&mut self) -> &mut Ui;
 
     /// Draws a button. Returns true if it was pressed.
@@ -25,13 +24,11 @@ pub trait Controls {
         button.on_hover_text(about).clicked()
     }
 
-    /// Draws a small button. Returns true if it was pressed.
     fn press_small(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
         let button = self.own().small_button(label.into());
         button.on_hover_text(about).clicked()
     }
 
-    /// Draws a check box. Returns true if it was changed.
     fn tick(
         &mut self,
         on: &mut bool,
@@ -42,7 +39,6 @@ pub trait Controls {
         tick.on_hover_text(about).changed()
     }
 
-    /// Draws a selectable value.
     fn select<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
         let button = self.own().selectable_value(chosen, one, label);
         button.on_hover_text(about);
@@ -64,7 +60,6 @@ pub trait Controls {
         self.labelled(label, field).on_hover_text(about)
     }
 
-    /// Draws a label and its field, without an explanation of the field.
     fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
         let label = self.own().label(label);
         self.own().add(field).labelled_by(label.id)
@@ -88,13 +83,11 @@ pub trait Controls {
         field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter))
     }
 
-    /// Draws a warning.
     fn warn(&mut self, text: impl Into<RichText>) -> Response {
         let ui = self.own();
         ui.colored_label(ui.visuals().warn_fg_color, text)
     }
 
-    /// Draws an error.
     fn fail(&mut self, text: impl Into<RichText>) -> Response {
         let ui = self.own();
         ui.colored_label(ui.visuals().error_fg_color, text)

@@ -1,6 +1,5 @@
-//! The desktop's file dialogs, off the window's thread.
-//!
-//! Some machines have no dialogs, so a path can also be typed. A dialog that fails is reported, even if it fails late.
+//! The desktop's file dialogs, off the window's thread. Without a dialog, a path can be typed. A dialog that fails is reported,
+//! even if it fails late.
 
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;

@@ -38,7 +38,6 @@ impl PaneView for View {
     }
 }
 
-/// Draws the table.
 fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     ui.take_available_width();
     ui.horizontal_wrapped(|ui| {

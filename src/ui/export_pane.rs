@@ -27,7 +27,6 @@ pub const PANE: Pane = Pane(&Kind {
 
 #[derive(Debug)]
 pub struct View {
-    /// Path of the export.
     path: String,
     /// Endings of the further formats to write.
     also: Vec<&'static str>,

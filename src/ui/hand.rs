@@ -7,7 +7,6 @@ use egui::Event;
 pub struct Hand {
     count: u64,
     going_on: bool,
-    /// The text field that has the focus.
     field: Option<egui::Id>,
 }
 

@@ -9,12 +9,10 @@ use crate::ui::actions::Action;
 use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
 
-/// The window with the help texts.
 #[derive(Debug, Default)]
 pub struct Help {
     open: bool,
     page: Page,
-    /// Index of the page of the guide.
     guide: usize,
     about: About,
     laid_out: CommonMarkCache,
@@ -44,7 +42,6 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-errors.png", include_bytes!("../../assets/guide/first-errors.png")),
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
-/// Pages of the guide, with their titles.
 const GUIDE: [(&str, &str); 14] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
@@ -109,18 +106,15 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
 ];
 
 impl Help {
-    /// Opens or closes the help.
     pub fn toggle(&mut self) {
         self.open = !self.open;
     }
 
-    /// Opens the help at the About page.
     pub fn open_about(&mut self) {
         self.open = true;
         self.page = Page::About;
     }
 
-    /// Draws the help while it is open.
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
         if self.open {
             egui_extras::install_image_loaders(context);

@@ -1,6 +1,5 @@
-//! Import window: the text layout of a file, the role of each column, and a preview of the recordings.
-//!
-//! The window edits a column map and draws the answer of inspecting the file by that map. It computes nothing.
+//! Import window: the text layout of a file, the role of each column, and a preview of the recordings. The window edits a
+//! column map, and draws the answer of inspecting the file by that map.
 
 mod columns;
 mod foot;
@@ -17,12 +16,10 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::status_line::busy;
 
-/// Contents of the window's text fields.
 #[derive(Debug)]
 pub struct ImportFields {
     map_path: String,
-    /// True if a text field had the keyboard before this frame. Escape has already taken the focus away when the frame is
-    /// drawn.
+    /// A text field had the keyboard before this frame. When the frame is drawn, Escape has already taken the focus away.
     is_typing: bool,
 }
 
@@ -32,7 +29,6 @@ impl Default for ImportFields {
     }
 }
 
-/// Draws the window while a file is being imported.
 pub fn import_window(
     context: &egui::Context,
     engine: &Engine,

@@ -23,7 +23,6 @@ pub const PANE: Pane = Pane(&Kind {
 pub struct View {
     axis: usize,
     zoom: Zoom,
-    /// Text of the path field.
     path: String,
 }
 
@@ -80,7 +79,7 @@ impl PaneView for View {
     }
 }
 
-/// Number of rows, status of the newest row, and error of the loads.
+/// Returns the number of rows, the status of the newest row, and the error of the loads.
 fn words(followed: &Followed, axis: usize) -> String {
     let (rows, broken) = followed.counts;
     let broken = match broken {

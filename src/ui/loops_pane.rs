@@ -1,6 +1,5 @@
 //! Pane of outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, and drift in dwells.
-//!
-//! The pane only chooses and draws. Its contents are computed in the background.
+//! The contents of the pane are computed in the background.
 
 mod cross_view;
 mod dwell_view;
@@ -36,7 +35,6 @@ pub const PANE: Pane = Pane(&Kind {
     explanation: "Hysteresis loops, cross-plots, and drift in dwells",
 });
 
-/// Mode of the pane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Mode {
     #[default]
@@ -56,7 +54,6 @@ impl Mode {
         ),
     ];
 
-    /// Returns the id of the mode's plot.
     fn plot_id(self) -> &'static str {
         match self {
             Self::Loops => "loop",
@@ -66,7 +63,6 @@ impl Mode {
     }
 }
 
-/// Visible range of each mode's plot.
 #[derive(Debug, Default)]
 struct Zooms {
     loops: Zoom,
@@ -453,7 +449,6 @@ fn trace_of(output: Output) -> Trace {
     }
 }
 
-/// Returns red, green and blue.
 fn rgb(color: egui::Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }

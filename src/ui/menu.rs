@@ -10,7 +10,6 @@ use crate::ui::controls::Controls as _;
 use crate::ui::panes;
 use crate::ui::workspace::Workspaces;
 
-/// Draws the menus and the buttons of the workspaces.
 pub fn menu_bar(
     ui: &mut egui::Ui,
     engine: &Engine,

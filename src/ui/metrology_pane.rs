@@ -152,7 +152,6 @@ impl MetrologyPane {
     }
 }
 
-/// Returns the answer of a lane, and why there is none.
 fn of_lane<const PANE: char>(lane: &Lane<LookAt<PANE>>) -> (Option<&Look>, Option<&str>) {
     (lane.answer(), lane.problem())
 }

@@ -40,11 +40,9 @@ pub const PANE: Pane = Pane(&Kind {
 
 #[derive(Debug)]
 pub struct View {
-    /// Samples whose errors are shown.
     errors_on: ScoreSet,
     minutes: f64,
     sort: Sort,
-    /// Path of the saved table.
     path: String,
     plots: ModelPlots,
 }
@@ -111,7 +109,6 @@ impl PaneView for View {
 }
 
 impl View {
-    /// Draws the buttons that start and stop a search.
     fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         if engine.is_trying() {
             if ui.press("Stop", "Stops the search; the listed models stay") {
@@ -185,9 +182,8 @@ impl View {
 fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
         .filter_map(|row| {
-            let model = row.model()?;
-            let percent = 100.0 * model.relative(ScoreSet::LeftOut)?;
-            Some((row, percent, 100.0 * model.spread.unwrap_or(0.0)))
+            let percent = 100.0 * row.model.relative(ScoreSet::LeftOut)?;
+            Some((row, percent, 100.0 * row.model.spread.unwrap_or(0.0)))
         })
         .collect();
     ui.strong("Cross-validated error, % of uncompensated");

@@ -11,19 +11,16 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
-/// Maximum number of notices over the window.
 const MAX_SHOWN: usize = 3;
 /// Factor by which notices stay longer while work runs. The user may look elsewhere meanwhile, and a busy machine draws late.
 const SLOWER_WHILE_BUSY: u32 = 4;
 /// Maximum number of characters of a notice over the window; the list shows all of its text.
 const MAX_CHARACTERS: usize = 240;
-/// Shortest time of a notice on screen (s).
 const LEAST_SECS: f32 = 3.0;
 /// Reading speed: number of characters that prolong a notice by one second.
 const CHARACTERS_A_SEC: f32 = 30.0;
 const MOST_SECS: f32 = 9.0;
 
-/// View state of the notices.
 #[derive(Debug, Default)]
 pub struct Notices {
     /// Time that each notice was on screen without the pointer on it, by number of the notice.
@@ -41,12 +38,10 @@ fn lasts(notice: &Notice) -> Option<Duration> {
 }
 
 impl Notices {
-    /// Shows or hides the list of all notices.
     pub fn toggle_list(&mut self) {
         self.list = !self.list;
     }
 
-    /// Draws the new notices at the bottom of the window, and the list if it is open.
     pub fn show(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         let context = &ui.ctx().clone();
         let notices = &engine.notices;
@@ -90,7 +85,6 @@ impl Notices {
         self.list = open;
     }
 
-    /// Draws the new notices. Returns true if the pointer is on one.
     fn at_foot(
         &mut self,
         ui: &mut egui::Ui,
@@ -129,7 +123,6 @@ fn dismiss_all(ui: &mut egui::Ui, out: &mut Vec<Command>) {
     }
 }
 
-/// Draws the list of all notices, newest first, with buttons to copy and dismiss them.
 fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         if ui.press("Copy all", "Copies all notices, one on each line") {

@@ -12,7 +12,7 @@ pub fn duration(span: std::time::Duration) -> String {
     }
 }
 
-/// Returns a text of at most this number of characters. Its middle is cut, because names differ at their ends.
+/// Returns a text of at most this number of characters, cut in the middle because names differ at their ends.
 pub fn elided(text: &str, most: usize) -> String {
     let n = text.chars().count();
     if n <= most {

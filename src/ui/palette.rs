@@ -1,4 +1,4 @@
-//! Colours. Each has one meaning in every pane and in the report, can be told apart by colour-blind eyes (Okabe and Ito
+//! Colours. Each colour has one meaning in every pane and in the report, can be told apart by colour-blind eyes (Okabe and Ito
 //! 2008), and has enough contrast. Orange is the uncompensated load, blue the compensated load, green the look-back, yellow a
 //! warning, red an error. Scores on training, test and held-out recordings differ by their dashes.
 
@@ -38,22 +38,18 @@ impl Trace {
     }
 }
 
-/// Returns a colour of the figures as an egui colour.
 pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-/// Returns a colour for figures.
 pub fn bytes(color: Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }
 
-/// Colour of the look-back.
 pub fn look_back(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_rgb(0, 200, 150) } else { rgb(color::LOOK_BACK) }
 }
 
-/// Returns the colours of loops and cross-plots.
 pub fn inks(visuals: &Visuals) -> Inks {
     let bytes = |color: Color32| [color.r(), color.g(), color.b()];
     Inks {

@@ -3,7 +3,6 @@
 use crate::ui::command::Pane;
 use crate::ui::pane::PaneView;
 
-/// A pane with the function that creates its view.
 type Entry = (Pane, fn() -> Box<dyn PaneView>);
 
 const PANES: &[Entry] = &[
@@ -37,7 +36,6 @@ pub fn named(key: &str) -> Option<Pane> {
     all().find(|pane| pane.0.key == key)
 }
 
-/// The views of all panes.
 pub struct Views(Vec<(Pane, Box<dyn PaneView>)>);
 
 impl Default for Views {

@@ -16,7 +16,6 @@ use crate::ui::dialogs::Reply;
 /// Number of frames to wait before an image is taken. A menu stays on screen for one frame after its item was pressed.
 const FRAMES_TO_WAIT: u32 = 2;
 
-/// Requested images.
 #[derive(Debug, Default)]
 pub struct Images(Vec<(u32, Rect, ImageTo)>);
 
@@ -62,7 +61,6 @@ pub fn svg(print: &Figure<'_>) -> FileContent {
 }
 
 impl Images {
-    /// Requests an image.
     pub fn ask(&mut self, part: Rect, to: ImageTo) {
         self.0.push((FRAMES_TO_WAIT, part, to));
     }
@@ -115,7 +113,6 @@ fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
     ColorImage::new(size, pixels)
 }
 
-/// Returns an image as a PNG file.
 fn encoded(picture: &ColorImage) -> Result<Arc<[u8]>, image::ImageError> {
     let pixels = picture.pixels.iter();
     let pixels: Vec<u8> = pixels.flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();

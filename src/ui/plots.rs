@@ -30,9 +30,7 @@ const ZOOM_PER_POINT: f64 = 0.004;
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
 /// Minimum distance of labels if three labels would not fit otherwise (points).
 const CLOSEST_POINTS: (f64, f64) = (40.0, 12.0);
-/// Font size of axis labels (points).
 const LABEL_SIZE: f32 = 11.0;
-/// Font size of the numbers on an axis (points).
 const TICK_SIZE: f32 = 10.0;
 /// Share of the visible range by which an arrow key moves a plot.
 const KEY_SHARE: f64 = 0.1;
@@ -103,8 +101,7 @@ pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
 /// Visible range that the user chose; `None` shows all.
 pub type Zoom = Option<Frame>;
 
-/// Draws a plot that moves and zooms. Changes `zoom` by wheel, drag or double click. `print` returns the figure of the SVG
-/// file.
+/// Draws a plot that moves and zooms. Wheel, drag and double click change `zoom`; `print` returns the figure of the SVG file.
 pub fn plot(
     ui: &mut egui::Ui,
     id: &str,
@@ -180,18 +177,15 @@ fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
 
 /// A plot on screen, for callers that draw over it or look up the pointer.
 pub struct Drawn {
-    /// Input of the user on the plot.
     pub response: egui::Response,
     transform: PlotTransform,
 }
 
 impl Drawn {
-    /// Returns the place on screen of a point of the data.
     pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
         self.transform.position_from_point(&PlotPoint::new(x, y))
     }
 
-    /// Returns a painter that is clipped to the plot.
     pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
         ui.painter_at(self.response.rect)
     }
@@ -204,7 +198,7 @@ struct Clouds {
     textures: Vec<(Frame, TextureHandle)>,
 }
 
-/// Returns the textures of these densities. They are made again only if the densities changed since the last frame.
+/// Returns the textures of these densities, made again only if the densities changed since the last frame.
 fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     let key = ui.scope_id().with(("clouds", id));
     let kept: Clouds = ui.data(|data| data.get_temp(key)).unwrap_or_default();
@@ -258,7 +252,6 @@ fn coordinates(drawing: &Figure<'_>, point: &PlotPoint) -> String {
     format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
 }
 
-/// Returns the part of the window that a plot and its labels cover.
 fn with_labels(plot: egui::Rect) -> egui::Rect {
     let mut part = plot.expand(4.0);
     part.min.x -= VALUE_AXIS_WIDTH + 18.0;
@@ -269,9 +262,7 @@ fn with_labels(plot: egui::Rect) -> egui::Rect {
 /// Request of the keys to the plot that has the focus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
-    /// Show all data.
     All,
-    /// Show the range from the lower left to the upper right corner.
     Part([f64; 2], [f64; 2]),
 }
 
@@ -329,7 +320,6 @@ pub fn have_focus(context: &egui::Context) -> bool {
     last.is_some() && last == context.memory(|memory| memory.focused())
 }
 
-/// Id under which the last plot with the focus is stored.
 fn focused_id() -> egui::Id {
     egui::Id::unique("the plot that has the focus")
 }
@@ -428,8 +418,7 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     Some(mesh)
 }
 
-/// Returns the visible dashes of a dashed line. In a zoomed plot most of the line is outside the screen, and each dash is a
-/// shape.
+/// Returns the visible dashes of a dashed line. In a zoomed plot most of the line is off the screen, and each dash is a shape.
 fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) -> Vec<Shape> {
     let period = dash + gap;
     let seen = frame.expand(period + stroke.width);
@@ -513,7 +502,6 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// Returns the shapes of a piece of a line.
 pub fn piece_shapes(
     piece: &[[f64; 2]],
     (stroke, dash): (Stroke, Option<[f32; 2]>),

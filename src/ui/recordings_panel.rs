@@ -40,7 +40,6 @@ pub const PANE: Pane = Pane(&Kind {
 
 #[derive(Debug)]
 pub struct View {
-    /// Path to open.
     open: String,
     /// Share of each recording that a split uses for training (%).
     split_percent: f64,
@@ -68,7 +67,6 @@ impl PaneView for View {
     }
 }
 
-/// Draws the list of recordings with a field for opening more.
 fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     path_field(ui, fields, out);
     split_row(ui, engine, fields, out);
@@ -201,7 +199,6 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
         });
 }
 
-/// Returns the list as a table, with the errors of every axis.
 fn as_table(engine: &Engine) -> Table {
     let axes = engine.project().axes();
     let errors = [Trace::Conventional, Trace::Compensated].into_iter().enumerate();

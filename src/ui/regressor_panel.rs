@@ -43,7 +43,6 @@ pub fn regressor(
     }
 }
 
-/// Returns the settings of this regressor.
 pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     let own: &[Setting] = match settings.regressor.learner() {
         Some(Learner::Network) => &[EPOCHS, SEED, CONSTANT_RATE, EARLY_STOPPING, CROSS_VALIDATE],
@@ -53,7 +52,6 @@ pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     [&[RIDGE], own].concat()
 }
 
-/// Draws the choice of the ridge strength.
 pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     let (mut auto, mut by_block) = match *ridge {
         RidgeChoice::Strength(_) => (false, false),

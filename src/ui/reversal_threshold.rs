@@ -10,7 +10,6 @@ const EXPLANATION: &str = "A reversal counts once the load has come back by more
                            and the report alike; from data: ten times the noise of the load, and at least 5 % of its range, over \
                            all recordings that train or test. Large cycles hardly depend on it";
 
-/// Maximum length of the shortest dwell (s).
 const LONGEST_DWELL_SECS: f64 = 1e5;
 
 /// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is
@@ -44,7 +43,6 @@ pub fn reversal_threshold(
     }
 }
 
-/// Draws the field for the shortest time of a dwell, with its label.
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
     let explanation = "A load that is constant for this time is a dwell, which shows creep and zero return. Constant: every axis \
                        within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";

@@ -6,9 +6,7 @@ use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Left edge of the fields (points).
 const LABEL: f32 = 160.0;
-/// Width of the fields (points).
 const FIELD: f32 = 230.0;
 
 pub const PANE: Pane = Pane(&Kind {
@@ -26,7 +24,6 @@ impl PaneView for View {
     }
 }
 
-/// Draws a field for each item of the identity.
 fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let identity = &engine.project().identity;
     let mut edited = identity.clone();

@@ -6,7 +6,6 @@ use egui::{Align, DragValue, Id, Response};
 use crate::features::Setting;
 use crate::ui::controls::Controls as _;
 
-/// Draws the label and the field of a number.
 pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
     let (min, max) = setting.range.ends();
     let mut field = DragValue::new(value).range(min..=max).speed(setting.step);
@@ -16,7 +15,6 @@ pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
     found(setting, &ui.field(setting.label, field, setting.help()));
 }
 
-/// Draws an on/off switch.
 pub fn switch(ui: &mut egui::Ui, setting: &Setting, on: &mut bool) {
     let switch = ui.checkbox(on, setting.label);
     found(setting, &switch.on_hover_text(setting.help()));

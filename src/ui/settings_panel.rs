@@ -39,7 +39,6 @@ impl PaneView for View {
     }
 }
 
-/// Returns the settings whose controls are enabled.
 pub fn in_use(engine: &Engine) -> Vec<Setting> {
     let settings = &engine.project().settings;
     let mut all = vec![DECIMATION];
@@ -54,7 +53,6 @@ pub fn in_use(engine: &Engine) -> Vec<Setting> {
     all
 }
 
-/// Draws the main settings, then the advanced ones.
 fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.add_space(4.0);
     // An applied calibration contains its settings; only decimation can still be changed.

@@ -31,20 +31,17 @@ use questions::Questions;
 
 /// Change of the text size in one step.
 const TEXT_STEP: f32 = 0.1;
-/// Factor of all sizes in presenter mode.
 const PRESENTER_SCALE: f32 = 1.4;
 
 /// The window: the engine, and the state that only the window has.
 pub struct Shell {
     engine: Engine,
     commands: VecDeque<Command>,
-    /// Receiver of the answers of dialogs and screenshots.
     inbox: Receiver<Command>,
     reply: Reply,
     dialogs: Box<dyn Dialogs>,
     workspaces: Workspaces,
     views: Views,
-    /// Panes of the last frame with their places.
     places: Vec<(Pane, egui::Rect)>,
     time: TimeView,
     hand: Hand,
@@ -57,11 +54,9 @@ pub struct Shell {
     pictures: Images,
     /// True if the program was started with files. Then the tour of the built-in sensor does not start.
     was_given_files: bool,
-    /// True in presenter mode: full screen without menus.
     presents: bool,
     /// True once the window may close although something is not saved.
     closing: bool,
-    /// Present title of the window.
     title: String,
     /// Preferences that the window was last drawn with.
     looks: Option<Preferences>,
@@ -361,7 +356,6 @@ impl Shell {
         }
     }
 
-    /// Draws menus at the top, the status line at the bottom, panes between them, and floating windows over them.
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
         let can = self.can_go();
         self.palette.listen(ui.ctx());

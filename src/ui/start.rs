@@ -17,7 +17,6 @@ const WITHOUT_DISPLAY: &str =
 /// Parts of winit's messages about a library that is missing at run time.
 const LIBRARY_IS_MISSING: [&str; 3] = ["shared librar", "could not be loaded", "XKBNotFound"];
 
-/// Name of the program for desktops and folders.
 const APP_ID: &str = "loopscope";
 /// Key under which earlier versions stored the preferences, in storage that the last closed window overwrites.
 const STORED_BEFORE: &str = "preferences";

@@ -83,7 +83,6 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     });
 }
 
-/// Minimum time between two redraws that show progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 /// Maximum share of the processor that redraws for progress may take. Without a graphics card a frame takes long.
 const DRAWING_SHARE: f32 = 0.05;
@@ -97,12 +96,10 @@ pub(super) fn progress_interval(context: &egui::Context) -> Duration {
     PROGRESS_INTERVAL.max(Duration::from_secs_f32(secs))
 }
 
-/// Stores the time that the last frame took.
 pub(super) fn note_frame(context: &egui::Context, secs: f32) {
     context.data_mut(|data| data.insert_temp(frame_secs(), secs));
 }
 
-/// Id under which the time of a frame is stored.
 fn frame_secs() -> egui::Id {
     egui::Id::unique("how long a frame takes")
 }
@@ -126,7 +123,6 @@ pub(super) fn busy(ui: &mut egui::Ui) {
     ui.request_repaint_after(progress_interval(ui.ctx()));
 }
 
-/// Returns the text that marks a preview.
 pub(super) fn preview_of(each: usize) -> String {
     format!("Preview: every {each}th sample")
 }

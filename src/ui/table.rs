@@ -8,7 +8,6 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
-/// Minimum width of columns of numbers (points).
 const NUMBER_WIDTH: f32 = 38.0;
 /// Number of characters above which words are shortened in a narrow pane.
 const MAX_WORDS: usize = 34;
@@ -47,11 +46,9 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
 
 /// Buttons that copy a table and save it as CSV.
 pub struct Saving<'a> {
-    /// Path of the CSV file.
     pub path: &'a mut String,
     /// Description of the file's contents.
     pub holds: &'a str,
-    /// True if there is a table.
     pub enabled: bool,
 }
 
@@ -82,10 +79,9 @@ impl Saving<'_> {
     }
 }
 
-/// Order of the rows of a table.
 #[derive(Clone, Debug)]
 pub struct Sort {
-    /// Name of the column that the rows are sorted by. Without such a column the rows keep their order.
+    /// Name of the column that the rows are sorted by. Without this column the rows keep their order.
     column: String,
     descending: bool,
 }
@@ -96,7 +92,6 @@ impl Sort {
         Self { column: column.to_owned(), descending: false }
     }
 
-    /// Returns the indices of the rows in this order.
     pub fn order(&self, table: &Table) -> Vec<usize> {
         let mut columns = table.columns.iter();
         match columns.position(|column| column.name == self.column) {
@@ -211,7 +206,6 @@ fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
     }
 }
 
-/// Draws a button that copies tables, one after the other.
 pub fn copy_button(ui: &mut egui::Ui, tables: &[Table]) {
     if ui.press_if(!tables.is_empty(), "Copy tables", "Copies the tables as tab-separated text") {
         let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();

@@ -1,5 +1,4 @@
-//! Pane of the thresholds: the map of errors, the curves through the present pair, the look-back ages, and the proposed
-//! pairs.
+//! Pane of the thresholds: the map of errors, the curves through the present pair, the look-back ages, and the proposed pairs.
 
 mod ages;
 mod curves;
@@ -40,9 +39,7 @@ pub const PANE: Pane = Pane(&Kind {
 pub struct View {
     /// Axis or group of axes whose errors are shown, if the user chose one.
     measure: Option<Measure>,
-    /// Samples whose errors are shown.
     on: ScoreSet,
-    /// Path of the saved map.
     path: String,
     texture: MapTexture,
 }

@@ -22,15 +22,12 @@ pub use playing::Playing;
 const SETTLED_SECS: f32 = 0.4;
 /// Number of key steps across the visible time. One step is about one pixel.
 const STEPS_ACROSS: usize = 800;
-/// Maximum number of stored zooms.
 const MAX_ZOOMS: usize = 50;
 
-/// Visible part of the traces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Shown {
     /// The interval of time; `None` shows the whole time.
     pub(super) time: Option<(f64, f64)>,
-    /// Value ranges that the user chose.
     pub(super) values: BTreeMap<(Axis, Kind), (f64, f64)>,
 }
 
@@ -41,18 +38,14 @@ pub enum Kind {
     Error,
 }
 
-/// State of the trace panes.
 #[derive(Debug)]
 pub struct TimeView {
-    /// Time axis to which the state belongs.
     on: Option<Arc<Vec<f64>>>,
     pub(super) shown: Shown,
-    /// Previous and next zooms.
     zooms: Undoer<Shown>,
     /// Samples that look faulty in each recording, once they are known.
     pub(super) faulty: Vec<Arc<FaultyRecording>>,
     pub(super) hovered: Option<usize>,
-    /// True if the scales of values are locked.
     pub(super) locks_values: bool,
     /// Number of the pass in which the panes were last drawn.
     pub(super) drawn_in: u64,
@@ -86,9 +79,7 @@ impl Default for TimeView {
 /// The columns that all panes draw in. All panes show the same time and have the same width.
 #[derive(Debug, Default)]
 pub(super) struct SharedColumns {
-    /// Time axis of the columns.
     times: Arc<Vec<f64>>,
-    /// Interval of the axis, and number of columns.
     shown: ((f64, f64), usize),
     columns: Arc<Vec<Columns>>,
 }
@@ -123,8 +114,7 @@ impl TimeView {
         self.shown.time
     }
 
-    /// Returns the sample under the pointer in the traces, or at the playing position; `None` if the traces are not on
-    /// screen.
+    /// Returns the sample under the pointer in the traces, or at the playing position; `None` if no traces are on screen.
     pub fn looked_at(&self, context: &egui::Context) -> Option<usize> {
         let is_drawn = context.cumulative_pass_nr() <= self.drawn_in + 1;
         self.hovered.filter(|_| is_drawn)
@@ -181,29 +171,24 @@ impl TimeView {
         self.zooms.feed_state(time_secs, &self.shown);
     }
 
-    /// Shows the whole time.
     pub(super) fn fit(&mut self) {
         self.shown = Shown::default();
     }
 
-    /// Returns true if there is a previous zoom.
     pub fn can_go_back(&self) -> bool {
         self.zooms.has_undo(&self.shown)
     }
 
-    /// Returns true if there is a next zoom.
     pub fn can_go_forward(&self) -> bool {
         self.zooms.has_redo(&self.shown)
     }
 
-    /// Returns to the previous zoom.
     fn go_back(&mut self) {
         if let Some(before) = self.zooms.undo(&self.shown) {
             self.shown = before.clone();
         }
     }
 
-    /// Returns to the next zoom.
     fn go_forward(&mut self) {
         if let Some(after) = self.zooms.redo(&self.shown) {
             self.shown = after.clone();
@@ -229,7 +214,6 @@ impl TimeView {
         }
     }
 
-    /// Returns all times and the visible interval.
     fn on_screen(&self) -> Option<(&[f64], (f64, f64))> {
         let times = self.on.as_deref()?;
         Some((times, self.shown.time.unwrap_or_else(|| all_of(times))))
@@ -303,7 +287,6 @@ impl TimeView {
     }
 }
 
-/// Returns the interval from the first to the last time, with a margin.
 pub fn all_of(times: &[f64]) -> (f64, f64) {
     let first = times.first().copied().unwrap_or(0.0);
     let last = times.last().copied().unwrap_or(first);

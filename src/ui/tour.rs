@@ -1,4 +1,4 @@
-//! Tour of the main job on the built-in sensor. It points at the pane that it explains, and can be skipped at any time.
+//! Tour of the main job on the built-in sensor. Each step points at the pane that it explains; any step can end the tour.
 
 use egui::{Rect, Vec2};
 
@@ -6,7 +6,6 @@ use crate::ui::command::{Command, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::{export_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
-/// A step of the tour: its pane, title and text.
 type Step = (Pane, &'static str, &'static str);
 
 const STEPS: [Step; 6] = [
@@ -49,36 +48,31 @@ const STEPS: [Step; 6] = [
     ),
 ];
 
-/// Size of each step. It is the same for all, so that the buttons stay in place.
+/// Size of each step; the same for all, so that the buttons stay in place.
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
 /// Distance of the ring around a pane from its contents (points).
 const RING: f32 = 5.0;
 /// Distance from the edges of the window, which leaves room for menus and status line (points).
 const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
-/// State of the tour.
 #[derive(Debug, Default)]
 pub struct Tour {
     step: Option<usize>,
 }
 
 impl Tour {
-    /// Starts the tour.
     pub fn begin(&mut self) {
         self.step = Some(0);
     }
 
-    /// Ends the tour.
     pub fn end(&mut self) {
         self.step = None;
     }
 
-    /// Returns true while the tour is shown.
     pub fn is_on(&self) -> bool {
         self.step.is_some()
     }
 
-    /// Returns the pane that the present step explains.
     pub fn pane(&self) -> Pane {
         STEPS[self.step.unwrap_or(0).min(STEPS.len() - 1)].0
     }

@@ -1,6 +1,5 @@
-//! The trace panes: for each axis the reference, uncompensated and compensated load, and below them their errors.
-//!
-//! All panes share the visible time and the sample under the pointer.
+//! The trace panes: for each axis the reference, uncompensated and compensated load, and below them their errors. All panes
+//! share the visible time and the sample under the pointer.
 
 mod drawn;
 mod overlay;
@@ -53,7 +52,6 @@ impl PaneView for View {
     }
 }
 
-/// Draws the row of choices and the panes.
 fn trace_panes(
     ui: &mut egui::Ui,
     engine: &Engine,

@@ -19,7 +19,6 @@ use crate::ui::{errors_pane, metrology_pane, palette};
 /// Maximum number of axes whose changes are shown as numbers; for more axes only the direction fits.
 const MANY_AXES: usize = 3;
 
-/// Draws the strip and asks for its figures.
 pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
     let engine = cx.engine;
     ui.horizontal_wrapped(|ui| {

@@ -6,12 +6,9 @@ use crate::engine::{Action, Engine};
 use crate::ui::actions;
 use crate::ui::command::Command;
 
-/// Size of a choice (points).
 const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
-/// Maximum number of recent files shown.
 const RECENT: usize = 5;
 
-/// Draws the choices in the middle of the window.
 pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.vertical_centered(|ui| {
         ui.add_space(0.18 * ui.available_height());

@@ -40,9 +40,7 @@ fn in_order(mut panes: Vec<Pane>) -> Vec<Pane> {
 #[derive(Serialize, Deserialize)]
 pub struct Workspaces {
     shown: Workspace,
-    /// Arrangements of the workspaces that were shown.
     arrangements: BTreeMap<Workspace, Arrangement>,
-    /// The pane that fills the window.
     #[serde(skip)]
     maximized: Option<Pane>,
 }
@@ -71,19 +69,16 @@ impl Workspaces {
         serde_json::to_value(self).unwrap_or_default()
     }
 
-    /// Returns the workspace on screen.
     pub fn shown(&self) -> Workspace {
         self.shown
     }
 
-    /// Shows a workspace as the user left it.
     pub fn show(&mut self, workspace: Workspace) {
         self.arrangements.entry(workspace).or_insert_with(|| Arrangement::of(workspace));
         self.shown = workspace;
         self.maximized = None;
     }
 
-    /// Restores the default arrangement of the workspace on screen.
     pub fn reset(&mut self) {
         self.arrangements.remove(&self.shown);
         self.show(self.shown);
@@ -93,12 +88,10 @@ impl Workspaces {
         &self.arrangements[&self.shown]
     }
 
-    /// Returns the arrangement on screen.
     pub fn own_mut(&mut self) -> &mut Arrangement {
         self.arrangements.entry(self.shown).or_insert_with(|| Arrangement::of(self.shown))
     }
 
-    /// Returns true if the workspace on screen contains this pane.
     pub fn is_open(&self, pane: Pane) -> bool {
         self.own().is_open(pane)
     }
@@ -131,7 +124,6 @@ impl Workspaces {
         };
     }
 
-    /// Draws the panes.
     pub fn draw(
         &mut self,
         ui: &mut egui::Ui,
@@ -169,7 +161,6 @@ impl Workspaces {
 #[serde(transparent)]
 pub struct Arrangement {
     tree: Tree<Pane>,
-    /// The pane that gets the keyboard focus.
     #[serde(skip)]
     focus: Option<Pane>,
 }
@@ -247,7 +238,6 @@ impl Arrangement {
         in_order(panes.copied().collect())
     }
 
-    /// Returns true if the tree contains the pane.
     pub fn is_open(&self, pane: Pane) -> bool {
         self.tree.tiles.find_pane(&pane).is_some()
     }
@@ -358,7 +348,6 @@ impl Arrangement {
         self.tree = tree(root, std::mem::take(&mut self.tree.tiles));
     }
 
-    /// Removes a pane.
     pub fn close(&mut self, pane: Pane) {
         if let Some(tile) = self.tree.tiles.find_pane(&pane) {
             self.tree.remove_recursively(tile);
@@ -434,7 +423,6 @@ impl Build<'_> {
 
 struct Drawing<'a> {
     draw: &'a mut dyn FnMut(&mut egui::Ui, &mut Vec<Command>, Pane),
-    /// The pane that gets the focus.
     focus: Option<Pane>,
     out: &'a mut Vec<Command>,
 }
@@ -462,7 +450,7 @@ impl Behavior<Pane> for Drawing<'_> {
         pane.title().into()
     }
 
-    /// Draws a tab. Its close button appears under the pointer, in a place that is kept free.
+    /// Draws a tab. The close button of the tab appears under the pointer, in a place that is kept free.
     fn tab_ui(
         &mut self,
         tiles: &mut Tiles<Pane>,

@@ -7,8 +7,7 @@ use std::path::Path;
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::workshop::Workshop;
 
-/// Writes a recording whose gauge drifts in zero and sensitivity with a temperature around `celsius` (in °F in the file, and
-/// in some rows only).
+/// Writes a recording whose gauge drifts in zero and sensitivity with a temperature (given in °F, in some rows only).
 fn write(workshop: &Workshop, name: &str, celsius: f64) {
     let mut text = "t [s],S1 [mV/V],S2 [mV/V],Fz [N],T_body [degF]\n".to_owned();
     for k in 0..600 {
@@ -25,7 +24,6 @@ fn write(workshop: &Workshop, name: &str, celsius: f64) {
     fs::write(workshop.path().join(name), text).unwrap();
 }
 
-/// Returns the output of a successful job.
 fn output(directory: &Path, arguments: &[&str]) -> String {
     String::from_utf8(succeed(directory, arguments).stdout).unwrap()
 }

@@ -77,8 +77,7 @@ fn a_pause_in_a_file_restarts_the_history() {
     let thresholds = ["--f-th", "2", "--t-th", "1e6"];
     let of = |files: &[&str]| fit(workshop.path(), &[&["--train"], files, &thresholds].concat());
     assert_eq!(of(&["paused.csv"]), of(&["first.csv", "second.csv"]));
-    // Without the pause, the second half continues the history of the first half: the samples are the same, but the past
-    // samples differ.
+    // Without the pause, the second half continues the history of the first: only the past samples differ.
     let joined = format!("{HEADER}{first}{}", rows(2.0, 120, 12.0));
     workshop.write("joined.csv", joined);
     let rmse = |file, calibration: &str| numbers(&of(&[file])[calibration]["train_rmse"])[0];

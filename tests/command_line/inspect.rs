@@ -152,8 +152,7 @@ fn unusable_maps_are_refused_with_their_names() {
     assert_eq!(workshop.read("other.csv"), two_columns);
 }
 
-/// The sensor is upright, rolled by 90° and pitched by 90°. `W = m g` with m = 2 kg pulls along −z, −y and x. Fx reads 1 N
-/// too much.
+/// The sensor is upright, rolled and pitched by 90°. `W = m g` with m = 2 kg pulls along −z, −y and x. Fx reads 1 N too much.
 #[test]
 fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let workshop = Workshop::with_recordings();

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use crate::program::{program, run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// Returns the names of all files in the folder.
 fn names(workshop: &Workshop) -> Vec<String> {
     let entries = fs::read_dir(workshop.path()).unwrap();
     let mut names: Vec<String> =
@@ -187,7 +186,6 @@ fn a_factory_calibration_that_cannot_be_read_leaves_no_export() {
     );
 }
 
-/// Sends a signal.
 #[cfg(target_os = "linux")]
 fn signal(child: &Child, name: &str) {
     let kill = format!("kill -{name} {}", child.id());

@@ -4,7 +4,6 @@ use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// Returns the root mean square of a column.
 fn rms(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     (squares / values.len() as f64).sqrt()
@@ -35,8 +34,7 @@ fn traces_have_the_errors_that_the_fit_reported() {
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
-/// With 15 s at 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. Their past samples come from the whole
-/// recording.
+/// At 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. Their past samples come from the whole recording.
 #[test]
 fn a_range_of_time_is_a_part_of_the_same_rows() {
     let workshop = Workshop::with_recordings();

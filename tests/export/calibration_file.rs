@@ -1,5 +1,4 @@
-//! The complete calibration as a file. Its guide page and its schema suffice to compute loads: the reader in this test shares
-//! no code with the program.
+//! The complete calibration as a file. Its guide page and its schema suffice: the reader here shares no code with the program.
 
 use std::fs;
 use std::process::Command;

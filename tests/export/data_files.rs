@@ -78,10 +78,9 @@ fn scipy_reads_every_array() {
     python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
 }
 
-/// Grammar of the parser of ROS 2 (rcl_yaml_param_parser). A file has a node's name, `ros__parameters`, then names with
-/// values, in maps at most five deep. A value is a scalar, or a list of scalars of one type, without a list or map in it.
-/// Nothing is empty. Unquoted scalars are a flag, else a whole number, else a real number, else a text; quoted scalars are
-/// texts.
+/// Grammar of the parser of ROS 2 (rcl_yaml_param_parser). A file has a node's name, `ros__parameters`, then names with values,
+/// in maps at most five deep. A value is a scalar, or a list of scalars of one type. Nothing is empty. Unquoted scalars are a
+/// flag, else a whole number, else a real number, else a text; quoted scalars are texts.
 const ROS_2: &str = "
 import yaml
 FLAGS = 'Y y yes Yes YES true True TRUE on On ON N n no No NO false False FALSE off Off OFF'.split()

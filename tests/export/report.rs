@@ -5,6 +5,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use loopscope::calibration::FitSettings;
+use loopscope::finding::Id;
 use loopscope::progress::Progress;
 use loopscope::questions::Request;
 use loopscope::questions::page::{ReportData, ReportRequest, write_report};
@@ -149,7 +150,7 @@ fn nothing_is_fetched_from_elsewhere() {
     let html = written(&data, &directory.path().join("r.html"));
     let rest = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "").replace("https://x.y", "");
     assert!(!rest.contains("http"));
-    assert!(data.warnings.iter().any(|warning| warning.contains("test role")));
+    assert!(data.warnings.iter().any(|warning| warning.id == Id::NoTest));
     assert!(html.contains("the file could not be read again"));
 }
 

@@ -87,8 +87,7 @@ fn settings(regressor: Regressor) -> FitSettings {
     }
 }
 
-/// Returns a calibration of gauges that drift with temperature and supply, unfiltered and through a low-pass, with other
-/// blocks.
+/// Returns a calibration of gauges that drift with temperature and supply, directly and through a low-pass, with other blocks.
 pub fn drifting(regressor: Regressor) -> Calibration {
     let mut set = RecordingSet::default();
     for (at, entry) in RECORDINGS.entries().iter().enumerate() {
@@ -167,9 +166,8 @@ pub fn samples(recording: &Recording) -> Samples {
     times.zip(gauges.map(<[f64]>::to_vec)).collect()
 }
 
-/// Returns [`RECORDING`] with faults of clocks and gauges: a time far ahead, a late one, a repeated one, gauges that are not
-/// numbers, jitter, and pauses. Then the clock restarts shortly before a 32-bit counter overflows. At last, it jumps to the
-/// time since 1970.
+/// Returns [`RECORDING`] with a time far ahead, a late and a repeated one, gauges that are not numbers, jitter, and pauses. The
+/// clock restarts shortly before a 32-bit counter overflows, and at last jumps to the time since 1970.
 pub fn disturbed() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(900);
@@ -205,8 +203,8 @@ pub fn disturbed() -> Samples {
     samples
 }
 
-/// Returns [`RECORDING`] with pauses shorter than a gap, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer
-/// than a 32-bit clock. No age equals a threshold of [`every_block`], because rounding would decide there.
+/// Returns [`RECORDING`] with pauses, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer than its range.
+/// No age equals a threshold of [`every_block`], because rounding would decide there.
 pub fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(1000);
@@ -232,8 +230,7 @@ pub fn with_pauses() -> Samples {
     samples
 }
 
-/// Returns [`RECORDING`] with shifted gauges, tared over its first second, and the input of exported programs: the mean, then
-/// the samples.
+/// Returns [`RECORDING`] with shifted gauges, tared over its first second, and the programs' input: the mean, the samples.
 pub fn tared() -> (Recording, Samples) {
     let moved = RECORDING.gauges().iter().enumerate();
     let moved = moved.map(|(at, gauge)| gauge + 0.3 * (at % RECORDING.n_gauges()) as f64);
@@ -272,7 +269,6 @@ pub fn lines(samples: &Samples) -> String {
     text
 }
 
-/// Returns true if a command can be run.
 pub fn is_there(command: &str, arguments: &[&str]) -> bool {
     let status =
         Command::new(command).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).status();
@@ -291,8 +287,7 @@ pub fn succeed(command: &mut Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Checks that each printed line holds load, conventional load and status of a sample, and that the loads equal the program's
-/// within `tolerance` of full scale.
+/// Checks that each line holds load, conventional load and status of a sample, and loads within `tolerance` of full scale.
 #[track_caller]
 pub fn assert_loads(
     printed: &str,

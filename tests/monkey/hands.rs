@@ -17,7 +17,6 @@ use loopscope::ui::{Command, PaneMove, Shell, TimeMove, Workspace};
 pub struct Random(u64);
 
 impl Random {
-    /// Creates a generator with this seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -30,28 +29,23 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Returns a number from 0 to 1.
     pub fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Returns a whole number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n.max(1) as u64) as usize
     }
 
-    /// Returns true with this probability.
     pub fn chance(&mut self, chance: f64) -> bool {
         self.share() < chance
     }
 
-    /// Returns a random item.
     pub fn of<'a, T>(&mut self, these: &'a [T]) -> &'a T {
         &these[self.below(these.len())]
     }
 }
 
-/// An action with its description.
 #[derive(Default)]
 pub struct Act {
     pub printed: String,
@@ -191,7 +185,6 @@ pub struct Hands {
 }
 
 impl Hands {
-    /// Creates a source of actions with this seed.
     pub fn new(seed: u64) -> Self {
         Self { random: Random::new(seed) }
     }

@@ -84,7 +84,6 @@ struct Choices {
     files: Vec<PathBuf>,
 }
 
-/// Files that dialogs choose from, and the shared choice.
 struct World {
     folder: PathBuf,
     files: Vec<PathBuf>,

@@ -52,7 +52,6 @@ struct Point {
     loaded: f64,
 }
 
-/// Memory over time.
 pub struct Curve {
     every: Duration,
     next: Duration,
@@ -158,7 +157,6 @@ fn mb(bytes: usize) -> f64 {
     bytes as f64 / 1048576.0
 }
 
-/// Returns the memory of this process (MB), as reported by Linux.
 pub fn resident() -> f64 {
     status("VmRSS:") / 1024.0
 }

@@ -1,5 +1,5 @@
-//! Sound recordings of a second kind of rig, for which no limit of the check was chosen: Bouc-Wen hysteresis and creep along each
-//! axis, curved gauges, coloured noise, a converter with 14 bits, and other load programmes.
+//! Sound recordings of a second kind of rig, for which no limit of the check was chosen: Bouc-Wen hysteresis and creep along
+//! each axis, curved gauges, coloured noise, a converter with 14 bits, and other load programmes.
 
 use std::f64::consts::TAU;
 
@@ -88,7 +88,7 @@ pub fn sound(seed: u64, fewest_runs: usize) -> Set {
     for _ in 0..n_runs {
         let kind = one_kind.unwrap_or_else(|| PROGRAMMES[dice.below(4)]);
         let loads = programme(&mut dice, kind, n_axes, rate);
-        // Of each axis: the last load, the hysteresis and the creep.
+        // Last load, hysteresis and creep of each axis.
         let mut states = vec![[0.0_f64; 3]; n_axes];
         let mut noises = vec![0.0; n_gauges];
         let mut gauges = Vec::new();

@@ -253,14 +253,14 @@ fn causes(set: &Set) -> Vec<Finding> {
     findings(set, 0).into_iter().filter(|own| own.id.is_cause()).collect()
 }
 
-/// Returns what is said of the programmes and loads of a set.
+/// Returns the findings on the programmes and loads of a set.
 fn of_loads(set: &Set, n_tests: usize) -> Vec<Id> {
     let wanted = [Id::SameSamples, Id::OneProgramme, Id::OneAxisAtATime, Id::OneSided];
     let found = findings(set, n_tests).into_iter().map(|own| own.id);
     found.filter(|id| wanted.contains(id)).collect()
 }
 
-/// A set with other loads: gauges follow them in straight lines, with noise.
+/// Returns a set with other loads, which the gauges follow in straight lines, with noise.
 fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set {
     let mut set = set.clone();
     let mut dice = Dice::new(set.seed);
@@ -279,7 +279,7 @@ fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set 
     set
 }
 
-/// Each is found where it is, and nowhere else.
+/// Each defect is found in its own set, and nowhere else.
 #[test]
 fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_told_apart() {
     let is_fit = |set: &Set| {

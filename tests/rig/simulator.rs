@@ -1,5 +1,4 @@
-//! Recordings of simulated rigs: sound rigs, and rigs with a single fault. The simulator shares no code with the built-in
-//! sensor.
+//! Recordings of simulated rigs, sound or with a single fault. The simulator shares no code with the built-in sensor.
 
 use loopscope::recording::{Axis, Recording, Source};
 
@@ -36,7 +35,6 @@ impl Dice {
     }
 }
 
-/// Kind of load motion in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Programme {
     Steps,
@@ -48,7 +46,6 @@ pub enum Programme {
 pub const PROGRAMMES: [Programme; 4] =
     [Programme::Steps, Programme::Ramps, Programme::Random, Programme::Poses];
 
-/// One recording, as rows.
 #[derive(Clone, Debug)]
 pub struct Run {
     pub programme: Programme,
@@ -262,7 +259,6 @@ pub const FAULTS: [Fault; 18] = [
 ];
 
 impl Fault {
-    /// Returns true if the fault has a size.
     pub fn has_size(self) -> bool {
         use Fault::*;
         !matches!(

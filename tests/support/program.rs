@@ -24,7 +24,6 @@ pub fn run(directory: &Path, arguments: &[&str]) -> Output {
     output
 }
 
-/// Runs a job that must succeed.
 #[track_caller]
 pub fn succeed(directory: &Path, arguments: &[&str]) -> Output {
     let output = run(directory, arguments);
@@ -40,12 +39,10 @@ pub fn fit(directory: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Returns standard error as text.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// Returns the numbers of a JSON array.
 #[track_caller]
 pub fn numbers(value: &Value) -> Vec<f64> {
     let values = value.as_array().unwrap_or_else(|| panic!("{value}"));

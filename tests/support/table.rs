@@ -4,7 +4,6 @@ use std::path::Path;
 
 /// Columns with their names.
 pub struct Table {
-    /// Names of the columns, as written.
     pub header: Vec<String>,
     /// One list per row.
     pub rows: Vec<Vec<f64>>,

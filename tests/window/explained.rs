@@ -15,8 +15,7 @@ const CONTROLS: [Role; 8] = [
     Role::TextInput,
     Role::MultilineTextInput,
 ];
-/// Controls without a hover text. Menus open on a click and their items are explained; the cross of a tab needs no
-/// explanation.
+/// Controls without a hover text: menus open on a click and explain their items; the cross of a tab is obvious.
 const KNOWN: [&str; 9] =
     ["File", "Edit", "Roles", "Navigate", "View", "Help", "Close", "Hide", "Close window"];
 

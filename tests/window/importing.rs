@@ -57,8 +57,8 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
     );
 }
 
-/// Ten presses: two for the role of the load, one into the field of its unit, and one for each button and the path. The search
-/// is stopped after two models.
+/// Ten presses: two for the role of the load, one each for the field of its unit, the buttons and the path. The search is
+/// stopped after two models.
 #[test]
 fn ten_presses_lead_from_a_file_without_a_header_to_c_code() {
     let files = Files::new();
@@ -113,8 +113,7 @@ fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     }
 }
 
-/// Returns a spreadsheet's export with unclear names: units in brackets, semicolons, decimal commas. The force is twice the
-/// first channel.
+/// Returns a spreadsheet's export: units in brackets, semicolons, decimal commas. The force is twice the first channel.
 fn bracketed(n: usize) -> String {
     let header = "Uhr [s];Messstelle 1 [mV/V];Messstelle 2 [mV/V];Presse [N]\n";
     header.to_owned() + &headerless(n).replace('.', ",")
@@ -267,8 +266,7 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
 }
 
-/// A weight of 2 kg is recorded at several attitudes. The reference has an offset of (0.5, -0.25, 1) N: `F = m Rᵀ g +
-/// offset`.
+/// A weight of 2 kg at several attitudes. The reference has an offset of (0.5, -0.25, 1) N: `F = m Rᵀg + offset`.
 #[test]
 fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let files = Files::new();

@@ -11,7 +11,6 @@ fn held(modifiers: Modifiers, key: Key) -> egui::Event {
     egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers }
 }
 
-/// Event that opens the palette.
 fn palette() -> egui::Event {
     held(Modifiers::COMMAND, Key::P)
 }

@@ -216,7 +216,6 @@ fn show(window: &mut Window, pane: &str) {
     settle(window);
 }
 
-/// Closes this pane of the workspace on screen.
 fn close(window: &mut Window, pane: &str) {
     let shell = window.state_mut().as_mut().unwrap();
     shell.send(Command::ClosePane(workspace::named(pane)));
@@ -234,7 +233,6 @@ fn train_rmse(window: &Window) -> [Vec<f64>; 2] {
         .map(|scores| scores.train_rmse.clone().expect("there are training samples"))
 }
 
-/// A folder of recordings, which is removed when dropped.
 struct Files(tempfile::TempDir);
 
 impl Files {
@@ -928,7 +926,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     let other = rows.iter().find(|row| row.name != "Conventional").expect("a candidate");
     click(&mut window, Role::Button, &other.name);
     let settings = state(&window).project().settings.clone();
-    assert_eq!(settings.features, other.settings.features);
+    assert_eq!(settings.features, other.model.settings.features);
     click(&mut window, Role::Button, "Keep this model");
     assert!(has(&window, "Kept 1"));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
@@ -1162,8 +1160,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // For each of three axes: 7 rows of loops, 2 of lag, 4 of dwells, 6 of crosstalk, 3 of errors. The header is one more
-    // row.
+    // For each of three axes: 7 rows of loops, 2 of lag, 4 of dwells, 6 of crosstalk, 3 of errors. One more row is the header.
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Reversal threshold Fx", "100");
@@ -1196,7 +1193,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
     assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
 }
 
-/// The traces show the first of the loops' three recordings.
+/// The traces show the first of the three recordings of the loops.
 #[test]
 fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     let files = Files::new();

@@ -16,20 +16,19 @@ use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
-/// Term added to the diagonal of the landmarks' kernel matrix, so that the matrix can be inverted. The entries of the matrix are at most 1.
+/// Diagonal term that keeps the landmarks' kernel matrix invertible; the matrix' entries are at most 1.
 const JITTER: f64 = 1e-6;
-/// Candidates for the length scale, in units of a sample's typical distance from the mean. Typical samples are √2 of
-/// these units apart.
+/// Candidates for the length scale, in typical distances of a sample from the mean; typical samples are √2 of these apart.
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// Candidates for the power of a column's standard deviation by which the column is divided. With 1, all columns vary alike.
-/// With 0.5, a column that varies little counts less, because much of it may be noise. The last candidate is the default.
+/// Candidates for the power of a column's deviation that divides the column. With 1, all columns vary alike. With 0.5, a
+/// column that varies little counts less, because much of it may be noise. The last candidate is the default.
 const POWERS: [f64; 2] = [0.5, 1.0];
 /// Candidates for the ridge: ratio of the noise variance to the variance of the function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Ridge if no held-out samples are available.
 const UNTUNED_STRENGTH: f64 = 1e-3;
-/// Maximum weight, in standard deviations of the targets. Larger weights give small differences of large numbers, which
-/// rounding in single precision or a small drift of a gauge would change strongly.
+/// Maximum weight, in standard deviations of the targets. Larger weights give small differences of large numbers, which a
+/// small drift of a gauge, or rounding in single precision, would change strongly.
 const LARGEST_WEIGHT: f64 = 1e4;
 /// Approximate number of samples for the choice of the length scale.
 const TUNING_SAMPLES: usize = 20_000;
@@ -41,7 +40,6 @@ const CANDIDATES: usize = 4_000;
 /// Consecutive samples of one fold, row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct RowBlock<'a> {
-    /// Fold of the cross-validation.
     pub fold: usize,
     /// Inputs of the kernel, `n × n_inputs`.
     pub inputs: &'a [f64],
@@ -51,14 +49,12 @@ pub struct RowBlock<'a> {
     pub targets: &'a [f64],
 }
 
-/// Callback for the blocks of a run.
+/// Callback for one block of rows.
 pub type TakeRows<'a> = &'a mut dyn FnMut(RowBlock<'_>);
 
-/// Linear fit whose residuals a kernel learns. It is fitted again without each fold, so that the score of both stages
-/// is on unseen samples.
+/// Linear fit whose residuals a kernel learns. Each fold fits it anew, so that the score of both stages is held out.
 #[derive(Clone, Debug)]
 pub struct LinearStage {
-    /// Kinds of its columns.
     pub kinds: Vec<ColumnKind>,
     /// Coefficients that the targets already account for; see [`Terms::known`].
     pub known: Vec<f64>,
@@ -68,13 +64,9 @@ pub struct LinearStage {
 
 /// Rows that can be visited several times.
 pub trait Rows: Sync {
-    /// Returns the number of runs, which can be visited in parallel.
     fn n_runs(&self) -> usize;
-    /// Returns the number of samples in a run.
     fn n_samples(&self, run: usize) -> usize;
-    /// Returns the number of inputs and of targets.
     fn widths(&self) -> (usize, usize);
-    /// Calls `take` for each block of a run, in order.
     fn pass(&self, run: usize, take: TakeRows<'_>);
     /// Returns the linear stage before the kernel; `None` if the kernel learns the targets directly.
     fn linear_stage(&self) -> Option<&LinearStage> {
@@ -82,24 +74,16 @@ pub trait Rows: Sync {
     }
 }
 
-/// Fitted kernel regression.
 #[derive(Clone, Debug)]
 pub struct KernelFit {
-    /// Fitted kernel.
     pub kernel: Kernel,
-    /// End of the range of candidates at which the ridge lies, if any.
     pub edge: Option<GridEdge>,
 }
 
 impl Kernel {
-    /// Fits `rows`. Cross-validation chooses the ridge, and the length scale unless it is given. After a linear stage
-    /// it also chooses the share of the kernel that is added.
-    ///
-    /// The chosen ridge is the strongest whose cross-validated error is nearly the lowest, among those that keep the
-    /// weights below [`LARGEST_WEIGHT`].
-    ///
-    /// # Errors
-    /// [`KernelError`] if the settings are not valid for these rows.
+    /// Fits `rows`. Cross-validation chooses the ridge, the length scale unless it is given, and after a linear stage the share
+    /// of the kernel that is added. The ridge is the strongest whose cross-validated error is nearly the lowest, among those
+    /// that keep the weights below [`LARGEST_WEIGHT`].
     pub fn fit(
         rows: &impl Rows,
         settings: &KernelSettings,
@@ -224,8 +208,7 @@ impl Standardised {
         standardise(row, &self.shift, &self.scale, out);
     }
 
-    /// Selects landmarks far from each other: the sample nearest to the mean, then repeatedly the sample farthest from
-    /// all selected ones.
+    /// Selects landmarks: the sample nearest to the mean, then repeatedly the one farthest from all selected ones.
     fn landmarks(
         &self,
         rows: &impl Rows,
@@ -404,8 +387,7 @@ impl<'a> Whitened<'a> {
         Mat::from_fn(q, self.landmarks.len(), |axis, i| beta[i * q + axis]) * &self.whitening
     }
 
-    /// Returns true if every weight is below [`LARGEST_WEIGHT`] deviations of its target. `total` are the sums with
-    /// these targets.
+    /// Returns true if every weight is below [`LARGEST_WEIGHT`] deviations of its target in the sums `total`.
     fn has_small_weights(&self, beta: &[f64], total: &NormalEquations) -> bool {
         let q = total.n_targets();
         let weights = self.weights(beta, q);
@@ -512,7 +494,6 @@ struct Columns {
     of_linear: Vec<usize>,
     kinds: Vec<ColumnKind>,
     known: Vec<f64>,
-    /// Ridge shares of the linear stage, per target.
     shares: Vec<Vec<f64>>,
 }
 
@@ -579,7 +560,6 @@ struct Tuned {
     of_parts: Vec<f64>,
     /// Share of the kernel that is added, per axis.
     shares: Vec<f64>,
-    /// Squared error with this share, per axis.
     squares: Vec<f64>,
 }
 
@@ -642,7 +622,7 @@ mod tests {
         (load[0], deviation[0])
     }
 
-    /// A function of one input, with a second input that does not affect it.
+    /// Function of one input, with a second input that does not affect it.
     struct Beside {
         function: Function,
         second: fn(f64) -> f64,
@@ -694,8 +674,8 @@ mod tests {
         }
     }
 
-    /// Compares with the textbook formula, with every sample a landmark. The mean is `k(x)ᵀ (K + λI)⁻¹ y`, and the
-    /// variance divided by the noise variance is `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
+    /// Compares with the textbook formula, with every sample a landmark: the mean is `k(x)ᵀ (K + λI)⁻¹ y`, the variance over
+    /// the noise variance `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
     #[test]
     fn with_every_sample_a_landmark_the_kernel_is_the_gaussian_process() {
         let rows = Function {
@@ -734,8 +714,7 @@ mod tests {
         }
     }
 
-    /// The target has a pole beside the samples and no noise. Cross-validation alone would choose no ridge and very
-    /// large weights.
+    /// The target has a pole and no noise. Cross-validation alone would choose no ridge and very large weights.
     #[test]
     fn weights_stay_small_and_a_ridge_at_the_end_of_the_candidates_is_reported() {
         let fitted = |target: &dyn Fn(f64) -> f64| {

@@ -59,9 +59,7 @@ pub enum GridEdge {
     Strongest,
 }
 
-/// Reason why a kernel cannot be fitted or used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum KernelError {
     #[error(transparent)]
     Setting(#[from] OutOfRange),
@@ -83,9 +81,6 @@ pub enum KernelError {
 
 impl KernelSettings {
     /// Checks every value.
-    ///
-    /// # Errors
-    /// [`KernelError`] for the first value out of range.
     pub fn validate(&self) -> Result<(), KernelError> {
         LANDMARKS.check(self.landmarks as f64)?;
         self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
@@ -93,20 +88,18 @@ impl KernelSettings {
     }
 }
 
-/// Fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.
-///
-/// **Shapes** `landmarks` has m rows of n_columns; `weights` has n_axes rows of m.
+/// Fitted kernel regression `load = offset + Σ weight · k(x, landmark)` with m landmarks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kernel {
-    /// Shift that is subtracted from each column.
+    /// Shift of each column.
     pub input_shift: Vec<f64>,
     /// Factor of each column after the shift; zero for a constant column.
     pub input_scale: Vec<f64>,
     /// Length scale ℓ in standardised columns.
     pub length_scale: f64,
-    /// Standardised landmarks.
+    /// Standardised landmarks: m rows of n_columns.
     pub landmarks: Vec<Vec<f64>>,
-    /// Weights, one row per axis.
+    /// Weights: n_axes rows of m.
     pub weights: Vec<Vec<f64>>,
     /// Offset of each axis.
     pub offset: Vec<f64>,
@@ -114,10 +107,8 @@ pub struct Kernel {
     pub band: Band,
 }
 
-/// Uncertainty of a kernel regression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// Variance of the held-out residuals of each axis.
     pub noise_variance: Vec<f64>,
     /// Ridge: ratio of the noise variance to the variance of the function.
     pub strength: f64,
@@ -129,9 +120,6 @@ pub struct Band {
 
 impl Kernel {
     /// Checks everything that a file may contain.
-    ///
-    /// # Errors
-    /// [`KernelError`] for the first fault.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
         let m = self.landmarks.len();
         let vector = |field: &'static str, n: usize, numbers: &[f64]| {
@@ -202,7 +190,6 @@ impl Kernel {
     }
 }
 
-/// Buffers for intermediate results.
 #[derive(Clone, Debug, Default)]
 pub struct KernelScratch {
     x: Vec<f64>,
@@ -210,7 +197,6 @@ pub struct KernelScratch {
     whitened: Vec<f64>,
 }
 
-/// Writes a standardised row.
 pub(super) fn standardise(row: &[f64], shift: &[f64], scale: &[f64], out: &mut Vec<f64>) {
     out.clear();
     let columns = row.iter().zip(shift).zip(scale);

@@ -1,7 +1,7 @@
 //! Adam optimiser in one pass over all parameters.
 //!
-//! Guarantees: the same results with every instruction set, because parameters are processed independently. Decayed
-//! moments become zero before they become subnormal, because subnormal numbers are slow.
+//! Guarantees: the same results with every instruction set, because parameters are independent. Decayed moments become zero
+//! before they become subnormal, because subnormal numbers are slow.
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
@@ -10,9 +10,7 @@ const EPSILON: f32 = 1e-8;
 /// Minimum size of a moment. Compared with [`EPSILON`], smaller moments have no effect.
 const FLUSH_BELOW: f32 = 1e-30;
 
-/// Moments of the gradient of each parameter.
-///
-/// **Source** Kingma and Ba 2015, algorithm 1, with its defaults.
+/// Moments of the gradient of each parameter (Kingma and Ba 2015, algorithm 1, with its defaults).
 #[derive(Clone, Debug)]
 pub(super) struct Adam {
     first: Vec<f32>,

@@ -1,7 +1,6 @@
 //! Epochs of a training: mini-batches in a new order in each epoch, Adam with a falling learning rate.
 //!
-//! Guarantees: cancellation takes effect within one batch, also for held-out samples. The order depends only on the
-//! seed and the number of the epoch.
+//! Guarantees: cancellation takes effect within one batch, also for held-out samples. The order depends only on seed and epoch.
 
 use std::f64::consts::PI;
 
@@ -28,7 +27,6 @@ pub(super) struct Losses {
     pub held_out: Option<f64>,
 }
 
-/// Standardised samples.
 struct Standard<'a> {
     inputs: Standardised<'a>,
     targets: Standardised<'a>,
@@ -98,7 +96,6 @@ impl Batch {
     }
 }
 
-/// State of a training.
 pub(super) struct Training<'a> {
     settings: &'a NetworkSettings,
     progress: &'a Progress,
@@ -211,9 +208,7 @@ impl<'a> Training<'a> {
     }
 }
 
-/// Returns initial parameters: uniform weights with the variance 2 / fan-in, zero biases.
-///
-/// **Source** He et al. 2015, equation 10.
+/// Returns initial parameters: weights uniform with the variance 2 / fan-in (He et al. 2015, equation 10), zero biases.
 fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
     let mut parameters = vec![0.0; shape.n_parameters()];
     for layer in 0..shape.n_layers() {
@@ -257,8 +252,7 @@ mod tests {
         }
     }
 
-    /// A uniform distribution in ±b has the variance b² / 3 = 2 / fan-in. For 10,000 draws its standard error is 1 %;
-    /// the tolerance is five standard errors.
+    /// A uniform distribution in ±b has the variance b² / 3 = 2 / fan-in. Tolerance: five standard errors of 10,000 draws.
     #[test]
     fn first_weights_have_the_variance_of_he_and_biases_are_zero() {
         let shape = Shape::new(100, &[100], 1);

@@ -24,7 +24,6 @@ impl fmt::Display for Column {
     }
 }
 
-/// Reason why a network cannot be trained or used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
     #[error(transparent)]

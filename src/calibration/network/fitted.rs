@@ -1,7 +1,4 @@
-//! Trained network, as stored in a file.
-//!
-//! Guarantees: a network accepted by [`Network::validate`] has matching shapes and finite numbers, and predicts without
-//! panic. Weights have single precision, so they are short in files and are read back exactly.
+//! Trained network, as stored in a file. Weights have single precision, so they are short in files and read back exactly.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,13 +10,10 @@ use crate::calibration::linear_map::is_usable;
 use crate::calibration::network::error::NetworkError;
 
 /// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.
-///
-/// **Shapes** one row of weights and one bias per output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
-    /// Weights: one row per output, one entry per input.
+    /// One row per output, one entry per input.
     pub weights: Vec<Vec<f32>>,
-    /// One bias per output.
     pub biases: Vec<f32>,
 }
 
@@ -69,10 +63,7 @@ impl Network {
         }
     }
 
-    /// Checks everything that a file may contain.
-    ///
-    /// # Errors
-    /// [`NetworkError::NoColumns`], [`NetworkError::Length`] or [`NetworkError::Number`] for the first fault.
+    /// Checks shapes and numbers of a network from a file, so that it predicts without panic.
     pub fn validate(&self, n_inputs: usize, n_targets: usize) -> Result<(), NetworkError> {
         if n_inputs == 0 || n_targets == 0 {
             return Err(NetworkError::NoColumns);
@@ -115,7 +106,6 @@ impl Network {
         Shape::new(self.n_inputs(), hidden, self.n_targets())
     }
 
-    /// Returns weights and biases in the order of [`Shape::parameters`].
     pub(super) fn parameters<T: Real>(&self) -> Vec<T> {
         let mut parameters = Vec::with_capacity(self.n_parameters());
         for layer in &self.layers {

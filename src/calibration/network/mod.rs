@@ -1,8 +1,8 @@
 //! Neural network: standardised features → rectified hidden layers → standardised load.
 //!
-//! Guarantees: the same samples, settings and seed give the same network on the same kind of processor. One network is
-//! trained on one thread. A trained network has only finite numbers. A cancelled training returns the best network so
-//! far. Non-finite numbers are never learned from or hidden.
+//! Guarantees: the same samples, settings and seed give the same network on the same kind of processor. One network trains on
+//! one thread and has only finite numbers. A cancelled training returns the best network so far. Non-finite numbers are
+//! never learned from or hidden.
 //!
 //! ```
 //! use loopscope::calibration::network::{Network, NetworkSettings, Samples};

@@ -1,10 +1,10 @@
 //! Forward and backward pass of a network over a block of samples.
 //!
-//! Guarantees: memory is allocated beforehand, and every product runs on the calling thread. NaN passes the rectifier,
-//! so it reaches the loss.
+//! Guarantees: memory is allocated beforehand, and every product runs on the calling thread. NaN passes the rectifier, so
+//! it reaches the loss.
 //!
-//! Layout: a block is a matrix with one column per sample. Every layer but the last has an additional unit that is
-//! always one. The biases are therefore the last column of the weights, and one product computes both.
+//! Layout: a block is a matrix with one column per sample. Every layer but the last has an additional unit that is always
+//! one. The biases are therefore the last column of the weights, and one product computes both.
 
 use std::ops::Range;
 
@@ -21,17 +21,15 @@ impl Shape {
         Self([&ends.0[..], hidden, &ends.1[..]].concat())
     }
 
-    /// Returns the number of layers with weights.
     pub fn n_layers(&self) -> usize {
         self.0.len() - 1
     }
 
-    /// Returns the number of inputs of a layer. Layer 0 has the inputs of the network.
+    /// Returns the number of inputs of a layer; layer 0 has the inputs of the network.
     pub fn fan_in(&self, layer: usize) -> usize {
         self.0[layer]
     }
 
-    /// Returns the number of outputs of a layer.
     pub fn fan_out(&self, layer: usize) -> usize {
         self.0[layer + 1]
     }
@@ -47,7 +45,6 @@ impl Shape {
         start..start + count(layer)
     }
 
-    /// Returns the number of weights and biases.
     pub fn n_parameters(&self) -> usize {
         self.parameters(self.n_layers() - 1).end
     }
@@ -75,7 +72,6 @@ impl<T: Real> Forward<T> {
         Self { shape: shape.clone(), capacity, blocks }
     }
 
-    /// Returns the maximum number of samples.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
@@ -183,10 +179,8 @@ fn rectify<T: Real>(values: &mut [T]) {
     );
 }
 
-/// Returns one for an active unit, and zero for an inactive unit.
-///
-/// A factor lets NaN pass, unlike `max`. Unlike a condition, it does not become a masked store, which is slow on some
-/// processors.
+/// Returns one for an active unit, and zero for an inactive unit. A factor lets NaN pass, unlike `max`, and does not become
+/// a masked store as a condition does, which is slow on some processors.
 #[inline(always)]
 fn switch<T: Real>(value: T) -> T {
     T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })
@@ -261,8 +255,7 @@ mod tests {
         }
     }
 
-    /// The loss is `Σ cᵢ yᵢ` over all outputs, so its derivative with respect to output i is cᵢ. The error of central
-    /// differences is O(h²), unless a unit switches within the step h.
+    /// The loss is `Σ cᵢ yᵢ`, so its derivative by output i is cᵢ. Central differences err by O(h²), unless a unit switches.
     #[test]
     fn the_gradient_equals_central_differences() {
         for (hidden, n_samples) in [(&[][..], 4), (&[5], 1), (&[4, 7, 6], 9)] {

@@ -1,7 +1,7 @@
 //! Prediction of loads in double precision.
 //!
-//! Guarantees: a sample has the same result alone and among many, except for rounding. A non-finite input gives NaN
-//! loads, in its own sample only.
+//! Guarantees: a sample has the same result alone and among many, except for rounding. A non-finite input gives NaN loads
+//! in its own sample only.
 
 use rayon::prelude::*;
 
@@ -12,12 +12,8 @@ use crate::calibration::network::fitted::Network;
 const BLOCK_SAMPLES: usize = 256;
 
 impl Network {
-    /// Predicts many samples on all threads of the current pool. The results do not depend on the number of threads.
-    ///
-    /// **Shapes** `inputs` is `n × n_inputs`, `out` is `n × n_targets`, both row-major.
-    ///
-    /// # Panics
-    /// If the shapes differ from these, or [`Network::validate`] would fail.
+    /// Predicts the `n × n_targets` loads of `n × n_inputs` inputs on all threads of the current pool, with equal results for
+    /// any number of threads. Panics if the shapes differ from these, or [`Network::validate`] would fail.
     pub fn predict_rows(&self, inputs: &[f64], out: &mut [f64]) {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         let n = inputs.len() / n_inputs;

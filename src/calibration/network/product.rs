@@ -2,9 +2,8 @@
 //!
 //! Guarantees: repeatable results on the same kind of processor. Values between columns are not written.
 //!
-//! Faer processes 16 rows of single precision at a time. For a layer of 100 units most of the last 16 rows are wasted,
-//! and dependent sums wait for each other. The own kernel computes the rows after a multiple of 16, ten columns at a
-//! time.
+//! Faer processes 16 rows of single precision at a time. For a layer of 100 units most of the last 16 rows are wasted, and
+//! dependent sums wait for each other. The own kernel computes the rows after a multiple of 16, ten columns at a time.
 
 use crate::vectorised::vectorised;
 use faer::linalg::matmul::matmul;
@@ -123,9 +122,7 @@ const DEPTH: usize = 256;
 /// One number per row.
 type Lanes = [f32; LANES];
 
-/// Rows of a product from `first_row` on, at most [`LANES`].
-///
-/// Compiled for each instruction set, and selected at run time.
+/// Rows of a product from `first_row` on, at most [`LANES`]; compiled for each instruction set, and selected at run time.
 struct Edge<'a> {
     out: Out<'a, f32>,
     left: View<'a, f32>,

@@ -1,7 +1,7 @@
 //! Training samples of a network in single precision without loss of digits, and their standardisation.
 //!
-//! Guarantees: every stored value is finite. Values are stored relative to the first sample, so a large offset does not
-//! reduce precision. Each value needs four bytes.
+//! Guarantees: every stored value is finite. Values are stored relative to the first sample, so a large offset costs no
+//! precision. Each value needs four bytes.
 
 use crate::calibration::network::error::{Column, NetworkError};
 use crate::progress::{Cancelled, Progress};
@@ -15,9 +15,7 @@ const SMALLEST_SPREAD: f64 = 1e-30;
 /// Number of rows processed between two checks for cancellation.
 const ROWS_PER_CHECK: usize = 8192;
 
-/// Samples with inputs and targets.
-///
-/// Two million samples of 60 inputs and 6 targets take 0.5 GB.
+/// Samples with inputs and targets. Two million samples of 60 inputs and 6 targets take 0.5 GB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     pub(super) inputs: Table,
@@ -37,13 +35,10 @@ impl Samples {
         }
     }
 
-    /// Appends samples, all or none.
-    ///
-    /// **Shapes** `inputs` is `m × n_inputs`, `targets` is `m × n_targets`, both row-major.
+    /// Appends `m × n_inputs` inputs and `m × n_targets` targets, all or none.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`] and [`NetworkError::TooLarge`] with column and sample; [`NetworkError::NoColumns`]
-    /// without inputs or targets.
+    /// [`NetworkError::NotFinite`] and [`NetworkError::TooLarge`] with column and sample; [`NetworkError::NoColumns`].
     ///
     /// # Panics
     /// If the rows are not whole, or inputs and targets have different numbers of rows.
@@ -83,10 +78,8 @@ impl Samples {
     }
 }
 
-/// Rows relative to the first row.
-///
-/// No sample of n, hence not the first, is more than √n standard deviations from the mean. The error of single
-/// precision is therefore below `√n · 6e-8` standard deviations.
+/// Rows relative to the first row. No sample of n, hence not the first, is more than √n standard deviations from the mean.
+/// The error of single precision is therefore below `√n · 6e-8` standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     width: usize,
@@ -126,9 +119,6 @@ impl Table {
     }
 
     /// Returns mean and standard deviation of each column.
-    ///
-    /// # Errors
-    /// [`Cancelled`] if the work is cancelled.
     pub fn measure(&self, progress: &Progress) -> Result<Scale, Cancelled> {
         let n = self.n_rows().max(1) as f64;
         let mut mean = vec![0.0; self.width];
@@ -173,7 +163,6 @@ impl Table {
         Ok(())
     }
 
-    /// Returns the rows of this table, standardised by `scale`.
     pub fn standardised(&self, scale: &Scale) -> Standardised<'_> {
         let inverse = scale.inverse_spread();
         Standardised {
@@ -189,14 +178,13 @@ impl Table {
 /// Mean and standard deviation of each column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
-    /// Mean.
     pub shift: Vec<f64>,
     /// Standard deviation; zero for a constant column.
     pub spread: Vec<f64>,
 }
 
 impl Scale {
-    /// Returns the inverse standard deviations; zero for a constant column.
+    /// Returns the inverse of each [`Self::spread`]; zero for a constant column.
     pub fn inverse_spread(&self) -> Vec<f64> {
         let inverse = |&spread: &f64| if spread > 0.0 { 1.0 / spread } else { 0.0 };
         self.spread.iter().map(inverse).collect()

@@ -47,8 +47,7 @@ pub const EPOCHS: Setting = Setting {
     source: "section 4.2.1",
 };
 
-/// Learning rate of the first step. Adam changes every weight by about this rate, which is enough for standardised
-/// data.
+/// Learning rate of the first step. Adam changes each weight by about this rate, enough for standardised data.
 const LEARNING_RATE: Setting = Setting {
     key: "learning_rate",
     option: "",
@@ -117,9 +116,7 @@ pub const SEED: Setting = Setting {
     ..EPOCHS
 };
 
-/// Settings of one network.
-///
-/// **Source** section 4.2.1 for layers, batch and epochs. The paper does not name the optimiser.
+/// Settings of one network. Layers, batch and epochs are those of section 4.2.1; the paper does not name the optimiser.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct NetworkSettings {
@@ -157,10 +154,7 @@ impl Default for NetworkSettings {
 }
 
 impl NetworkSettings {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// [`NetworkError::Setting`] for the first value out of range.
+    /// Checks every value; the error is [`NetworkError::Setting`] for the first one out of range.
     pub fn validate(&self) -> Result<(), NetworkError> {
         LAYERS.check(self.hidden.len() as f64)?;
         for &units in &self.hidden {

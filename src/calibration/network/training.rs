@@ -1,7 +1,7 @@
 //! Training of a network: input, progress reports, and the resulting network.
 //!
-//! Guarantees: the result is the network of the best epoch so far, also after cancellation; without early stopping it
-//! is the network of the last epoch. A loss that is not finite ends the training with an error.
+//! Guarantees: the result is the network of the best epoch so far, also after cancellation, or without early stopping of the
+//! last epoch. A loss that is not finite ends the training with an error.
 
 use std::time::{Duration, Instant};
 
@@ -14,15 +14,12 @@ use crate::calibration::network::samples::Samples;
 use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::Progress;
 
-/// Result of one epoch.
-///
-/// **Units** losses are squared errors of the standardised targets, summed over the axes and averaged over the samples.
-/// A network that always predicts the mean has the number of axes as its loss.
+/// Result of one epoch. Losses are squared errors of the standardised targets, summed over the axes and averaged over the
+/// samples: always predicting the mean has the number of axes as its loss.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
-    /// Number of epochs done, including this one.
+    /// Number of completed epochs.
     pub epoch: usize,
-    /// Total number of epochs.
     pub epochs: usize,
     /// Loss over the training samples, each before its own step of the epoch.
     pub train_loss: f64,
@@ -30,7 +27,6 @@ pub struct EpochReport {
     pub held_out_loss: Option<f64>,
     /// Epoch with the best network so far, counted from one.
     pub best_epoch: usize,
-    /// Time since the start of the training.
     pub elapsed: Duration,
 }
 
@@ -43,22 +39,18 @@ impl EpochReport {
 }
 
 impl Network {
-    /// Trains a network on one thread.
+    /// Trains a network on one thread (section 4.2.1 of the paper).
     ///
-    /// It uses He's initial weights, rectified hidden units, a linear output, and the squared error of the standardised
-    /// targets. Adam's learning rate falls along half a cosine, or is constant. `on_epoch` is called after every epoch;
-    /// `progress` counts batches.
+    /// It uses He's initial weights (He et al. 2015), rectified hidden units, a linear output, and the squared error of the
+    /// standardised targets. The learning rate of Adam (Kingma and Ba 2015) falls along half a cosine (Loshchilov and Hutter
+    /// 2017, without restarts), or is constant. `on_epoch` is called after every epoch; `progress` counts batches.
     ///
-    /// The result is the network of the best epoch: the lowest held-out loss, or without held-out samples the lowest
-    /// training loss. Without early stopping, it is that of the last epoch. After cancellation, only completed epochs
-    /// count.
-    ///
-    /// **Source** section 4.2.1; He et al. 2015; Kingma and Ba 2015; Loshchilov and Hutter 2017 without restarts.
+    /// The result is the network of the best epoch: the lowest held-out loss, or else the lowest training loss. Without early
+    /// stopping, it is that of the last epoch. After cancellation, only completed epochs count.
     ///
     /// # Errors
-    /// Before the training: [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and
-    /// [`NetworkError::HeldOutColumns`]. [`NetworkError::Diverged`] if a loss is not finite;
-    /// [`NetworkError::Cancelled`] if cancelled before the end of the first epoch.
+    /// [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and [`NetworkError::HeldOutColumns`]
+    /// before the training, [`NetworkError::Diverged`] if a loss is not finite, [`NetworkError::Cancelled`] in the first epoch.
     pub fn train(
         train: &Samples,
         held_out: Option<&Samples>,
@@ -121,7 +113,6 @@ fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), Netw
     Ok(())
 }
 
-/// Best network so far.
 struct Best {
     epoch: usize,
     loss: f64,
@@ -156,11 +147,9 @@ mod tests {
         NetworkSettings { hidden: vec![64, 64], batch: 20, epochs, ..NetworkSettings::default() }
     }
 
-    /// A network and the reports of its epochs.
     #[derive(Debug, PartialEq)]
     struct Trained {
         network: Network,
-        /// Losses of training and held-out samples in each epoch.
         losses: Vec<(f64, Option<f64>)>,
         best_epoch: usize,
     }
@@ -212,8 +201,7 @@ mod tests {
         squares.map(f64::sqrt)
     }
 
-    /// The targets have a standard deviation of about 0.8; the error between the training samples must be below 1.5 %
-    /// of it.
+    /// The targets have a standard deviation of about 0.8; the error between the training samples must be below 1.5 % of it.
     #[test]
     fn a_smooth_function_is_learned() {
         let trained = train(&samples(2000, 1, curved), None, &settings(60));

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::questions::WITHIN;
+use crate::questions::models::asked::List;
 
 impl Engine {
     /// Does an action. Long work runs in the background.
@@ -28,8 +29,7 @@ impl Engine {
             Action::FindBest(time_limit) => self.find_best(time_limit),
             Action::ComparePaper => self.compare(),
             Action::StopTrying => {
-                self.lane::<Compare>().cancel();
-                self.lane::<FindBest>().cancel();
+                self.lane::<TryModels>().cancel();
             }
             Action::Follow(path) => {
                 self.following.cancel();
@@ -42,7 +42,7 @@ impl Engine {
             Action::KeepModel => self.keep_model(),
             Action::Model(id, change) => self.models.change(id, change),
             Action::BringBack(id) => {
-                let settings = self.models.row(id).map(|row| Box::new(row.settings.clone()));
+                let settings = self.models.row(id).map(|row| Box::new(row.model.settings.clone()));
                 settings.into_iter().for_each(|settings| self.edit(Edit::Model(settings)));
             }
             Action::Import(command) => self.import(command),
@@ -104,7 +104,7 @@ impl Engine {
         }
     }
 
-    /// Returns the training with the present settings. Its result is autosaved at once, even if the window is hidden.
+    /// Returns the training with the present settings, whose result is autosaved at once, even if the window is hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
         let request = Request {
@@ -129,7 +129,6 @@ impl Engine {
         }
     }
 
-    /// Searches for the best model, unless a search or comparison runs.
     pub(super) fn find_best(&mut self, time_limit: Duration) {
         if self.is_trying() {
             return;
@@ -140,8 +139,12 @@ impl Engine {
             time_limit,
             within: WITHIN,
         };
+        self.try_models(List::Search(search));
+    }
+
+    fn try_models(&mut self, list: List) {
         let run = self.models.next_run();
-        self.lanes.of_mut::<FindBest>().ask_again(FindBest { run, search });
+        self.lanes.of_mut().ask_again(TryModels { run, list });
     }
 
     pub(super) fn compare(&mut self) {
@@ -149,7 +152,7 @@ impl Engine {
             return;
         }
         match self.models.begin_paper(&self.project) {
-            Some(compare) => self.lanes.of_mut::<Compare>().ask_again(compare),
+            Some(paper) => self.try_models(List::Paper(paper)),
             None => self
                 .notice(Level::Info, "Every row of the comparison already has a result that holds"),
         }
@@ -180,7 +183,6 @@ impl Engine {
     }
 
     pub(super) fn save(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
-        // The notice must contain the absolute path.
         let path = std::path::absolute(&path).unwrap_or(path);
         let inputs = self.project.files().map(Path::to_owned).collect();
         self.start(Task::write(content, path, existing, inputs));
@@ -241,7 +243,6 @@ impl Engine {
         self.begin_next();
     }
 
-    /// Starts the next request of the queue, if none runs.
     pub(super) fn begin_next(&mut self) {
         if self.tasks.iter().any(|task| task.turn.is_some()) {
             return;

@@ -46,7 +46,6 @@ impl Engine {
         }
     }
 
-    /// Does the action that waited for the answer.
     pub(super) fn leave(&mut self) {
         match self.leaving.take() {
             None => {}
@@ -80,8 +79,7 @@ impl Engine {
             self.recovery.keep(newest, is_saved);
             self.kept = Some(self.project.clone());
         }
-        // Called after the newest state, which replaces these files. While files are read or simulated, the state is
-        // not complete.
+        // While files are read or simulated, the state is not complete. A newest state replaces these files.
         if self.tasks.is_empty() {
             self.recovery.take_over(std::mem::take(&mut self.restored));
         }

@@ -3,10 +3,10 @@
 use super::*;
 
 impl Engine {
-    /// Takes the results of questions and tasks.
+    /// Takes the results of questions and tasks into the document.
     pub fn take(&mut self) {
         // Queried before taking answers: once a lane is idle, its answer can be taken.
-        let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];
+        let have_ended = self.lane::<TryModels>().is_idle();
         for failed in self.lanes.take() {
             self.notice(Level::Error, failed);
         }
@@ -60,8 +60,7 @@ impl Engine {
         }
     }
 
-    /// Sets the thresholds that were found, unless the user has changed thresholds, recordings or roles in the
-    /// meantime.
+    /// Sets the thresholds that were found, unless the user has changed thresholds, recordings or roles.
     fn take_first_thresholds(&mut self) {
         let Some((recordings, before)) = &self.first_thresholds else { return };
         let study = self.lane::<StudyThresholds>();
@@ -86,27 +85,17 @@ impl Engine {
         self.notice(Level::Info, text);
     }
 
-    /// Takes the progress of the search or comparison of models.
-    pub(super) fn take_models(&mut self, [has_compared, has_searched]: [bool; 2]) {
-        let comparing = self.lanes.of_mut::<Compare>();
-        if let (Some(asked), Some(states)) = (comparing.answered(), comparing.answer())
-            && !comparing.happened().is_empty()
+    /// Takes the models that were tried.
+    pub(super) fn take_models(&mut self, have_ended: bool) {
+        let lane = self.lanes.of_mut::<TryModels>();
+        if let (Some(asked), Some(found)) = (lane.answered(), lane.answer())
+            && !lane.happened().is_empty()
         {
-            self.models.take_paper(asked, states);
+            self.models.take(asked, found);
         }
         // The models are in the list, so the recordings need not be kept for the question.
-        if has_compared {
-            self.models.end_paper();
-            comparing.forget();
-        }
-        let searching = self.lanes.of_mut::<FindBest>();
-        if let (Some(asked), Some(best)) = (searching.answered(), searching.answer())
-            && !searching.happened().is_empty()
-        {
-            self.models.take_search(asked.run, best, &asked.search.recordings);
-        }
-        if has_searched {
-            searching.forget();
+        if have_ended {
+            lane.forget();
         }
     }
 
@@ -196,7 +185,6 @@ impl Engine {
         }
     }
 
-    /// Replaces the loaded recordings by the simulated ones.
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
         // A session that was just opened with the built-in sensor is unchanged.
         let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
@@ -220,7 +208,6 @@ impl Engine {
         self.prove();
     }
 
-    /// Records that a session was saved.
     pub(super) fn take_saved(
         &mut self,
         project: Project,

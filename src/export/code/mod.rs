@@ -1,7 +1,6 @@
-//! Calibrations as source code for machines without this program.
-//!
-//! Guarantees: all languages share one [`Program`] and its names; they differ in their templates and in how they write
-//! numbers. Texts of the user appear in comments only, and cannot end a comment.
+//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names; they
+//! differ in their templates and in how they write numbers. Texts of the user appear in comments only, and cannot end a
+//! comment.
 
 mod program;
 
@@ -21,14 +20,12 @@ use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 use crate::shown::printable;
 
-/// Longest look-back of exported code (s). A longer one would fill the memory of the machine, and none crosses a leap of the
-/// clock.
+/// Longest look-back of exported code (s). A longer one would fill the machine's memory; none crosses a leap of the clock.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
 /// Meanings of the status flags, for the comments of every language.
 const STATUSES: &str = include_str!("../templates/statuses.txt");
 
-/// Properties that differ between the languages.
 #[derive(Clone, Copy)]
 pub(in crate::export) struct Language {
     pub template: &'static str,
@@ -38,9 +35,7 @@ pub(in crate::export) struct Language {
     pub brackets: (char, char),
     /// Separators where a list continues in the next line, and between the rows of a table.
     pub breaks: (&'static str, &'static str),
-    /// Writes a number in the number type of the code.
     pub number: fn(f64) -> String,
-    /// Writes a time (s).
     pub time: fn(f64) -> String,
     /// Writes a single-precision weight, so that no language rounds it twice.
     pub weight: fn(f32) -> String,
@@ -48,7 +43,6 @@ pub(in crate::export) struct Language {
     pub is_taken: fn(&str, &str) -> bool,
 }
 
-/// Common properties of the formats that are source code.
 pub(in crate::export) const CODE: Target = Target {
     holds: "conventional and compensated load with all blocks",
     leaves_out: |calibration| match calibration.learned {
@@ -104,7 +98,6 @@ impl Language {
         (name, code)
     }
 
-    /// Returns a list of literals, broken into lines.
     fn list(self, items: impl IntoIterator<Item = String>) -> String {
         const PER_LINE: usize = 6;
         let ((open, close), (goes_on, _)) = (self.brackets, self.breaks);
@@ -168,7 +161,6 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
     state.env().render_str(text.trim_matches('\n'), names)
 }
 
-/// Returns a number with all its digits, and with a point or an exponent.
 fn plain(value: f64) -> String {
     format!("{value:?}")
 }
@@ -242,7 +234,7 @@ fn n_inputs(layer: &Layer) -> usize {
     layer.weights.first().map_or(0, Vec::len)
 }
 
-/// Returns the weights by input: those of the first input, then those of the second, and so on.
+/// Returns the weights by input: all weights of the first input, then all weights of the second, and so on.
 pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f32> + '_ {
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }
@@ -251,8 +243,7 @@ fn window_ms(program: &Program) -> u64 {
     (program.window_secs * 1000.0).ceil() as u64
 }
 
-/// Returns the memory of a calibration on a robot in single precision, constants and state (bytes), at the sample rate of its
-/// recordings.
+/// Returns the memory of a calibration on a robot in single precision, constants and state (bytes), at its recordings' rate.
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)

@@ -1,8 +1,8 @@
 //! A calibration in the form that exported code runs: its constants, folded so that few steps are left.
 //!
-//! Guarantees: the program gives the loads of the calibration, except for rounding. Gauges are taken relative to a centre near their mean that is
-//! exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no digits in single
-//! precision.
+//! Guarantees: the program gives the loads of the calibration, except for rounding. Gauges are taken relative to a centre near
+//! their mean that is exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no
+//! digits in single precision.
 
 use serde::Serialize;
 
@@ -14,10 +14,8 @@ use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 /// Shortest step between stored samples (s), for old files that ask to store every sample.
 const SHORTEST_STEP_SECS: f64 = 1e-5;
 
-/// The steps of one update with their constants.
-///
-/// A *row* is: gauges minus centre; for each history a set of past gauges minus the present gauges; monomials. The load is
-/// `linear` of the row plus `learned`.
+/// The steps of one update with their constants. A *row* is: gauges minus centre; for each history a set of past gauges minus
+/// the present gauges; monomials. The load is `linear` of the row plus `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
@@ -37,13 +35,11 @@ pub(in crate::export) struct Program {
     pub limits: Vec<f64>,
     /// Lower limit of each gauge; empty if no limit is known.
     pub gauge_low: Vec<f64>,
-    /// Upper limit of each gauge; empty if no limit is known.
     pub gauge_high: Vec<f64>,
     /// True if the limits apply to tared gauges.
     pub limits_tared: bool,
     /// Tared gauges of the unloaded sensor.
     pub unloaded: Vec<f64>,
-    /// The other blocks.
     pub blocks: Vec<RunBlock>,
     /// Auxiliary channels of an update, each with its unit and range.
     pub auxiliary: Vec<String>,
@@ -54,7 +50,6 @@ pub(in crate::export) struct Program {
     pub learned: Option<LearnedProgram>,
 }
 
-/// A block with the number of its sets of gauges.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct RunBlock {
     pub sets: usize,
@@ -139,13 +134,11 @@ impl Program {
         (in_window + 3 + 64).next_multiple_of(256)
     }
 
-    /// Returns true if the code stores samples.
     pub fn keeps_samples(&self) -> bool {
         !self.look_backs.is_empty() || self.window_secs > 0.0
     }
 
-    /// Returns the number of multiplications of one update, without those of the search. The search visits all stored samples
-    /// at worst.
+    /// Returns the number of multiplications of one update, without the search, which visits all stored samples at worst.
     pub fn n_products(&self) -> usize {
         let n_axes = self.conventional.base.len();
         let learned = match self.learned.as_ref().map(|learned| &learned.regression) {
@@ -184,7 +177,6 @@ fn limits(calibration: &Calibration) -> Vec<f64> {
     axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NEVER_REACHED)).collect()
 }
 
-/// Turns a map on raw columns into a map on rows.
 fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
     let mut affine = Affine { matrix: Vec::new(), base: Vec::new() };
     for raw in &map.matrix {

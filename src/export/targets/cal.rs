@@ -40,7 +40,6 @@ pub(super) static CAL: Target = Target {
 /// Maximum number of gauges of ATI's library.
 const MOST_GAUGES: usize = 8;
 
-/// Reason why a `.cal` file could not be read.
 #[derive(Debug, thiserror::Error)]
 enum CalError {
     #[error("not an XML file: {reason}")]
@@ -183,7 +182,6 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
     Ok(conventional(matrix, full_scale, identity))
 }
 
-/// Returns a calibration with the conventional map alone.
 fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity) -> Calibration {
     let n_gauges = matrix[0].len();
     let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();

@@ -56,7 +56,8 @@ const KEYWORDS: [&str; 32] = [
     "end_try_catch",
 ];
 
-/// Returns true if the code must not use this name. The code contains the name of its own function once, in the definition; a second occurrence is a function of MATLAB.
+/// Returns true if the code must not use this name. The code contains the name of its own function once; a second occurrence is
+/// a function of MATLAB.
 fn is_taken(name: &str, code: &str) -> bool {
     let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let lines = code.lines().filter_map(|line| line.split('%').next());

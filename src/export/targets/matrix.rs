@@ -1,11 +1,9 @@
-//! The conventional matrix alone, for formats that hold nothing else. The user is warned about the omitted parts before the
-//! file is written.
+//! The conventional matrix alone, for formats that hold nothing else. The user is warned of the omissions before writing.
 
 use crate::calibration::Calibration;
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::recording::Axis;
 
-/// Common properties of these formats.
 pub(super) const MATRIX: Target = Target {
     leaves_out: |_| "all history (compensated load), the offset (take the unloaded gauges as bias), gauge names",
     caution,
@@ -47,7 +45,7 @@ pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String)
     export.lines(comment).chain(offsets).collect()
 }
 
-/// Checks that all six axes are present, and that the number of gauges is within `least` and `most`.
+/// Checks that there are all six axes and from `least` to `most` gauges.
 pub(super) fn check(
     file: &'static str,
     (least, most): (usize, usize),

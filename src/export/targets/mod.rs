@@ -1,4 +1,4 @@
-//! The formats of calibration files, one file each. All lists of formats are made from [`TARGETS`].
+//! The formats of calibration files, one file each. [`TARGETS`] is the only list of them.
 
 mod c_array;
 mod c_header;
@@ -74,7 +74,6 @@ pub fn listed_targets() -> String {
 mod tests {
     use super::*;
 
-    /// The table of formats in the guide is written by hand.
     #[test]
     fn the_guide_lists_every_format() {
         let rows = TARGETS.iter().map(|target| {

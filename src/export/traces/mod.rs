@@ -1,7 +1,5 @@
-//! Loads and errors over time as tables, one row per sample.
-//!
-//! Guarantees: rows are computed while they are written, so only the loads of one recording are in memory. Numbers read back
-//! to the same value.
+//! Loads and errors over time as tables, one row per sample. Rows are computed while they are written, so only the loads of one
+//! recording are in memory. Numbers read back to the same value.
 
 mod csv;
 #[cfg(feature = "parquet")]
@@ -21,7 +19,6 @@ use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// All formats of traces, one file each.
 pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
     csv::FORMAT,
     #[cfg(feature = "parquet")]
@@ -39,13 +36,12 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated, Compensated and the errors
-/// Uncompensated − Reference and Compensated − Reference per axis. Cells that need a missing reference are empty. The ending chooses one of
-/// [`TRACE_FORMATS`]; an unknown ending means the first.
+/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated, Compensated
+/// and the errors Uncompensated − Reference and Compensated − Reference per axis. Cells that need a missing reference are
+/// empty. The ending chooses one of [`TRACE_FORMATS`]; an unknown ending means the first.
 ///
 /// # Errors
-/// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the
-/// work.
+/// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the work.
 pub fn write_traces(
     files: &mut Together,
     path: &Path,
@@ -81,15 +77,13 @@ pub fn write_traces(
     })
 }
 
-/// Returns the reference load at sample `k`, if there is one.
 fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
     let axes = recording.axes();
     (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
-/// Writes the loads of the recordings of one file, one after another, as comma-separated text: time, Reference if there is one,
-/// Uncompensated and Compensated per axis, and the status of each sample if requested. Exported code on a robot computes the
-/// same loads.
+/// Writes the loads of one file's recordings as comma-separated text: time, Reference if there is one, Uncompensated and
+/// Compensated per axis, and the status if requested. Exported code on a robot computes the same loads.
 ///
 /// # Errors
 /// The I/O errors of `out`.
@@ -127,16 +121,14 @@ pub fn write_loads_csv(
     loads.flush()
 }
 
-/// A sample of a live stream.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSample<'a> {
     /// Time of the sample since the start (s).
     pub time: f64,
     /// Time of the sample as written (s).
     pub clock_secs: f64,
-    /// Its gauges, in the order of the calibration.
+    /// Gauges, in the order of the calibration.
     pub gauges: &'a [f64],
-    /// Its auxiliary channels, in the order of the calibration.
     pub auxiliary: &'a [f64],
     /// Axes and values of the reference load; empty if there is none.
     pub reference: (&'a [Axis], &'a [f64]),
@@ -144,14 +136,13 @@ pub struct LiveSample<'a> {
     pub is_held: bool,
 }
 
-/// Writer of loads, one row per sample, as comma-separated text or JSON lines.
+/// Writes loads, one row per sample, as comma-separated text or JSON lines.
 pub struct LoadRows<W: io::Write> {
     columns: Columns,
     out: RowWriter<W>,
     row: Vec<Option<f64>>,
 }
 
-/// Format of the rows.
 enum RowWriter<W: io::Write> {
     Csv {
         out: CsvWriter<W>,
@@ -183,9 +174,6 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Begins like [`Self::new`], with a status column, or as JSON lines without a header.
-    ///
-    /// # Errors
-    /// The I/O errors of `out`.
     pub fn live(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -202,9 +190,6 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Computes the loads of a sample and writes its row.
-    ///
-    /// # Errors
-    /// The I/O errors of `out`.
     pub fn write(
         &mut self,
         estimator: &mut Estimator<'_>,
@@ -218,9 +203,6 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Writes the row of a sample without loads: its time if known, its status, and in JSON lines the reason.
-    ///
-    /// # Errors
-    /// The I/O errors of `out`.
     pub fn write_without_load(
         &mut self,
         time: Option<f64>,
@@ -252,10 +234,6 @@ impl<W: io::Write> LoadRows<W> {
         }
     }
 
-    /// Flushes the output.
-    ///
-    /// # Errors
-    /// The I/O errors of `out`.
     pub fn flush(&mut self) -> io::Result<()> {
         match &mut self.out {
             RowWriter::Csv { out, .. } => out.flush(),
@@ -264,7 +242,6 @@ impl<W: io::Write> LoadRows<W> {
     }
 }
 
-/// Quantities of an axis that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Calculated,
@@ -298,7 +275,6 @@ impl Kind {
     }
 }
 
-/// Columns of the table: time, then one column for each quantity and axis.
 struct Columns {
     /// Quantity, axis, and index of the axis in the calibration.
     columns: Vec<(Kind, Axis, usize)>,

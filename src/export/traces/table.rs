@@ -2,18 +2,10 @@
 
 use std::io;
 
-/// A table of traces that is being written.
 pub trait TraceTable {
-    /// Writes a row: the name of the recording and the numbers, `None` for a missing one.
-    ///
-    /// # Errors
-    /// The I/O errors of the file.
+    /// Writes a row; `None` for a missing number.
     fn row(&mut self, recording: &str, row: &[Option<f64>]) -> io::Result<()>;
 
-    /// Writes the rest of the table.
-    ///
-    /// # Errors
-    /// The I/O errors of the file.
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
 

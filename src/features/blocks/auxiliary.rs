@@ -1,7 +1,7 @@
 //! Auxiliary channels: each channel and its product with each gauge, at present or through a low-pass.
 //!
-//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample. With τ = 0, u is the present value. For
-//! each τ and channel the columns are u (drift of the zero) and u zᵢ (drift of the sensitivity).
+//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample. With τ = 0, u is the present value. For each τ
+//! and channel the columns are u (drift of the zero) and u zᵢ (drift of the sensitivity).
 
 use crate::features::block::{Appends, Block, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -221,8 +221,7 @@ mod tests {
         }
     }
 
-    /// A step of two standard deviations appears at once for τ = 0, otherwise as `2 (1 − e^(−t/τ))`, in one long step or many
-    /// short steps.
+    /// A step of two standard deviations appears at once for τ = 0, else as `2 (1 − e^(−t/τ))`, in one step or in many.
     #[test]
     fn a_channel_enters_at_once_and_through_its_low_pass() {
         let scale = GaugeScale { shift: vec![1.0], inverse_scale: vec![2.0], deviation: vec![0.5] };

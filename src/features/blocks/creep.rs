@@ -1,10 +1,10 @@
 //! Creep: first-order low-passes of each gauge (reference 22 of the paper).
 //!
-//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. This is exact for a gauge that is constant
-//! between samples, so the sample rate may change.
+//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. This is exact for a gauge that is constant between
+//! samples, so the sample rate may change.
 //!
-//! The influence of the time before the first sample fades as e^(−t/τ). The column is therefore `s + (1 − e^(−t/τ)) (y
-//! − s)`: the present gauge at first, and y once the start no longer matters.
+//! The influence of the time before the first sample fades as e^(−t/τ). So the column is `s + (1 − e^(−t/τ)) (y − s)`: the
+//! present gauge at first, and y once the start no longer matters.
 
 use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;

@@ -1,7 +1,7 @@
 //! Fixed lag: the gauges a fixed time ago, `s(t − Δ)`, the simplest history (references 23 and 24 of the paper).
 //!
-//! Guarantees: gauges are interpolated between samples, so jitter and rounded times cause no jumps. Until Δ has passed,
-//! the columns are the present gauges. Memory holds at most the longest lag.
+//! Guarantees: gauges are interpolated between samples, so jitter and rounded times cause no jumps. Until Δ has passed, the
+//! columns are the present gauges. Memory holds at most the longest lag.
 
 use std::collections::VecDeque;
 

@@ -1,11 +1,9 @@
-//! Play operators: each gauge is dragged through a clearance of ± r. This is the generalised Prandtl-Ishlinskii model.
-//! Its inverse is of the same class and is fitted directly.
+//! Play operators: each gauge is dragged through a clearance of ± r. This is the generalised Prandtl-Ishlinskii model; its
+//! inverse is of the same class and is fitted directly.
 //!
-//! `p ← max(s − r, min(s + r, p))`. Radii are in standard deviations of the gauge, so that one list fits gauges in any
-//! unit.
-//!
-//! The position of an operator at the first sample is unknown. Once its gauge has covered a range of 2 r, the position
-//! no longer depends on the start. Until then, the column is the present gauge.
+//! `p ← max(s − r, min(s + r, p))`. Radii are in standard deviations of the gauge, so that one list fits gauges in any unit.
+//! The position of an operator at the first sample is unknown. Once its gauge has covered a range of 2 r, the position no
+//! longer depends on the start. Until then, the column is the present gauge.
 
 use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -236,8 +234,8 @@ mod tests {
             .collect()
     }
 
-    /// Radius 0.5 σ with σ = 2 is 1. The column equals the gauge until the gauge has moved by 2. Up to 4 it follows one
-    /// below the gauge, then waits until the gauge is one below.
+    /// Radius 0.5 σ with σ = 2 is 1. The column equals the gauge until it has moved by 2, follows one below it up to 4, then
+    /// waits until the gauge is one below.
     #[test]
     fn the_position_is_dragged_and_waits_after_a_reversal() {
         assert_eq!(

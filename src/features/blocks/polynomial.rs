@@ -1,8 +1,7 @@
-//! Polynomial: squares, products and cubes of the present gauges. They do not depend on the past, so they distinguish
-//! nonlinearity from hysteresis.
+//! Polynomial: squares, products and cubes of the present gauges, which distinguish nonlinearity from hysteresis.
 //!
-//! The terms are those of a balance calibration with 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients: `zᵢ zⱼ` for i
-//! ≤ j, then `zᵢ³`. Gauges are standardised first, so that the powers have similar size.
+//! The terms are those of a balance calibration with 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients: `zᵢ zⱼ` for i ≤ j,
+//! then `zᵢ³`. Gauges are standardised first, so that the powers have similar size.
 
 use crate::features::block::{Appends, Block, Stream};
 use crate::features::channel::AuxiliaryChannel;

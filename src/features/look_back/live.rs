@@ -1,7 +1,7 @@
 //! Live look-back: the same search for one sample at a time, as on a robot.
 //!
-//! Guarantees: it finds the same sample as [`LoadPath`](super::LoadPath), bit for bit. It keeps at most twice the
-//! samples of the longest t_th. The cost per sample is the logarithm of the window, unless the load stays near F_th.
+//! Guarantees: it finds the same sample as [`LoadPath`](super::LoadPath), bit for bit. It keeps at most twice the samples of
+//! the longest t_th. The cost per sample is the logarithm of the window, unless the load stays near F_th.
 
 use super::thresholds::{Thresholds, measured};
 use crate::features::kept::Kept;
@@ -14,7 +14,7 @@ const LARGEST: usize = FAN_OUT * FAN_OUT;
 /// Kept samples of one recording.
 #[derive(Clone, Debug)]
 pub struct LiveLookBack {
-    /// Axes with a nonzero weight, and their weights.
+    /// Axes with a nonzero weight, and the weights.
     used: Vec<(usize, f64)>,
     longest_secs: f64,
     n_gauges: usize,
@@ -28,10 +28,8 @@ pub struct LiveLookBack {
 }
 
 impl LiveLookBack {
-    /// Creates an empty history.
-    ///
-    /// `weights` as in [`LoadPath::new`](super::LoadPath::new). Later thresholds must have t_th ≤ `longest_secs`. Of
-    /// samples closer than `step_secs`, only the first is kept.
+    /// Creates an empty history, with `weights` as in [`LoadPath::new`](super::LoadPath::new). Later thresholds must have
+    /// t_th ≤ `longest_secs`. Of samples closer than `step_secs`, only the first is kept.
     pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize, step_secs: f64) -> Self {
         Self {
             used: measured(weights),
@@ -45,7 +43,6 @@ impl LiveLookBack {
         }
     }
 
-    /// Adds a sample: time, gauges and conventional load.
     pub fn push(&mut self, time: f64, gauges: &[f64], load: &[f64]) {
         let width = self.used.len();
         if self.kept.newest {
@@ -77,10 +74,7 @@ impl LiveLookBack {
         }
     }
 
-    /// Returns the gauges of the past sample of the newest sample, or of the newest sample itself if there is none.
-    ///
-    /// # Panics
-    /// Before the first sample.
+    /// Returns the gauges of the newest sample's past sample, or its own if there is none; panics before the first sample.
     pub fn past_gauges(&self, thresholds: Thresholds) -> &[f64] {
         let newest = self.times.len() - 1;
         let found = self.find(newest, thresholds).unwrap_or(newest);

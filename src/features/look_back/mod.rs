@@ -1,17 +1,17 @@
 //! Look-back, the paper's rule (Eq. 9-12): searches the last sample whose load differs by at least F_th.
 //!
-//! For sample k, take the first sample j ≤ k, going back from k itself, with `d(k, j) ≥ F_th` and `t_k − t_j ≤ t_th`.
-//! If there is none, j = k.
+//! For sample k, take the first sample j ≤ k, going back from k itself, with `d(k, j) ≥ F_th` and `t_k − t_j ≤ t_th`. If
+//! there is none, j = k.
 //!
-//! Guarantees: the result equals that of a plain scan, bit for bit, for every threshold. The cost per sample grows with
-//! the logarithm of the window, unless the load stays near the threshold.
+//! Guarantees: the result equals that of a plain scan, bit for bit, for every threshold. The cost per sample grows with the
+//! logarithm of the window, unless the load stays near the threshold.
 //!
-//! In the paper's words: t_past is t_interval before the present (Eq. 9). The present load is a function of the past
-//! and the present gauges (Eq. 10). It is a function of the present gauges alone if the force never differed by F_th
-//! (Eq. 11), or only longer ago than t_th (Eq. 12).
+//! In the paper's words: t_past is t_interval before the present (Eq. 9). The present load is a function of the past and the
+//! present gauges (Eq. 10), or of the present gauges alone if the force never differed by F_th (Eq. 11), or only longer ago
+//! than t_th (Eq. 12).
 //!
-//! Method: samples are stored in groups of eight whose distances are computed together. Each group has a bounding box,
-//! and several boxes have a larger one. A box whose farthest corner is nearer than F_th is skipped.
+//! Method: samples are stored in groups of eight whose distances are computed together. Each group has a bounding box, and
+//! several boxes have a larger one. A box whose farthest corner is nearer than F_th is skipped.
 
 mod live;
 mod thresholds;
@@ -44,16 +44,14 @@ type Lanes = [f64; LANES];
 #[derive(Clone, Debug)]
 pub struct LoadPath(Arc<dyn Search>);
 
-/// A [`Path`] with any number of dimensions. Inside the search the number of dimensions is a constant.
+/// [`Path`] with any number of dimensions, which is a constant inside the search.
 trait Search: fmt::Debug + Send + Sync {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32>;
 }
 
 impl LoadPath {
-    /// Prepares `loads` (`n × weights.len()`, row-major). Axes with weight zero are ignored.
-    ///
-    /// # Panics
-    /// If more than six weights are not zero, or `loads` is not a whole number of rows.
+    /// Prepares `loads` (`n × weights.len()`, row-major). Axes with weight zero are ignored. Panics if more than six are not
+    /// zero, or `loads` is not a whole number of rows.
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
         let width = weights.len().max(1);
         assert_eq!(loads.len() % width, 0, "loads must be whole rows");
@@ -61,11 +59,8 @@ impl LoadPath {
         Self::thinned(loads.len() / width, &load, weights, None)
     }
 
-    /// Prepares one sample for each time, with the loads `load(k, axis)`. Of samples closer than `step_secs`, only the
-    /// first is kept as a possible past sample.
-    ///
-    /// # Panics
-    /// If more than six weights are not zero.
+    /// Prepares one sample for each time, with the loads `load(k, axis)`. Of samples closer than `step_secs`, only the first is
+    /// kept as a possible past sample. Panics if more than six weights are not zero.
     pub fn with_history_step(
         times: &[f64],
         load: &(dyn Fn(usize, usize) -> f64 + Sync),
@@ -99,22 +94,15 @@ impl LoadPath {
         })
     }
 
-    /// Returns the index of the past sample of each sample, or the sample's own index if there is none.
+    /// Returns the index of the past sample of each sample (Eq. 9-12), or its own index if there is none. The search starts at
+    /// the sample itself, so with F_th = 0 every sample is its own past sample.
     ///
-    /// **Source** Eq. 9-12. The search starts at k itself, so with F_th = 0 every sample is its own past sample.
-    ///
-    /// **Shapes** `times` has one entry per row of loads and never goes back.
-    ///
-    /// # Panics
-    /// If `times` has another length.
+    /// `times` never goes back. Panics unless it has one entry per row of loads.
     pub fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
     /// Returns [`past_samples`](Self::past_samples). After cancellation, the remaining samples have no past sample.
-    ///
-    /// # Panics
-    /// As [`past_samples`](Self::past_samples).
     pub fn past_samples_until(
         &self,
         times: &[f64],
@@ -125,8 +113,7 @@ impl LoadPath {
     }
 }
 
-/// Returns the samples that are kept: the first, and each sample at least one step after the last kept one. `None` if
-/// all are kept.
+/// Returns the samples that are kept, if not all are: the first, and each at least one step after the last kept one.
 fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     let mut kept = Kept::new(step_secs);
     let dropped = times.iter().position(|time| !kept.take(*time))?;
@@ -142,8 +129,7 @@ struct Path<const D: usize> {
     thinned: Option<(Vec<u32>, Vec<[f64; D]>)>,
     /// `groups[g][dimension][lane]`; the last group repeats the last sample.
     groups: Vec<[Lanes; D]>,
-    /// `levels[0]` holds a box for each group. Each next level holds a box for every `FAN_OUT` boxes of the level
-    /// below.
+    /// `levels[0]` holds a box for each group, each next level a box for every `FAN_OUT` boxes of the level below.
     levels: Vec<Vec<Bounds<D>>>,
 }
 
@@ -257,8 +243,7 @@ impl<const D: usize> Path<D> {
         };
         for (group, past) in (from / LANES..).zip(past.chunks_mut(LANES)) {
             let first = group * LANES;
-            // Samples that are neighbours in time have similar loads, so most boxes are skipped for a whole group at
-            // once.
+            // Samples that are neighbours in time have similar loads, so most boxes are skipped for a whole group at once.
             let around = self.levels[0][group];
             let own_is_near = around.farthest_of(&around) < least;
             let mut end = group;
@@ -311,8 +296,8 @@ impl<const D: usize> Path<D> {
         None
     }
 
-    /// Returns the number of groups before `end` that can be skipped, using the largest box of at least `size` groups
-    /// that ends there. `None` if this box may contain the past sample.
+    /// Returns the number of groups before `end` that can be skipped, by the largest box of at least `size` groups that ends
+    /// there. `None` if this box may contain the past sample.
     #[inline(always)]
     fn skip(
         &self,
@@ -351,9 +336,8 @@ impl<const D: usize> Bounds<D> {
         })
     }
 
-    /// Returns the squared distance from `point` to the farthest corner.
-    ///
-    /// The distance is rounded in the same order as in [`far_lanes`]. Rounding is monotone, so no sample in the box is farther.
+    /// Returns the squared distance from `point` to the farthest corner, rounded in the order of [`far_lanes`]. Rounding is
+    /// monotone, so no sample in the box is farther.
     #[inline(always)]
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;
@@ -521,8 +505,7 @@ mod tests {
         assert_eq!(path(&rows, 3).past_samples(&times, thresholds), own);
     }
 
-    /// The load rises by 1 N per second, so the past sample is F_th seconds old as soon as the recording is long
-    /// enough.
+    /// The load rises by 1 N per second, so the past sample is F_th seconds old once the recording is long enough.
     #[test]
     fn a_ramp_looks_back_by_the_threshold() {
         let times: Vec<f64> = (0..100).map(f64::from).collect();

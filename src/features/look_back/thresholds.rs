@@ -1,5 +1,3 @@
-//! Thresholds of the look-back: minimum load difference, maximum age, and the norm of the difference.
-
 use serde::{Deserialize, Serialize};
 
 use crate::features::setting::{Range, Setting, Unit};
@@ -67,8 +65,7 @@ impl Default for Thresholds {
 }
 
 impl Thresholds {
-    /// Returns the paper's choice, 3 N and 15 s. For full scale, 3 N is divided by the 12 N that the paper's sensor is
-    /// rated for.
+    /// Returns the paper's choice, 3 N and 15 s; for full scale, 3 N over the 12 N that the paper's sensor is rated for.
     pub fn default_for(distance: Distance) -> Self {
         Self {
             f_th: match distance {
@@ -80,8 +77,7 @@ impl Thresholds {
     }
 }
 
-/// Norm of the load difference that is compared with F_th. The difference is always of the *conventional* load, the
-/// only load known at run time.
+/// Norm of the difference of the *conventional* load, the only load known at run time, that is compared with F_th.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Distance {
@@ -93,10 +89,8 @@ pub enum Distance {
 }
 
 impl Distance {
-    /// All norms.
     pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
 
-    /// Returns the value of the command-line option.
     pub fn option(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -104,7 +98,6 @@ impl Distance {
         }
     }
 
-    /// Returns the label.
     pub fn label(self) -> &'static str {
         match self {
             Self::Force => "forces [N]",
@@ -112,7 +105,6 @@ impl Distance {
         }
     }
 
-    /// Returns the explanation in hover texts and help.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Force => "Norm of the force difference in newtons, as in the paper",
@@ -122,7 +114,6 @@ impl Distance {
         }
     }
 
-    /// Returns an F_th with its unit.
     pub fn in_words(self, f_th: f64) -> String {
         match self {
             Self::Force => format!("F_th {f_th} N"),
@@ -130,9 +121,8 @@ impl Distance {
         }
     }
 
-    /// Returns the weight of each axis: the distance is the norm of the weighted difference.
-    ///
-    /// Without a force axis, all axes are weighted by the inverse of their full scale.
+    /// Returns the weight of each axis: the distance is the norm of the weighted difference. Without a force axis, all axes are
+    /// weighted by the inverse of their full scale.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
             Self::Force => axes.iter().map(|axis| f64::from(axis.is_force())).collect(),

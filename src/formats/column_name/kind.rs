@@ -6,7 +6,6 @@ use crate::recording::Axis;
 /// Maximum length of a name that can have a kind (bytes).
 pub(super) const LONGEST: usize = 64;
 
-/// Kind of a column: time, gauge or load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Time,
@@ -19,7 +18,6 @@ pub(super) fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', ' '], "")
 }
 
-/// Returns the kind of a plain name, or `None` if the name has none.
 pub(super) fn plain_kind(name: &str) -> Option<Kind> {
     if name.len() > LONGEST {
         return None;

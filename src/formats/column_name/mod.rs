@@ -34,12 +34,10 @@ const GAUGE_ONLY_UNITS: [&str; 13] = [
 /// Names of a time that only count if the header gives a unit of time.
 const TIMES_WITH_UNIT: [&str; 1] = ["temps"];
 
-/// Name of a column with its kind and unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ColumnName {
     /// Name as written, without the bracketed unit.
     pub name: String,
-    /// Kind of the column; `None` if it is not used.
     pub kind: Option<Kind>,
     /// Unit as written. In brackets it may be any text; after a separator it is a known unit of the kind.
     pub unit: Option<String>,
@@ -87,8 +85,7 @@ impl ColumnName {
         }
     }
 
-    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column. A column with a
-    /// kind, such as a gauge, is never an auxiliary channel.
+    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column, such as a gauge.
     pub fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST || unit.is_some_and(is_load_unit) {
@@ -139,8 +136,8 @@ impl ColumnName {
 }
 
 impl Kind {
-    /// Returns the kind of a column, given the kind of its name and its unit. A load's name with a gauge unit is a gauge.
-    /// A gauge's name with a load unit has no kind, since its axis is unknown. A `T` in degrees is not a time.
+    /// Returns the kind by name and unit. A load's name with a gauge unit is a gauge. A gauge's name with a load unit has no
+    /// kind, since its axis is unknown. A `T` in degrees is not a time.
     pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {

@@ -1,7 +1,5 @@
 //! Names that are paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`, `field.wrench.force.x`,
-//! `/gauges/data[0]`), and fields of a struct (`run.S1`).
-//!
-//! Guarantees: an ambiguous path is neither a gauge nor a load.
+//! `/gauges/data[0]`), and fields of a struct (`run.S1`). An ambiguous path is neither a gauge nor a load.
 
 use super::kind::{Kind, plain, plain_kind};
 use super::words;
@@ -66,18 +64,15 @@ const NEUTRAL: [&str; 4] = ["data", "value", "values", "field"];
 const SECONDS: [&str; 2] = ["sec", "secs"];
 const NANOSECONDS: [&str; 4] = ["nanosec", "nanosecs", "nsec", "nsecs"];
 
-/// Kind, source and unit of a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Path {
     pub kind: Kind,
     /// Parts before the one that gives the kind, in lower case.
     pub source: String,
-    /// Unit that the path itself implies.
     pub unit: Option<&'static str>,
 }
 
-/// Returns the stamp that a name is part of, empty if the name is only the part. The part is the nanoseconds if
-/// `is_rest`, else the whole seconds.
+/// Returns the stamp that a name is the nanoseconds (`is_rest`) or whole seconds of; empty if the name is only this part.
 pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
     let name = name.trim();
     let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
@@ -85,7 +80,7 @@ pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
     words.contains(&last.to_lowercase().as_str()).then_some(stamp)
 }
 
-/// Parses a path; returns `None` if the name is not a path or has no kind.
+/// Parses a path; `None` if the name is not a path or has no kind.
 pub(super) fn understood(name: &str) -> Option<Path> {
     let (stem, is_element) = without_index(name);
     if !is_element && !name.contains(['/', '.']) {

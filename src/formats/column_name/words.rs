@@ -71,10 +71,10 @@ const GAUGES: [&str; 43] = [
 ];
 /// Words for a reference, which may stand before an axis.
 const REFERENCES: [&str; 6] = ["ati", "reference", "referenz", "ref", "applied", "true"];
-/// Names of a force, in lower case.
+/// In lower case.
 const FORCES: [&str; 9] =
     ["f", "force", "kraft", "fuerza", "forza", "força", "forca", "力", "荷重"];
-/// Names of a moment, in lower case.
+/// In lower case.
 const MOMENTS: [&str; 14] = [
     "m",
     "t",
@@ -179,12 +179,11 @@ pub(super) fn is_auxiliary(words: &[&str]) -> bool {
     has(&AUXILIARIES) && !has(&NOT_MEASURED)
 }
 
-/// Returns true if a name, in lower case without separators, is a time.
 pub(super) fn is_time(plain: &str) -> bool {
     TIMES.contains(&plain)
 }
 
-/// Returns the stem before a gauge's number, in lower case; `None` if the name is not a gauge.
+/// Returns the stem before a gauge's number, in lower case.
 pub(super) fn gauge_stem(name: &str) -> Option<String> {
     let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let n_digits = name.len() - start.len();
@@ -232,7 +231,7 @@ fn letter(text: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|letter| *letter == text)
 }
 
-/// Returns the direction (0 to 2) of a text in lower case without separators.
+/// Returns the direction (0 to 2) of a plain text.
 pub(super) fn direction(text: &str) -> Option<usize> {
     let of = |before: &str, after: &str| letter(text.strip_prefix(before)?.strip_suffix(after)?);
     let mut found = BEFORE_DIRECTION.iter().flat_map(|before| {

@@ -17,7 +17,6 @@ pub(super) const FORMAT: Format = Format {
     read: |_| Err(FileError::NotBuilt { what: "an HDF5 file", feature: "hdf5" }),
 };
 
-/// Reads a file written by MATLAB's `save -v7.3`.
 #[cfg(feature = "hdf5")]
 pub(super) fn matlab(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     match read::columns(source) {
@@ -26,7 +25,6 @@ pub(super) fn matlab(source: &Source<'_>) -> Result<Option<Columns>, FileError> 
     }
 }
 
-/// Refuses a file written by MATLAB's `save -v7.3`.
 #[cfg(not(feature = "hdf5"))]
 pub(super) fn matlab(_: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let why = "this program was built without the feature `hdf5`".to_owned();

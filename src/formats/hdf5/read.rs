@@ -1,7 +1,6 @@
 //! Datasets of numbers as arrays, records as columns. Each group is a table of its own unless all form one table.
 //!
-//! Guarantees: the total size of all datasets is checked before memory is allocated for any of them. Values that were
-//! never written become NaN.
+//! Guarantees: the total size of all datasets is checked before memory is allocated. Values that were never written become NaN.
 
 use std::collections::{BTreeMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -28,7 +27,6 @@ const LABELS_LIMIT_BYTES: u64 = 1 << 20;
 const NOT_READABLE: Content = Content::Other("not readable");
 const NEVER_WRITTEN: Content = Content::Other("never written");
 
-/// Reads the datasets of a file as a table.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let file = File::open(source.path).map_err(damaged)?;
     let mut reading = Reading {
@@ -46,7 +44,6 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     Ok(Some(Columns { day, ..columns }))
 }
 
-/// Returns the day in the attributes of the file.
 fn day_of(root: &Node) -> Option<Day> {
     let attributes = root.attrs().unwrap_or_default();
     attributes.iter().find_map(|(name, value)| match value {
@@ -65,7 +62,6 @@ struct Reading<'a> {
     source: &'a Source<'a>,
     budget: Budget,
     groups: Vec<Group>,
-    /// Hashes of the arrays of each group in `groups`.
     group_hashes: HashSet<u64>,
     left_out: Vec<String>,
     n_members: usize,
@@ -224,7 +220,6 @@ impl Reading<'_> {
 struct Gaps {
     /// Length of the dataset and of one chunk, for each dimension.
     shape: Vec<(u64, u64)>,
-    /// True for each chunk of the grid that was written.
     is_written: Vec<bool>,
 }
 
@@ -309,7 +304,6 @@ fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
     names.unwrap_or_default()
 }
 
-/// Returns the numeric fields of records.
 fn records(
     members: &[CompoundMember],
     record_bytes: usize,

@@ -1,7 +1,7 @@
 //! Messages of ROS 2 in their usual serialisation: plain CDR, little-endian.
 //!
-//! **Source** OMG DDSI-RTPS, plain CDR: four bytes of encapsulation, then the values. Each value is aligned to its size,
-//! counted from the end of the encapsulation. Texts and sequences start with their length.
+//! **Source** OMG DDSI-RTPS: four bytes of encapsulation, then the values. Each value is aligned to its size, counted from
+//! the end of the encapsulation. Texts and sequences start with their length.
 
 use super::super::number::Number;
 
@@ -30,7 +30,6 @@ impl<'a> Cdr<'a> {
         Some(number.value(self.bytes(number.n_bytes())?, false))
     }
 
-    /// Reads the number of elements that follow.
     pub fn length(&mut self) -> Option<usize> {
         Some(self.number(Number::Uint(4))? as usize)
     }
@@ -48,7 +47,6 @@ impl<'a> Cdr<'a> {
         Some(secs * 1_000_000_000 + nanosecs)
     }
 
-    /// Reads all numbers of a sequence.
     pub fn sequence(&mut self, number: Number) -> Option<Vec<f64>> {
         let n_numbers = self.length()?;
         if n_numbers == 0 {

@@ -1,8 +1,7 @@
 //! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock.
-//! If several topics qualify, the user chooses.
 //!
-//! Guarantees: only one chunk is in memory at a time. A recording without its end, as left by a killed recorder, is
-//! read up to where it stops.
+//! Guarantees: only one chunk is in memory at a time. A recording without its end (killed recorder) is read as far as it goes.
+//! If several topics qualify, the user chooses.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -85,8 +84,7 @@ fn after_text(bytes: &[u8]) -> Option<&[u8]> {
     rest.get(u32::from_le_bytes(*n_bytes) as usize..)
 }
 
-/// Parses a record; returns `None` if its kind does not concern samples. The declared lengths of its texts are checked
-/// first, since the crate allocates memory by them.
+/// Parses a record that concerns samples. The lengths of its texts are checked first, since the crate allocates by them.
 fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
     let (start, n_texts) = match kind {
         op::MESSAGE => (0, 0),
@@ -122,7 +120,6 @@ fn damaged(error: McapError) -> FileError {
     }
 }
 
-/// Returns the unpacked records of a chunk.
 fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, FileError> {
     const CHUNK: &str = "a chunk";
     if n_bytes > CHUNK_LIMIT_BYTES {
@@ -160,7 +157,6 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
     Ok(records)
 }
 
-/// Contents of the messages of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     WrenchStamped,
@@ -362,8 +358,7 @@ impl Topics {
     }
 }
 
-/// Returns the wanted topics, the gauges first. Of a wrench and another topic, the other one is the gauges; otherwise
-/// the order of `wanted` counts.
+/// Returns the wanted topics, the gauges first: of a wrench and another topic, the other one, else in the order of `wanted`.
 fn of_wanted(readable: &[(u16, &Topic)], wanted: &[String]) -> Result<[Option<u16>; 2], FileError> {
     let find = |name: &String| readable.iter().find(|(_, topic)| topic.name == *name);
     let mut chosen: Vec<&(u16, &Topic)> = wanted.iter().filter_map(find).collect();

@@ -1,4 +1,4 @@
-//! Reads the numeric columns of a Parquet file.
+//! Reads the numeric columns of a Parquet file, and lists the others.
 
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -16,7 +16,6 @@ use crate::recording::Day;
 const FILE: &str = "the file";
 const BATCH_ROWS: usize = 1 << 14;
 
-/// Reads the numeric columns as a table and lists the others.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
@@ -83,7 +82,6 @@ fn holds_numbers(column: &ColumnDescriptor) -> bool {
     )
 }
 
-/// Returns the unit of a column of times.
 fn time_unit(column: &ColumnDescriptor) -> &'static str {
     use ::parquet::basic::Type;
     let logical = column.logical_type_ref();

@@ -48,7 +48,6 @@ impl Write for Buffer {
 }
 
 impl<'a> ParquetTable<'a> {
-    /// Creates a table with a column of names and one column of numbers per head.
     pub fn new(head: &[String], out: &'a mut dyn Write) -> io::Result<Self> {
         let buffer = Buffer::default();
         let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);

@@ -1,7 +1,5 @@
-//! Splits text that arrives in pieces into whole lines.
-//!
-//! Guarantees: the encoding is detected from the first line, as for whole files. A line without an end does not fill
-//! the memory.
+//! Splits text that arrives in pieces into whole lines. The encoding is detected from the first line, as for whole files. A
+//! line without an end does not fill the memory.
 
 use super::encoding::{Encoding, decoded, encoding_of};
 
@@ -12,14 +10,13 @@ const TOO_LONG: &str = "(a line of more than 1 MiB)";
 /// Number of bytes that suffice to detect the encoding, if no line has ended before.
 const ENCODING_BYTES: usize = 1 << 10;
 
-/// Buffer of a text that has not arrived completely.
 #[derive(Debug, Default)]
 pub(crate) struct ArrivingLines {
     encoding: Option<Encoding>,
-    /// Bytes that are not decoded yet.
+    /// Bytes still to be decoded.
     raw: Vec<u8>,
     text: Vec<u8>,
-    /// Start in `text` of the line that is not returned yet.
+    /// Start in `text` of the next line.
     start: usize,
     /// Position in `text` up to which no end of line was found.
     searched: usize,
@@ -67,7 +64,6 @@ impl ArrivingLines {
         Some(line)
     }
 
-    /// Returns the incomplete last line, after the end of the text.
     pub fn last_line(&mut self) -> Option<String> {
         self.decode();
         let end = self.text.len();

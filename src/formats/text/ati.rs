@@ -1,7 +1,7 @@
 //! Preamble and status words that the demonstration program of ATI's Net F/T writes.
 //!
-//! **Source** Manuals of Net F/T and Ethernet Axia: values are counts. The status is a 32-bit word whose highest bit is
-//! set whenever another bit reports an error.
+//! **Source** Manuals of Net F/T and Ethernet Axia: values are counts. The highest bit of the 32-bit status word is set
+//! whenever another bit reports an error.
 
 use crate::formats::columns::Cell;
 
@@ -24,7 +24,6 @@ pub(crate) struct CountedUnit {
 }
 
 impl Preamble {
-    /// Parses the first lines of a file; returns `None` if they are not this preamble.
     pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
         const LINES_AT_MOST: usize = 12;
         let mut values: Vec<(String, String)> = Vec::new();
@@ -56,7 +55,7 @@ impl Preamble {
     }
 }
 
-/// Returns true if a status word, a number or hexadecimal digits, reports an error; `None` if it is not a status word.
+/// Returns true if a status word, a number or hexadecimal digits, reports an error; `None` for anything else.
 pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
     let text = match cell {
         Cell::Number(number) => {

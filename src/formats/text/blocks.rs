@@ -1,6 +1,5 @@
-//! Reads a file in blocks that end at line ends, so that each block can be parsed on its own.
-//!
-//! Guarantees: the blocks joined are the file without its byte order mark; no block splits a line.
+//! Reads a file in blocks that end at line ends, so that each block can be parsed on its own. The blocks joined are the file
+//! without its byte order mark.
 
 use std::io;
 use std::path::Path;
@@ -40,7 +39,7 @@ impl Blocks {
         })
     }
 
-    /// Returns the whole lines among `n_bytes` bytes from byte `at` on. The current position does not matter.
+    /// Returns the whole lines among `n_bytes` bytes from byte `at` on, wherever reading stands.
     pub fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
         if at + (n_bytes as u64) < self.text.whole_file_bytes() {

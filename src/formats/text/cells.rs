@@ -24,7 +24,7 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
 }
 
 impl Delimiter {
-    /// Returns true if a comma inside a number must be a decimal comma, since the delimiter is not a comma.
+    /// Returns true if a comma inside a number must be a decimal comma.
     pub(crate) fn allows_decimal_comma(self) -> bool {
         self != Self::Comma
     }
@@ -112,7 +112,6 @@ impl TextLayout {
     }
 }
 
-/// Returns the lines of a text, without their `\n`.
 pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -126,7 +125,6 @@ pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Returns true if a line is blank or a comment.
 pub(crate) fn is_skipped(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), None | Some(b'#'))
 }
@@ -163,7 +161,6 @@ impl<'a> Cells<'a> {
         Some(value)
     }
 
-    /// Returns the text after the delimiter at `end`.
     fn after(&self, rest: &'a [u8], end: usize) -> &'a [u8] {
         match self.delimiter {
             b' ' => rest[end + 1..].trim_ascii_start(),
@@ -199,7 +196,6 @@ impl<'a> Iterator for Cells<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct TextRow<'a> {
     cells: Cells<'a>,
-    /// Decimal mark.
     point: u8,
 }
 
@@ -239,11 +235,9 @@ fn closing_quote(rest: &[u8]) -> Option<usize> {
     }
 }
 
-/// Returns the number at the start of `text` and the position of its end. Returns `None` if it is not of the usual form:
-/// a sign, digits, a `point`, at most 18 digits in all. Same result as [`number`], but faster.
-///
-/// The digits as a whole number (up to 2^53) and the power of ten are both exact, so their quotient is the nearest
-/// floating-point number.
+/// Returns the number at the start of `text` and the position of its end, as [`number`] does, but faster; `None` unless it is
+/// a sign, digits and a `point`, at most 18 digits in all. The digits as a whole number (up to 2^53) and the power of ten are
+/// both exact, so their quotient is the nearest floating-point number.
 fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     const POWERS: [f64; 19] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
@@ -312,8 +306,7 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
     (n_groups > 0).then(|| number.parse().ok()).flatten()
 }
 
-/// Returns a number whose grouping of digits has only one meaning, and its separator of thousands: `1'234`, `1,234.5`,
-/// `1.234,5`, `1,234,567`.
+/// Returns a number whose grouping has only one meaning (`1'234`, `1,234.5`, `1.234,5`, `1,234,567`), and its separator.
 pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     let of = |thousands: Thousands, point| Some((grouped_by(cell, thousands, point)?, thousands));
     let count = |byte: u8| cell.iter().filter(|own| **own == byte).count();

@@ -1,7 +1,5 @@
-//! Converts a file of any supported encoding to UTF-8 text.
-//!
-//! Guarantees: the text has no byte order mark, and its lines end with `\n` or `\r\n`. A file that is not text is
-//! refused with its kind.
+//! Converts a file of any supported encoding to UTF-8 text without byte order mark, whose lines end with `\n` or `\r\n`. A file
+//! that is not text is refused with its kind.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -13,25 +11,23 @@ use crate::formats::error::FileError;
 
 /// Number of first bytes from which the kind of a file is detected.
 const HEAD_BYTES: usize = 8 << 10;
-/// Number of bytes per control character below which a file is not text. A few control characters are accidents of a
-/// logger and cost only their rows.
+/// Number of bytes per control character below which a file is not text; a few are accidents of a logger and cost only rows.
 const BYTES_PER_CONTROL_CHARACTER: usize = 20;
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Character encoding of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(into = "&'static str")]
 pub enum Encoding {
     /// UTF-8, or ASCII.
     #[strum(serialize = "UTF-8")]
     Utf8,
-    /// UTF-16, low byte first.
+    /// Low byte first.
     #[strum(serialize = "UTF-16 (little-endian)")]
     Utf16LittleEndian,
-    /// UTF-16, high byte first.
+    /// High byte first.
     #[strum(serialize = "UTF-16 (big-endian)")]
     Utf16BigEndian,
-    /// One byte per character and not UTF-8; names are decoded as Latin-1.
+    /// One byte per character; names are decoded as Latin-1.
     #[strum(serialize = "Latin-1")]
     Latin1,
     /// File of arrays instead of text.
@@ -40,7 +36,6 @@ pub enum Encoding {
 }
 
 impl Encoding {
-    /// Returns the name for people.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -54,11 +49,9 @@ impl Encoding {
     }
 }
 
-/// Reader of a text from start to end.
 #[derive(Debug)]
 pub(super) struct Text {
     file: File,
-    /// Number of bytes that may still be read.
     left_bytes: u64,
     file_bytes: u64,
     limit_bytes: u64,
@@ -97,7 +90,6 @@ impl Text {
         })
     }
 
-    /// Returns the number of bytes that are read in all.
     pub fn file_bytes(&self) -> u64 {
         self.file_bytes.min(self.limit_bytes)
     }
@@ -138,8 +130,7 @@ impl Text {
         Ok(has_more)
     }
 
-    /// Returns the text of `n_bytes` bytes from byte `at` on. The current position does not matter. Characters at both ends
-    /// may be cut.
+    /// Returns the text of `n_bytes` bytes from byte `at` on, wherever reading stands. Characters at both ends may be cut.
     pub fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;

@@ -1,6 +1,5 @@
-//! Text file that is inspected and read in blocks, several of which are parsed at the same time.
-//!
-//! Guarantees: results come in file order for any number of threads. Only a few blocks are in memory at a time.
+//! Text file that is inspected and read in blocks, several of which are parsed at a time. Results come in file order for any
+//! number of threads. Only a few blocks are in memory at a time.
 
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -56,12 +55,11 @@ impl TextFile {
         Ok(Self { path: path.to_owned(), blocks, head, places: OnceCell::new() })
     }
 
-    /// Detects the layout of the table; returns `None` if there is no table.
     pub(in crate::formats) fn layout(&self) -> Option<TextLayout> {
         detect(&self.head)
     }
 
-    /// Returns the head of the table under a layout, or `None` if it is not found.
+    /// Returns the head of the table under a layout, if found.
     pub(in crate::formats) fn head(&self, layout: &TextLayout) -> Option<Head> {
         locate(&self.head, layout)
     }
@@ -113,15 +111,13 @@ impl TextFile {
         self.blocks.text.encoding()
     }
 
-    /// Returns the length of the file when it was opened (bytes).
     fn whole_file_bytes(&self) -> u64 {
         self.blocks.text.whole_file_bytes()
     }
 }
 
 impl TextFile {
-    /// Passes all lines below a head to `parse` in blocks, and the results to `take`, with the share of the file that they
-    /// cover. The next blocks are read while some are parsed.
+    /// Passes all lines below a head to `parse` in blocks, and the results to `take`, with the share of the file covered.
     pub(in crate::formats) fn read<R: Send>(
         self,
         head: &Head,

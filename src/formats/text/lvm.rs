@@ -1,8 +1,8 @@
 //! LabVIEW's measurement files (`.lvm`): text with a header for the file and one for each segment of rows.
 //!
-//! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header gives the delimiter
-//! and the decimal mark. `X_Columns` is `One` for one time column, `Multi` for one per channel, and `No` if the times
-//! follow from `X0` and `Delta_X`.
+//! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header gives the delimiter and
+//! the decimal mark. `X_Columns` is `One` for one time column, `Multi` for one per channel, `No` if times follow from `X0`
+//! and `Delta_X`.
 
 use super::blocks::Blocks;
 use super::cells::{Cells, decimal_comma_number, lines, number};
@@ -34,7 +34,6 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if table.is_begun { Ok(Some(table.columns())) } else { Err(FileError::cut_short("the header")) }
 }
 
-/// Values in the header of a segment: its start and the properties of its channels.
 #[derive(Debug, Default)]
 struct Segment {
     day: Option<Day>,
@@ -45,14 +44,12 @@ struct Segment {
     n_rows: usize,
 }
 
-/// Values of the headers, and the samples that were read so far.
 #[derive(Debug, Default)]
 struct Table {
     delimiter: Delimiter,
     has_decimal_comma: bool,
     /// True if the times follow from the row numbers.
     is_counted: bool,
-    /// True after the header of the file.
     is_begun: bool,
     is_special: bool,
     /// True below a line of names, where rows of samples are expected.
@@ -60,7 +57,6 @@ struct Table {
     segment: Segment,
     /// Start of the first segment (s).
     start_secs: Option<f64>,
-    /// Day on which the first segment starts.
     day: Option<Day>,
     file_day: Option<Day>,
     /// Position of each channel in a row, and of its time.

@@ -1,6 +1,6 @@
 //! Delimited text, as loggers and spreadsheets write it.
 //!
-//! Guarantees: a file of any size is read in blocks of whole lines and never held in memory; every number keeps its line.
+//! Guarantees: a file of any size is read in blocks of whole lines and never held in memory. Every number keeps its line.
 //!
 //! | module | contents |
 //! |---|---|

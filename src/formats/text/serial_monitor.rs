@@ -12,7 +12,7 @@ pub(super) struct Arrows {
 }
 
 impl Arrows {
-    /// Returns the replacement for a text, or `None` if its first line does not start with a time and an arrow.
+    /// Returns the replacement, if the first line of a text starts with a time and an arrow.
     pub fn of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
         let at = arrow_position(line)?;
@@ -40,7 +40,7 @@ impl Arrows {
     }
 }
 
-/// Returns the end of the time of a line and the start of its row; `None` without a time and an arrow.
+/// Returns the end of the time of a line and the start of its row, if there is an arrow.
 pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
     arrow_position(line).map(|at| (at, at + ARROW.len()))
 }

@@ -1,10 +1,8 @@
 //! Times that are written as dates and times of day.
 //!
-//! Guarantees: a text is understood completely or not at all. Times are counted from 1970-01-01 without leap seconds, as
-//! UNIX time is.
-//!
-//! Supported are the forms that loggers write: digits between marks, without names of months. A time zone must be an
-//! offset in digits.
+//! Guarantees: a text is understood completely or not at all. Times are counted from 1970-01-01 without leap seconds, as UNIX
+//! time is. Supported are the forms that loggers write: digits between marks, without names of months, and a time zone only as
+//! an offset in digits.
 
 use std::ops::RangeInclusive;
 
@@ -23,7 +21,6 @@ pub(crate) enum DateOrder {
     MonthDayYear,
 }
 
-/// Form of a time in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeForm {
     /// Date, optionally with a time of day after `T` or a blank.
@@ -32,13 +29,11 @@ pub(crate) enum TimeForm {
     TimeOfDay,
 }
 
-/// Spelling of a time column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeSpelling {
     /// Number in this unit.
     Number(TimeUnit),
     Samples,
-    /// Date or time of day.
     Text(TimeForm),
 }
 
@@ -47,7 +42,7 @@ pub(crate) const TIME_SPELLINGS: &str =
     "s, ms, us, ns, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
 impl TimeSpelling {
-    /// Returns the spelling for a unit; `None` if the unit is unknown.
+    /// Returns the spelling with this name.
     pub fn from_name(unit: &str) -> Option<Self> {
         Some(match unit.trim().to_lowercase().as_str() {
             "samples" | "sample" => Self::Samples,
@@ -62,7 +57,6 @@ impl TimeSpelling {
 }
 
 impl TimeForm {
-    /// Returns the name that [`TimeSpelling::from_name`] reads.
     pub fn name(self) -> &'static str {
         match self {
             Self::Date(DateOrder::YearMonthDay) => "iso8601",
@@ -135,7 +129,6 @@ impl TimeForm {
     }
 }
 
-/// Returns a number whose count of digits is in this range.
 fn digits(text: &str, n_digits: RangeInclusive<usize>) -> Option<i64> {
     let is_number = n_digits.contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
     is_number.then(|| text.parse().ok())?
@@ -162,8 +155,7 @@ fn date(text: &str, order: DateOrder) -> Option<Date> {
     Date::new(year as i16, month as i8, day as i8).ok()
 }
 
-/// Returns the seconds since midnight of `h:m`, `h:m:s` or `h:m:s.s` (also with a comma or a colon), with or without AM
-/// or PM.
+/// Returns the seconds since midnight of `h:m`, `h:m:s` or `h:m:s.s` (or with a comma or a colon), also with AM or PM.
 fn time_of_day(text: &str) -> Option<f64> {
     let (clock, half) = match text.split_at_checked(text.len().saturating_sub(2)) {
         Some((clock, half)) if half.eq_ignore_ascii_case("am") => (clock, Some(0)),

@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TextLayout {
-    /// Separator of cells.
     pub delimiter: Delimiter,
-    /// Decimal mark.
     pub decimal: Decimal,
     /// Separator of thousands. If absent, only numbers with a single meaning, such as `1,234.5` and `1'234`, may have one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -23,13 +21,11 @@ pub struct TextLayout {
     /// Preamble with known values. It replaces `skip_rows`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preamble: Option<Preamble>,
-    /// Names of the tables to read from a file with several: topics, sheets, groups, structs. If empty, the program chooses
-    /// one and reports it.
+    /// Names of the tables to read: topics, sheets, groups, structs. If empty, one is chosen and reported.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
 }
 
-/// Separator of cells.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
 )]
@@ -45,16 +41,13 @@ pub enum Delimiter {
 }
 
 impl Delimiter {
-    /// All delimiters, in the order in which they are preferred.
     pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Spaces];
 
-    /// Returns the name in the file of a map.
     pub fn name(self) -> &'static str {
         self.into()
     }
 }
 
-/// Decimal mark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Decimal {
@@ -89,10 +82,8 @@ pub enum Thousands {
 }
 
 impl Thousands {
-    /// All separators.
     pub const ALL: [Self; 4] = [Self::Comma, Self::Point, Self::Apostrophe, Self::Space];
 
-    /// Returns the name in the file of a map.
     pub fn name(self) -> &'static str {
         self.into()
     }

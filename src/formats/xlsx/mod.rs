@@ -18,7 +18,6 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-/// Reads the sheets of a workbook; returns `None` for another kind of archive.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const INSTEAD: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
     let Ok(archive) = ZipArchive::new(BufReader::new(source.open()?)) else {

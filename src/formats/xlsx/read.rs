@@ -1,7 +1,7 @@
 //! Each sheet as a table: its header is the row above the first row of numbers; dates become times.
 //!
-//! Guarantees: memory is allocated only for cells that are filled, not for the rectangle that they span, and within the
-//! budget of the file. A text shared by several cells is stored once.
+//! Guarantees: memory is allocated only for filled cells, not for the rectangle that they span, and within the budget of the
+//! file. A text shared by several cells is stored once.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -63,7 +63,6 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
     }
 }
 
-/// Reads the sheets of a workbook as a table.
 pub(super) fn columns(
     source: &Source<'_>,
     mut archive: ZipArchive<BufReader<File>>,
@@ -220,7 +219,7 @@ fn header_and_units<'a, 'b>(
     }
 }
 
-/// Reads the table of a sheet; returns `None` if it has no row of numbers.
+/// Reads the table of a sheet, if it has a row of numbers.
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
     let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
     let row_number = |at: usize| rows[at][0].row;

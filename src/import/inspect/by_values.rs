@@ -31,10 +31,6 @@ pub(super) fn fill_in(
     let needs_gauges = !guess.has_role(ColumnRole::Gauge);
     let is_load = |(_, rule): &(usize, ColumnRule)| matches!(rule.is, ColumnRole::Load(_));
     let has_loads = guess.rules.iter().any(is_load);
-    let mut add = |(index, rule): (usize, ColumnRule), is_free: &mut [bool]| {
-        is_free[index] = false;
-        guess.rules.push((index, rule));
-    };
     let may_be_load_cases = has_loads && !needs_gauges;
     let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
         let is_counter = may_be_load_cases && needs_time && report.counts_rows();
@@ -43,9 +39,9 @@ pub(super) fn fill_in(
     if needs_time {
         match reports.iter().find(|report| is_clock(report, &is_free)) {
             Some(clock) => {
-                for rule in times(&keys, rows, clock.number - 1) {
-                    add(rule, &mut is_free);
-                }
+                let rules = times(&keys, rows, clock.number - 1);
+                rules.iter().for_each(|(index, _)| is_free[*index] = false);
+                guess.rules.extend(rules);
             }
             None => questions.push(Question::Time),
         }
@@ -59,44 +55,52 @@ pub(super) fn fill_in(
         questions.push(Question::ReferenceClock(clocks));
     }
     if needs_gauges {
-        let free = |report: &&ColumnReport| {
+        let may_be = |report: &&ColumnReport| {
             let at = report.number - 1;
             let is_load = unnamed_loads.contains(&report.number);
             let is_time = head.names.get(at).is_some_and(|name| is_clock_name(name));
             may_be_gauge(report) && is_free[at] && !is_load && !is_time
         };
-        let proposed = reports.iter().filter(free).map(|report| report.number);
-        let mut proposed: Vec<usize> = proposed.take(GAUGE_LIMIT).collect();
-        let auxiliary = |number: &usize| {
-            let unit = head.unit(number - 1);
-            let name = head.names.get(number - 1)?;
-            ColumnName::parse(name).auxiliary_unit(unit.as_deref())
-        };
-        let named: Vec<usize> = (proposed.iter().copied())
-            .filter(|number| auxiliary(number).is_some())
-            .take(AUXILIARY_LIMIT)
-            .collect();
-        // If all proposed columns are temperatures or voltages, they may be the gauges themselves.
-        if named.len() < proposed.len() {
-            proposed.retain(|number| !named.contains(number));
-            for number in &named {
-                let rule = ColumnRule {
-                    unit: auxiliary(number).filter(|unit| !unit.is_empty()),
-                    ..ColumnRule::new(keys.key(number - 1), ColumnRole::Auxiliary)
-                };
-                add((number - 1, rule), &mut is_free);
-            }
-        }
-        for index in proposed.iter().map(|number| number - 1) {
-            let rule = ColumnRule::new(keys.key(index), ColumnRole::Gauge);
-            add((index, rule), &mut is_free);
-        }
-        if !proposed.is_empty() {
-            questions.push(Question::Gauges { proposed, has_loads });
+        let proposed = reports.iter().filter(may_be).map(|report| report.number);
+        let (gauges, rules) = gauges(head, proposed.take(GAUGE_LIMIT).collect());
+        guess.rules.extend(rules);
+        if !gauges.is_empty() {
+            questions.push(Question::Gauges { proposed: gauges, has_loads });
         }
     }
     guess.rules.sort_by_key(|(index, _)| *index);
     questions
+}
+
+/// Returns which of the proposed columns are gauges, with the rules of all: those with the name of an auxiliary channel are auxiliary.
+fn gauges(head: &Head, mut proposed: Vec<usize>) -> (Vec<usize>, Vec<(usize, ColumnRule)>) {
+    let keys = Header::of(head);
+    let auxiliary = |number: &usize| {
+        let unit = head.unit(number - 1);
+        let name = head.names.get(number - 1)?;
+        ColumnName::parse(name).auxiliary_unit(unit.as_deref())
+    };
+    let mut named: Vec<usize> = (proposed.iter().copied())
+        .filter(|number| auxiliary(number).is_some())
+        .take(AUXILIARY_LIMIT)
+        .collect();
+    // If all proposed columns are temperatures or voltages, they may be the gauges themselves.
+    if named.len() == proposed.len() {
+        named.clear();
+    }
+    proposed.retain(|number| !named.contains(number));
+    let channels = named.iter().map(|number| {
+        let rule = ColumnRule {
+            unit: auxiliary(number).filter(|unit| !unit.is_empty()),
+            ..ColumnRule::new(keys.key(number - 1), ColumnRole::Auxiliary)
+        };
+        (number - 1, rule)
+    });
+    let gauges = proposed
+        .iter()
+        .map(|number| (number - 1, ColumnRule::new(keys.key(number - 1), ColumnRole::Gauge)));
+    let rules = channels.chain(gauges).collect();
+    (proposed, rules)
 }
 
 fn may_be_gauge(report: &ColumnReport) -> bool {

@@ -26,22 +26,17 @@ pub struct ColumnReport {
     pub header: String,
     /// Name in the header, without a bracketed unit; empty without a header.
     pub name: String,
-    /// Unit in the header or the units row.
+    /// From the header or the units row.
     pub unit: Option<String>,
-    /// Kind of the cells.
     pub content: Content,
-    /// First cells.
     pub first: Vec<String>,
     /// Numbers at evenly spaced rows of the sample, for drawing.
     #[serde(skip)]
     pub outline: Vec<f32>,
-    /// Minimum.
     pub min: Option<f64>,
-    /// Maximum.
     pub max: Option<f64>,
     /// True if the numbers or dates increase at most steps and hardly ever decrease.
     pub runs_like_clock: bool,
-    /// Role in the map.
     pub is: ColumnRole,
 }
 
@@ -86,7 +81,6 @@ pub enum Content {
 }
 
 impl Content {
-    /// Returns the name for people.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -172,7 +166,7 @@ fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
         && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
 }
 
-/// Returns true if a column that the map ignores runs like a clock and does not only count rows.
+/// Returns true if an ignored column runs like a clock and does not only count rows.
 pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
     let reports = reports(table, head, &opened.sample(&table.text, head));
     let is_clock = |report: &ColumnReport| {

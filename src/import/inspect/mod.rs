@@ -1,7 +1,7 @@
 //! Inspection of a file before it is loaded, for making a column map in the window or by hand.
 //!
-//! Guarantees: only the start of a large file is read. The preview uses the same code as loading, so it never promises
-//! more than loading gives. A file that can be opened as text is always described.
+//! Guarantees: only the start of a large file is read. The preview uses the same code as loading, so it never promises more.
+//! A file that can be opened as text is always described.
 
 mod by_values;
 pub(super) mod columns;
@@ -86,7 +86,6 @@ pub struct TableReport {
     pub preview: Vec<Vec<String>>,
 }
 
-/// Length, format and number of rows.
 impl fmt::Display for TableReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (n_bytes, n_rows) = (self.file_bytes, self.about_rows);
@@ -129,16 +128,12 @@ pub struct RecordingReport {
     pub n_samples: usize,
     pub duration_secs: f64,
     pub rate_hz: Option<f64>,
-    /// Auxiliary channels with their ranges.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub auxiliary: Vec<String>,
 }
 
-/// Inspects a file.
-///
-/// # Errors
-/// [`ReadError`] if the file cannot be opened or is not text, or if `progress` is cancelled. Any other error is in
-/// [`Check::error`].
+/// Inspects a file. The error is [`ReadError`] if it cannot be opened, is not text, or `progress` is cancelled. Any other
+/// error is in [`Check::error`].
 pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
     let reading = Reading::start(progress, SAMPLE_BYTES);
     let parts = match known {
@@ -166,7 +161,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     Ok(Inspection { table, reference, map, questions, check })
 }
 
-/// Proposes a map from the names of a table, and from its values where the names are not sufficient.
+/// Proposes a map from the names of a table, and from its values where the names do not suffice.
 fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
     let Some(head) = opened.head(text) else {
         let table = TableMap { text: text.clone(), ..TableMap::default() };
@@ -184,9 +179,6 @@ fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Q
 }
 
 /// Returns the first of the maps that fits the file.
-///
-/// # Errors
-/// [`ReadError`] if the file cannot be opened, or if `progress` is cancelled.
 pub(super) fn map_for<'a>(
     path: &Path,
     maps: &'a [ColumnMap],
@@ -201,8 +193,8 @@ pub(super) fn map_for<'a>(
     Ok(maps.iter().find(is_for_it))
 }
 
-/// Returns true if a map fits a file: each name in the header is the same. Without a header, the number of columns and
-/// the detected layout must be the same, and the values must fit the roles.
+/// Returns true if a map fits a file: the names in the header are the same, or without a header the number of columns and
+/// the layout, and the values fit the roles.
 fn is_for(opened: &Opened, table: &TableMap) -> bool {
     let Some(head) = opened.head(&table.text) else {
         return false;

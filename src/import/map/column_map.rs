@@ -1,5 +1,3 @@
-//! Description of how a file, or a pair of files, becomes recordings.
-
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -9,17 +7,6 @@ use crate::import::map::weight::WeightMap;
 use crate::recording::{GroupPattern, Tare};
 
 /// Description of how a file, or a pair of files, becomes recordings.
-///
-/// | part | meaning |
-/// |---|---|
-/// | `table` | the file with the gauges |
-/// | `reference` | the file with the reference load, if it is a separate one |
-/// | `join` | how a reference with its own clock is evaluated at the times of the gauges |
-/// | `weight` | known weight whose load is computed from the pose of the sensor |
-/// | `tare` | subtracts the gauges' mean over an interval: `"auto"`, or `{ "interval": [from, to] }` in seconds |
-/// | `average_bursts_secs` | maximum step between gauge samples that are averaged into one; `None` averages none |
-/// | `gap_secs` | pause above which a recording ends; `None` derives it from the median step |
-/// | `group` | group of the recordings as a [`GroupPattern`]; `None` derives it from a group column, names, folders and files |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnMap {
@@ -40,17 +27,16 @@ pub struct ColumnMap {
     /// Weight whose load is computed from the pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<WeightMap>,
-    /// Taring of the gauges.
+    /// Taring of the gauges by their mean over an interval: `"auto"`, or `{ "interval": [from, to] }` in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
     /// Maximum step between successive gauge samples that are averaged into one (s).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub average_bursts_secs: Option<f64>,
-    /// Step in time above which a recording ends (s). The default is 20 median steps, but at least 0.2 s. If rows come in
-    /// bursts, it is 2 s, and a warning reports this.
+    /// Step above which a recording ends (s): by default 20 median steps, at least 0.2 s, or 2 s (reported) for rows in bursts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_secs: Option<f64>,
-    /// Group of the recordings; by default it is derived when they are loaded.
+    /// Group of the recordings; by default it is derived from a group column, names, folders and files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<GroupPattern>,
 }
@@ -59,8 +45,7 @@ pub struct ColumnMap {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceFile {
-    /// Path relative to the folder of the file with the gauges. `{stem}` stands for the name of that file without its
-    /// extension.
+    /// Path relative to the folder of the file with the gauges, whose name without extension replaces `{stem}`.
     pub file: String,
     /// Columns of the file: one `time` and at least one axis.
     pub table: TableMap,
@@ -72,8 +57,8 @@ pub struct ReferenceFile {
 pub struct Join {
     /// Value between two reference samples.
     pub method: JoinMethod,
-    /// Limit (s), by default 20 median steps of the reference. `interpolate`: longest step that is bridged. `nearest`:
-    /// largest distance of a sample. `hold`: largest age of a sample.
+    /// Limit (s), by default 20 median steps of the reference: longest step that `interpolate` bridges, largest distance of a
+    /// sample for `nearest`, largest age for `hold`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_secs: Option<f64>,
     /// Offset added to the reference's times (s), by default 0.

@@ -1,5 +1,3 @@
-//! Reasons why a column map cannot be used, one sentence each.
-
 use std::io;
 use std::path::PathBuf;
 
@@ -7,7 +5,7 @@ use crate::finding::{Advice, Way};
 use crate::import::map::role::{Attitude, ColumnRole};
 use crate::import::map::table::ColumnKey;
 
-/// Reason why a column map cannot be used for any recording.
+/// Reason why a column map cannot be used for any recording, as one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     #[error(
@@ -75,7 +73,6 @@ impl Advice for MapError {
     }
 }
 
-/// Reason why a file gives no column map.
 #[derive(Debug, thiserror::Error)]
 pub enum MapFileError {
     #[error("{}: cannot be read: {source}", path.display())]

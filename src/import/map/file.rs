@@ -1,7 +1,5 @@
-//! Column maps as JSON, short enough to be edited by hand.
-//!
-//! Guarantees: a map that is written reads back the same. A map that is read can be used, or the error names the part
-//! to change.
+//! Column maps as JSON, short enough to be edited by hand. A map that is written reads back the same. A map that is read
+//! can be used, or the error names the part to change.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -31,19 +29,13 @@ struct Start {
 
 impl ColumnMap {
     /// Reads and checks the map in a file.
-    ///
-    /// # Errors
-    /// [`MapFileError`] if the file cannot be read or its map cannot be used.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         let io_error = |source| MapFileError::Io { path: path.to_owned(), source };
         let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
         Self::from_json(&text).map_err(|source| MapFileError::Map { path: path.to_owned(), source })
     }
 
-    /// Parses and checks a map.
-    ///
-    /// # Errors
-    /// [`MapError`] if the text is not a map of a known version, or the map cannot be used.
+    /// Reads and checks a map in JSON.
     pub fn from_json(text: &[u8]) -> Result<Self, MapError> {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(MapError::NotAMap);
@@ -61,9 +53,6 @@ impl ColumnMap {
     }
 
     /// Writes the map as JSON, one line per column.
-    ///
-    /// # Errors
-    /// Errors of the writer.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
         self.serialize(&mut writer)?;
@@ -71,9 +60,6 @@ impl ColumnMap {
     }
 
     /// Checks the numbers and columns of the map, without a file.
-    ///
-    /// # Errors
-    /// [`MapError`] for the first part that is not valid.
     pub fn check(&self) -> Result<(), MapError> {
         self.table.check()?;
         if let Some(reference) = &self.reference {

@@ -1,7 +1,5 @@
-//! The index in a file of each column that a map names.
-//!
-//! Guarantees: a key is turned into an index only here. No two rules are for the same column, even if one uses the
-//! column's name and the other its number.
+//! The index in a file of each column that a map names. Keys are turned into indices only here, so no two rules are for one
+//! column, even if one uses the column's name and the other its number.
 
 use std::collections::HashMap;
 
@@ -54,7 +52,6 @@ impl<'a> Header<'a> {
         Self { names, places }
     }
 
-    /// Returns the header of a table in a file.
     pub(in crate::import) fn of(head: &'a Head) -> Self {
         Self::new(head.names.iter().map(String::as_str))
     }
@@ -67,10 +64,7 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Returns the index of the column that a key names.
-    ///
-    /// # Errors
-    /// [`KeyError`] if the key is a name that no column or more than one column has.
+    /// Returns the index of the column that a key names; an error if no column or more than one has the name.
     pub fn index(&self, key: &ColumnKey) -> Result<usize, KeyError> {
         match key {
             ColumnKey::Number(number) => Ok(number.saturating_sub(1)),
@@ -88,10 +82,8 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Returns the rules of a table with the indices of their columns, in file order.
-    ///
-    /// # Errors
-    /// [`KeyError`] if a rule's column does not exist, or another rule is for the same column.
+    /// Returns the rules of a table with the indices of their columns, in file order. The error is [`KeyError`] if a rule's
+    /// column does not exist, or has another rule.
     pub fn rules<'t>(&self, table: &'t TableMap) -> Result<Vec<(usize, &'t ColumnRule)>, KeyError> {
         let with_index = |rule: &'t ColumnRule| Ok((self.index(&rule.column)?, rule));
         let rules: Result<Vec<_>, _> = table.columns.iter().map(with_index).collect();

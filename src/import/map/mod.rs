@@ -1,8 +1,7 @@
 //! Column maps: the roles of a table's columns, chosen once by the user for all files of a kind.
 //!
-//! Guarantees: a [`ColumnMap`] holds everything that reading needs and nothing about a single file. So one map serves
-//! all files of the same [`Shape`]. Names of columns and choices of the user both become such a map, and only maps
-//! lead to recordings.
+//! Guarantees: a [`ColumnMap`] holds everything that reading needs and nothing about a single file, so one map serves all
+//! files of the same [`Shape`]. Names of columns and choices of the user become such a map, and only maps lead to recordings.
 
 mod column_map;
 mod error;

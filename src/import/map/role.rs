@@ -90,7 +90,7 @@ impl ColumnRole {
             .chain([Self::Mount])
     }
 
-    /// Returns the name in the file of a map.
+    /// Returns the name in map files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ignore => "ignore",
@@ -135,7 +135,6 @@ impl From<ColumnRole> for &'static str {
     }
 }
 
-/// A name that no role has.
 #[derive(Debug, thiserror::Error)]
 #[error("a column cannot be \"{name}\"; use one of: {known}")]
 pub struct UnknownRole {

@@ -80,9 +80,10 @@ pub struct ColumnRule {
     /// Name of a gauge or an auxiliary channel; by default the name in the header, or `S1`, `S2` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Unit of the values. A gauge may have any label, an auxiliary channel `degC`, `K`, `degF`, `V`, `mV`, `%` or any label.
-    /// A time has `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`, an angle `rad` or `deg`.
-    /// By default the unit in the header counts; without one it is derived from the values (times) or SI (loads, positions).
+    /// Unit of the values, by default that in the header, else derived from the values (times) or SI (loads, positions).
+    ///
+    /// A gauge or an auxiliary channel has any label (known: `degC`, `K`, `degF`, `V`, `mV`, `%`), an angle `rad` or `deg`,
+    /// and a time `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Factor of the values; -1 reverses the sign.
@@ -120,8 +121,7 @@ fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
 
-/// Key of a column: its number, counted from 1, or its name in the header.
-/// [`Header`](crate::import::map::Header) turns a key into an index.
+/// Number of a column, counted from 1, or its name; [`Header`](crate::import::map::Header) turns it into an index.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]

@@ -8,28 +8,19 @@ use crate::import::map::table::{ColumnRule, TableMap};
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
 /// Weight on a sensor whose pose is known. The reference load is computed from it, not measured.
-///
-/// | part | meaning |
-/// |---|---|
-/// | `mass_kg`, `centre_m` | the weight; not needed if each of the `mounts` gives them |
-/// | `mounts` | several weights, or several places for one |
-/// | `gravity` | acceleration of gravity in the world frame (m/s²), by default `[0, 0, -9.80665]`: z points up |
-/// | `angles` | convention of roll, pitch and yaw, if the pose has them |
-/// | `smoothing_secs` | time over which the pose is smoothed before its acceleration is computed |
-/// | `inertia` | true if the weight's own acceleration is part of its load |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeightMap {
-    /// Mass (kg).
+    /// Mass (kg); not needed if each of the `mounts` gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Centre of mass in the sensor's frame (m).
+    /// Centre of mass in the sensor's frame (m); not needed if each of the `mounts` gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
-    /// Weights that are selected by the `mount` column, or by the name of the file without one.
+    /// Several weights, or several places for one, selected by the `mount` column, or by the name of the file without one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mounts: Vec<Mount>,
-    /// Acceleration of gravity in the world frame (m/s²).
+    /// Acceleration of gravity in the world frame (m/s²), by default `[0, 0, -9.80665]`: z points up.
     pub gravity: [f64; 3],
     /// Convention of roll, pitch and yaw.
     pub angles: Angles,
@@ -53,16 +44,13 @@ impl Default for WeightMap {
     }
 }
 
-/// One of several weights, or one of several places for a weight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mount {
-    /// Name in the `mount` column or in the names of files.
+    /// Name in the `mount` column or in file names. Mass and centre are by default those of [`WeightMap`].
     pub name: String,
-    /// Mass (kg); by default that of [`WeightMap`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Centre of mass in the sensor's frame (m); by default that of [`WeightMap`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
 }
@@ -79,10 +67,7 @@ pub enum Angles {
 }
 
 impl Attitude {
-    /// Returns the representation that a table uses; `None` if the table has no pose.
-    ///
-    /// # Errors
-    /// [`MapError`] if columns are missing, or the table has two representations.
+    /// Returns the representation that a table uses; `None` without a pose, an error if columns are missing or two are mixed.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
         let begun = Attitude::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
@@ -125,11 +110,8 @@ impl WeightMap {
         }
     }
 
-    /// Checks that loads can be computed: the weight is known, and no column is a load. Neither is required for finding
-    /// the weight from a recording.
-    ///
-    /// # Errors
-    /// [`MapError`] for the part that is missing or redundant.
+    /// Checks that loads can be computed: the weight is known, and no column is a load. Neither is required for finding the
+    /// weight from a recording.
     pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
         let is_load = |rule: &&ColumnRule| matches!(rule.is, ColumnRole::Load(_));
         if let Some(rule) = table.columns.iter().find(is_load) {

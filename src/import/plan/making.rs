@@ -13,7 +13,7 @@ use crate::recording::Axis;
 use crate::recording::units;
 use crate::recording::units::TimeUnit;
 
-/// Returns the rules with the indices of their columns, in file order.
+/// Returns the rules in file order, with the indices of their columns.
 fn resolved<'a>(
     table: &'a TableMap,
     head: &Head,
@@ -45,7 +45,7 @@ pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,
-    /// Rules that this side reads, with the indices of their columns, in file order.
+    /// Rules that this side reads, in file order, with the indices of their columns.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
@@ -76,7 +76,6 @@ impl Making<'_> {
         }
     }
 
-    /// Returns the names of all columns, for a message about a missing one.
     fn all_names(&self) -> Vec<String> {
         if self.head.names.is_empty() {
             return vec![format!("{} columns without names", self.head.n_columns)];
@@ -84,7 +83,6 @@ impl Making<'_> {
         self.head.names.clone()
     }
 
-    /// Returns the name of a column in the header, without its unit.
     fn bare_name(&self, index: usize) -> Option<String> {
         self.head.name(index).map(|name| name.name)
     }
@@ -304,7 +302,6 @@ impl Making<'_> {
         }))
     }
 
-    /// Returns the factor from a column's numbers to rad or m.
     fn pose_factor(
         &self,
         part: PosePart,
@@ -348,7 +345,6 @@ impl Making<'_> {
         Ok(axes)
     }
 
-    /// Returns the factor from a column's numbers to SI units.
     fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, TableError> {
         let counted = self.counted_unit(axis);
         let in_preamble = || counted.map(|counted| counted.unit.clone());

@@ -1,7 +1,7 @@
 //! Plan for reading the columns of one file: a column map that was applied to the file and checked.
 //!
-//! Guarantees: there is exactly one source of time. A side with gauges has 1 to 64 of them; a side with a reference has
-//! at least one axis, each at most once. Every unit is known.
+//! Guarantees: there is exactly one source of time. A side with gauges has 1 to 64; a side with a reference has at least one
+//! axis, each at most once. Every unit is known.
 
 mod making;
 mod parts;
@@ -15,15 +15,13 @@ use crate::recording::Axis;
 use making::Making;
 pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 
-/// Use of each column of a file.
+/// Use of each column of a file; all lists are in file order.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     /// Line of the header, or of the first row.
     pub line: u64,
     pub text: TextLayout,
-    /// Uses of all columns, in file order.
     pub uses: Vec<Use>,
-    /// Names of all columns for messages.
     pub names: Vec<String>,
     /// Values that mark a missing value, for each column; empty if no column has any.
     pub dropouts: Vec<Vec<f64>>,
@@ -32,15 +30,12 @@ pub(super) struct Plan {
     pub since: i64,
     /// Index of the time column; without one, rows are counted.
     pub time_column: Option<usize>,
-    /// Names of the gauges, in file order.
     pub gauge_names: Vec<String>,
-    /// Units of the gauges, which may be any label; empty where there is none.
+    /// Any labels; empty where there is none.
     pub gauge_units: Vec<String>,
-    /// Names of the auxiliary channels, in file order.
     pub auxiliary_names: Vec<String>,
-    /// Units of the auxiliary channels; empty where none is known.
+    /// Empty where no unit is known.
     pub auxiliary_units: Vec<String>,
-    /// Load axes, in the order of [`Axis`].
     pub axes: Vec<Axis>,
     /// Pose, if the load is computed from it.
     pub pose: Option<PosePlan>,
@@ -59,23 +54,21 @@ impl Plan {
     }
 
     /// Returns true if [`Self::since`] is subtracted from this column.
+    #[inline]
     pub fn is_since_off(&self, index: usize) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
-        let date = self.uses.iter().position(is_date);
-        self.since != 0 && date.or(self.time_column) == Some(index)
+        // Asked for each cell of a file, and most times are not counted from long ago.
+        self.since != 0 && self.uses.iter().position(is_date).or(self.time_column) == Some(index)
     }
 
-    /// Returns the offset that is subtracted from the times in a column.
     pub fn since_of(&self, index: usize) -> i64 {
         i64::from(self.is_since_off(index)) * self.since
     }
 
-    /// Returns the name of a column for messages.
     pub fn column(&self, index: usize) -> NamedColumn {
         NamedColumn::new(index, &self.names[index])
     }
 
-    /// Returns the index of the group column.
     pub fn group_column(&self) -> Option<usize> {
         self.uses.iter().position(|usage| *usage == Use::Group)
     }
@@ -85,7 +78,6 @@ impl Plan {
         Some(format!("{} {value}", self.names[self.group_column()?]))
     }
 
-    /// Returns the number of pose values per row.
     pub fn pose_width(&self) -> usize {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }

@@ -36,7 +36,7 @@ pub(crate) enum Use {
     Status,
     /// Text that names the group of the row.
     Group,
-    /// Pose value with index `slot`; `factor` converts it to SI.
+    /// Pose value `slot`; `factor` converts it to SI.
     Pose {
         slot: usize,
         factor: f64,
@@ -48,7 +48,6 @@ pub(crate) enum Use {
 }
 
 impl Use {
-    /// Returns true if the cells are read as numbers.
     pub const fn is_number(self) -> bool {
         !matches!(self, Self::TimeText(_) | Self::Status | Self::Group | Self::Mount { .. })
     }
@@ -58,7 +57,6 @@ impl Use {
         matches!(self, Self::Time | Self::TimeText(_) | Self::TimeFraction { .. })
     }
 
-    /// Returns the factor by which numbers are multiplied.
     #[inline(always)]
     pub const fn factor(self) -> f64 {
         match self {
@@ -71,7 +69,6 @@ impl Use {
         }
     }
 
-    /// Returns the noun for the column in messages.
     pub fn noun(self) -> &'static str {
         match self {
             Self::Ignored | Self::Status | Self::Group | Self::Mount { .. } => "column",

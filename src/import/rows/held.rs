@@ -3,8 +3,7 @@
 use super::*;
 
 impl Rows {
-    /// Fills missing auxiliary values with the previous value of the channel, or the first one. A channel without any value
-    /// is removed, and this is reported.
+    /// Fills missing auxiliary values with the channel's previous or first value; reports and removes channels without any.
     pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
         let known = |channel: usize| {
@@ -31,8 +30,8 @@ impl Rows {
         }
     }
 
-    /// Reports the intervals in which a channel has no value. For a slow channel only intervals longer than a gap count,
-    /// since it has no value in every other row.
+    /// Reports the intervals in which a channel has no value. For a slow channel, whose values are not in every row, only
+    /// intervals longer than a gap count.
     fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
         let n_channels = plan.auxiliary_names.len();
         let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();

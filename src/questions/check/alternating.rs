@@ -7,13 +7,10 @@ use crate::shown::first_clauses;
 
 /// Share of turning points above which a gauge alternates: halfway between independent noise (2/3) and strict alternation (1).
 const ALTERNATES: f64 = 5.0 / 6.0;
-/// Minimum number of samples. The share of independent noise has the variance 16 / (90 n), so with this number of samples it
-/// stays below the limit by five standard deviations.
+/// Minimum number of samples: the share of noise (variance 16 / (90 n)) is then five standard deviations below the limit.
 const FEWEST_SAMPLES: usize = 160;
-/// Maximum number of gauges named in the finding.
 const NAMED: usize = 6;
 
-/// Returns a finding on the gauges that alternate in any of the recordings.
 pub(super) fn finding(recordings: &[&Recording]) -> Option<Finding> {
     let alternates = |recording: &&Recording| {
         let n_gauges = recording.gauge_names().len();
@@ -55,7 +52,6 @@ mod tests {
         turning_share((0..2000).map(|k| value(k, &mut random))).expect("enough samples")
     }
 
-    /// Two channels share one column, under a slow load and noise.
     #[test]
     fn multiplexed_channels_alternate() {
         let of = |k: usize, random: &mut Random| {

@@ -1,7 +1,4 @@
-//! Findings on a fit that its scores do not show, each with its figure and the remedy: properties of the sensor that the recordings
-//! do not determine.
-//!
-//! The findings are determined once; window, command line and report show the same list.
+//! Findings on a fit that its scores do not show: properties of the sensor that the recordings do not determine.
 
 use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -26,8 +23,7 @@ pub(crate) const STANDS_STILL: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
-/// Returns the findings on a fit to these recordings. For an applied calibration, only those of the test recordings are
-/// returned.
+/// Returns the findings on a fit to these recordings; for an applied calibration, only those of its test recordings.
 ///
 /// # Errors
 /// [`AnalysisError`] if there are no recordings.
@@ -51,7 +47,6 @@ pub fn findings(
 }
 
 impl Dataset {
-    /// See [`findings`].
     pub(crate) fn findings(&self, calibration: &Calibration, fitted: bool) -> Vec<Finding> {
         let mut found = Vec::new();
         if in_role(&self.entries, Role::Test).is_empty() {
@@ -100,7 +95,7 @@ impl Dataset {
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
     }
 
-    /// Returns the largest radius of a play operator whose state is unknown in too many of a group's samples.
+    /// Returns the finding of the largest play radius whose state is unknown in too many of a group's samples.
     fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
         let used = calibration.features.blocks.used();
         let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
@@ -142,7 +137,7 @@ impl Dataset {
         unused.chain(self.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
     }
 
-    /// Returns auxiliary channels of applied recordings with values beyond those of the training.
+    /// Returns the finding of auxiliary channels whose values lie beyond those of the training.
     fn auxiliary_beyond(&self, calibration: &Calibration, fitted: bool) -> Option<Finding> {
         let shown = self.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
         let beyond = shown.flat_map(|entry| calibration.auxiliary_beyond(&entry.recording));
@@ -175,7 +170,6 @@ impl Dataset {
         (!names.is_empty()).then_some(found)
     }
 
-    /// Returns the reasons why requested auxiliary channels are not used.
     fn auxiliary_unused(&self, calibration: &Calibration) -> Option<Finding> {
         if calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
@@ -285,7 +279,7 @@ mod tests {
     use crate::recording::simulated::{Late, late_set};
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
-    /// Returns the findings on a fit to recordings with these names and loads on two axes; a `t` in the name puts one into the test role.
+    /// Returns the findings on a fit to recordings with these names and loads on two axes; `t` in a name means the test role.
     fn of(recordings: &[(&str, Vec<[f64; 2]>)], features: FeatureSettings) -> Vec<Finding> {
         let mut set = RecordingSet::default();
         for (name, loads) in recordings {

@@ -18,8 +18,8 @@ const STARTS: usize = 8;
 const HALVINGS: i32 = 6;
 
 impl Dataset {
-    /// Returns how long after a cold start the calibration errs more than the conventional one. The training recordings are
-    /// started anew at several samples each, as a robot that is switched on under load.
+    /// Returns how long (s) after a cold start the calibration errs more than the conventional one. The training recordings are
+    /// started anew at several samples each, like a robot that is switched on under load.
     ///
     /// # Errors
     /// [`AnalysisError`] if the calibration cannot be applied.
@@ -71,9 +71,7 @@ impl Dataset {
 /// Asks how long after a cold start a fitted calibration errs more than the conventional one.
 #[derive(Clone, Debug)]
 pub struct AskColdStart {
-    /// The request that the calibration answers.
     pub request: Request,
-    /// The fitted calibration.
     pub calibration: Arc<Calibration>,
 }
 

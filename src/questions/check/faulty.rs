@@ -10,18 +10,14 @@ use crate::recording::{Entry, Recording, RecordingSet, ValidRange};
 use crate::same::same_where;
 use crate::scoring::faults::Faults;
 
-/// Request for the faults of recordings.
 #[derive(Clone, Debug)]
 pub struct FindFaults {
-    /// Recordings.
     pub recordings: Arc<RecordingSet>,
     /// Known limits of the sensor.
     pub range: ValidRange,
-    /// Cache that is shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
 
-/// Faults of one recording, as they are shown.
 #[derive(Debug)]
 pub struct FaultyRecording {
     /// Number of samples that cannot be used.
@@ -45,7 +41,6 @@ impl FaultyRecording {
 }
 
 impl FindFaults {
-    /// Returns the faults of a request's recordings.
     pub fn of(request: &Request, range: ValidRange) -> Self {
         let recordings = Arc::clone(&request.recordings);
         Self { recordings, range, datasets: request.datasets.clone() }
@@ -55,7 +50,6 @@ impl FindFaults {
 same_where!(FindFaults: shared(recordings) value(range) besides(datasets));
 
 impl Query for FindFaults {
-    /// Faults in the order of the recordings.
     type Answer = Vec<Arc<FaultyRecording>>;
     type Cache = ();
 

@@ -1,6 +1,4 @@
-//! Result of a check: verdict, findings, loads reached, errors, and the loads to record next.
-//!
-//! A figure that the data do not determine is missing. A verdict is always shown with its reasons.
+//! Result of a check. A figure that the data do not determine is missing.
 
 use serde::Serialize;
 
@@ -9,7 +7,6 @@ use crate::questions::check::rig::RigReport;
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 
-/// Result of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {
     /// Gravest severity of the reasons.
@@ -18,19 +15,15 @@ pub struct Sufficiency {
     pub summary: String,
     /// Findings: faults of recordings first, then by severity, then by cost.
     pub reasons: Vec<Finding>,
-    /// Training samples.
     pub n_samples: u64,
     /// Number of different loads; with features of the past, number of changes of the load.
     pub load_cases: usize,
-    /// Coefficients of an axis.
     pub coefficients: usize,
     /// Number of coefficients that the ridge leaves free, on the axis with most.
     pub free_coefficients: f64,
-    /// Number of independent features.
     pub rank: usize,
     /// Condition number of the design.
     pub condition: Option<f64>,
-    /// Loads and errors of each axis.
     pub axes: Vec<AxisReach>,
     /// Faulty channels of each training recording, in words.
     pub faults: Vec<String>,
@@ -40,14 +33,12 @@ pub struct Sufficiency {
     pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording.
     pub rig: RigReport,
-    /// Loads for which the calibration is shown to hold, and what the recordings do not cover.
+    /// Loads for which the calibration is shown to hold, and conditions that the recordings do not cover.
     pub holds_for: String,
 }
 
-/// Training loads and errors of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisReach {
-    /// Axis.
     pub axis: Axis,
     /// Smallest training load (N, N·m).
     pub low: f64,
@@ -59,19 +50,15 @@ pub struct AxisReach {
     pub rated: bool,
     /// Range of expected loads: the rated range, else the recorded one.
     pub region: (f64, f64),
-    /// Standard deviation of the training loads.
     pub deviation: f64,
     /// Variance of the load over the part that does not follow from the other axes; 1 if the axis moves independently.
     pub inflation: Option<f64>,
-    /// RMSE on the training samples.
     pub train_rmse: Option<f64>,
-    /// RMSE by cross-validation.
     pub left_out_rmse: Option<f64>,
     /// Axis with the largest correlation of training loads, and the correlation.
     pub moves_with: Option<(Axis, f64)>,
 }
 
-/// Load to record next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextLoad {
     /// Load on each axis (N, N·m).
@@ -80,7 +67,7 @@ pub struct NextLoad {
     pub how: Option<String>,
     /// Increase of the logarithm of the determinant of the design.
     pub gain: f64,
-    /// Remaining share of the variance of predictions, with this load and those before it.
+    /// Remaining share of the variance of predictions, with this load and the loads before it.
     pub variance_left: f64,
 }
 
@@ -92,7 +79,6 @@ impl Sufficiency {
         self.reasons.iter().map(move |own| own.text(face)).chain(summary)
     }
 
-    /// Returns rank and condition of the design in words.
     pub fn rank_in_words(&self) -> String {
         let rank = format!("Rank {} of {} features", self.rank, self.coefficients);
         let rank = match self.rank < self.coefficients {

@@ -3,12 +3,11 @@
 use crate::finding::{Finding, Id, Verdict};
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::load_count::LoadCount;
-use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
 
-/// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads per coefficient
-/// it is five by the count alone.
+/// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads
+/// per coefficient the ratio is five by the count alone.
 const RATIO_FAILS: f64 = 5.0;
 /// Minimum held-out error for a finding, as a share of full scale.
 const ERROR_MATTERS: f64 = 0.01;
@@ -16,6 +15,8 @@ const ERROR_MATTERS: f64 = 0.01;
 const NO_BETTER: f64 = 0.9;
 /// Minimum ratio of a load's variance to the part that does not follow from the other axes, for axes that move together.
 const INFLATION: f64 = 5.0;
+/// The same for axes that the loads do not separate: two axes with a correlation of 0.999.
+const SAME: f64 = 500.0;
 /// Share of a rated load that the training loads have to reach.
 const REACHED: f64 = 0.8;
 /// Share of the larger side below which the other side of an axis counts as not loaded.
@@ -25,7 +26,7 @@ use Verdict::{Doubtful, Enough, Insufficient};
 
 impl Sufficiency {
     /// Adds the findings that follow from its figures, puts all in order, and sets the verdict.
-    pub fn judged(mut self, spread: &LoadSpread, cross_validation: Option<&str>) -> Self {
+    pub fn judged(mut self, cross_validation: Option<&str>) -> Self {
         let count = LoadCount {
             cases: self.load_cases,
             coefficients: self.coefficients,
@@ -45,7 +46,7 @@ impl Sufficiency {
         found.extend(cross_validation.and_then(|by| self.larger_left_out(by)));
         found.extend(self.axes.iter().filter_map(AxisReach::one_sided));
         found.extend(self.axes.iter().filter_map(AxisReach::not_reached));
-        found.extend(self.few_directions(spread).or_else(|| self.move_together()));
+        found.extend(self.move_together());
         self.verdict = found.iter().map(|own| own.severity).max().unwrap_or(Enough);
         self.reasons = Finding::ordered(found);
         self
@@ -71,7 +72,7 @@ impl Sufficiency {
             .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
     }
 
-    /// Returns the axes whose held-out errors are many times those of the fit, with the largest ratio.
+    /// Returns the finding of held-out errors that are many times those of the fit, with the largest ratio.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
         let times = self.left_out(false).filter_map(|(own, error)| {
             let least = 1e-9 * own.deviation;
@@ -98,23 +99,7 @@ impl Sufficiency {
         Some(found.costing(error / own.full_scale))
     }
 
-    /// Returns the finding that the loads move in fewer directions than axes.
-    fn few_directions(&self, spread: &LoadSpread) -> Option<Finding> {
-        let (n_moving, n) = (spread.n_moving(), spread.n_directions);
-        let (direction, deviation) = spread.stiffest.as_ref().filter(|_| n < n_moving)?;
-        let terms = direction.iter().zip(&self.axes).filter(|(part, _)| part.abs() > 0.2);
-        let terms: Vec<String> =
-            terms.map(|(part, own)| format!("{part:+.2} {}", own.axis.symbol())).collect();
-        let seen = format!("the loads of {n_moving} axes move in {n} independent directions only");
-        let figures = format!(
-            "along {}, each axis in its standard deviations, by {} of what an axis does",
-            terms.join(" "),
-            percent(*deviation),
-        );
-        Some(Finding::new(Id::FewDirections, Insufficient, seen).with(figures))
-    }
-
-    /// Returns the axes whose loads mostly follow from those of the others.
+    /// Returns the finding of axes whose loads mostly follow from those of the others.
     fn move_together(&self) -> Option<Finding> {
         let tied = |own: &&AxisReach| own.inflation.is_some_and(|own| own >= INFLATION);
         let tied: Vec<&AxisReach> = self.axes.iter().filter(tied).collect();
@@ -126,7 +111,9 @@ impl Sufficiency {
             })
             .unzip();
         let seen = format!("{} follow from the loads on other axes", symbols.join(", "));
-        let found = Finding::new(Id::MovesTogether, Doubtful, seen).with(figures.join("; "));
+        let is_same = tied.iter().any(|own| own.inflation >= Some(SAME));
+        let severity = if is_same { Insufficient } else { Doubtful };
+        let found = Finding::new(Id::MovesTogether, severity, seen).with(figures.join("; "));
         (!symbols.is_empty()).then_some(found)
     }
 }
@@ -136,7 +123,6 @@ impl AxisReach {
         format!("{} {}", significant(value, 3), self.axis.unit())
     }
 
-    /// Returns the finding that an axis with a rated load was loaded in one direction only.
     fn one_sided(&self) -> Option<Finding> {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
         let (some, other) = (up.max(down), up.min(down));
@@ -154,7 +140,6 @@ impl AxisReach {
         })
     }
 
-    /// Returns the finding that a rated load was not reached.
     fn not_reached(&self) -> Option<Finding> {
         if !self.rated || self.full_scale <= 0.0 || self.deviation == 0.0 {
             return None;

@@ -5,26 +5,23 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
 
-/// Number of load cases per free coefficient below which errors on new loads are five times those of the fit, by the count alone.
+/// Number of load cases per free coefficient below which errors on new loads are, by count alone, five times those of the fit.
 const FEWEST_CASES: f64 = 1.25;
-/// Number of load cases per free coefficient below which these errors are twice those of the fit.
+/// Number of load cases per free coefficient below which errors on new loads are twice those of the fit.
 const FEW_CASES: f64 = 2.0;
 /// Ratio of errors above which the expected ratio is not given.
 const TIMES: f64 = 100.0;
 
-/// Load cases and coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadCount {
     /// Number of different loads; with features of the past, number of changes of the load.
     pub cases: usize,
-    /// Number of coefficients of an axis.
     pub coefficients: usize,
     /// Number of coefficients that the ridge leaves free, on the axis with most.
     pub free: f64,
 }
 
 impl LoadCount {
-    /// Returns the count of a fit.
     pub fn of(calibration: &Calibration, coverage: &Coverage) -> Self {
         let columns = calibration.columns();
         let coefficients = columns.len();
@@ -32,7 +29,6 @@ impl LoadCount {
         Self { cases: coverage.n_cases(&columns), coefficients, free }
     }
 
-    /// Returns the count in words.
     pub fn words(&self) -> String {
         let Self { cases, coefficients, .. } = self;
         let few = self.free.ceil();
@@ -44,7 +40,6 @@ impl LoadCount {
         format!("{coefficients} coefficients an axis{free} from {cases} load case{s}")
     }
 
-    /// Returns the finding that there are too few loads.
     pub fn finding(&self) -> Option<Finding> {
         let (n, p) = (self.cases as f64, self.free);
         if n > p.ceil() && n >= FEW_CASES * p {

@@ -1,10 +1,10 @@
 //! Check of the recordings: faults of the rig, and whether the loads determine the model.
 
 mod alternating;
-pub mod cautions;
-pub mod cold_start;
-pub mod faulty;
-pub mod independent_loads;
+pub(crate) mod cautions;
+pub(crate) mod cold_start;
+pub(crate) mod faulty;
+pub(crate) mod independent_loads;
 mod judgement;
 pub(crate) mod load_count;
 pub mod query;

@@ -27,7 +27,6 @@ use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::first_clauses;
 
-/// Number of loads that are proposed.
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults that are named.
 const FAULTY: usize = 3;
@@ -176,7 +175,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         holds_for: shown_for(&axes, training.len(), how.as_deref(), &not_covered),
         axes,
     };
-    Ok(found.judged(&spread, how.as_deref()))
+    Ok(found.judged(how.as_deref()))
 }
 
 /// Returns the faulty channels of each training recording in words, and the share of faulty samples.
@@ -195,7 +194,7 @@ fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), 
     Ok((words, spoiled as f64 / n.max(1) as f64))
 }
 
-/// Returns the loads for which the calibration is shown to hold, and what the recordings do not cover.
+/// Returns a text: the loads for which the calibration is shown to hold, and the conditions that the recordings do not cover.
 fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str) -> String {
     let axis = |own: &AxisReach| {
         let [low, high] = [own.low, own.high].map(|end| significant(end, 3));
@@ -244,7 +243,6 @@ fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) 
 }
 
 impl Dataset {
-    /// Returns findings about load programmes.
     fn of_programmes(&self, n_axes: usize) -> Vec<Finding> {
         let training = in_role(&self.entries, Role::Train);
         let mut found = Vec::new();
@@ -275,10 +273,8 @@ struct Proposing<'a> {
     rig: Option<&'a RigReport>,
 }
 
-/// Loads to record next.
 struct Proposals {
     next: Vec<NextLoad>,
-    /// Method by which they were chosen, or the reason why there are none.
     note: String,
     /// Finding about axes that no proposed load reaches.
     unreached: Option<Finding>,
@@ -381,7 +377,7 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     loads
 }
 
-/// Returns the loads that masses on arms make, with gravity along the axes or between them, within the largest load of each axis.
+/// Returns the loads of masses on arms, with gravity along the axes or between them, up to the largest load of each axis.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
     let ways = steps
@@ -604,7 +600,7 @@ mod tests {
             &|k| [1.0, 2.0, -0.5].map(|slope| slope * load(k) + 0.01 * noise(k, 1)),
             &|k| [load(k), 0.1 * load(k)],
         );
-        assert_eq!(worst(&hung), [Id::FewDirections], "{:#?}", hung.reasons);
+        assert_eq!(worst(&hung), [Id::MovesTogether], "{:#?}", hung.reasons);
         assert_eq!(hung.axes[0].moves_with, Some((Axis::My, 1.0)));
         let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| [load(k), load(k + 40)]);
         for found in [&zero, &single, &unlike, &hung, &dead] {

@@ -28,18 +28,16 @@ const UNITS: [(f64, &str); 6] = [
 ];
 /// Maximum relative deviation of a factor from that of a unit, or from −1.
 const NEAR: f64 = 0.03;
-/// Maximum number of named columns that are no gauges.
 const NAMED: usize = 6;
 /// Colours of gauges (Okabe and Ito 2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
 /// Minimum share of the squared error that a reported lag explains: without the lag the error is a tenth smaller (√0.8).
 const LAG_SHARE: f64 = 0.2;
-/// The same for less than half of the gauges. Hysteresis alone reaches 0.3 on single gauges.
+/// [`LAG_SHARE`] where less than half of the gauges lag: hysteresis alone reaches 0.3 on single gauges.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
 /// Smallest lag that is reported, in samples. Lags are measured to a tenth of a sample, so this is two errors.
 const SMALLEST_LAG: f64 = 0.2;
-/// Smallest difference of lags that is reported, in samples.
 const LAG_SAMPLES: f64 = 0.2;
 /// Number of samples beyond which lags are measured on the first recordings only.
 const LAG_LONGEST: usize = 200_000;
@@ -108,7 +106,7 @@ impl RigReport {
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
     }
 
-    /// Returns the table of the gauges' response to loads.
+    /// Returns the value of each gauge under a load by its linear response, in the gauge's unit.
     pub fn gauges_under(&self, load: impl Fn(Axis) -> f64) -> Vec<f64> {
         let of_gauge = |(zero, slopes, _): &(f64, Vec<f64>, f64)| {
             let parts = slopes.iter().zip(&self.axes).map(|(slope, axis)| slope * load(*axis));
@@ -304,7 +302,7 @@ impl Contradiction {
     }
 }
 
-/// Returns the recordings that contain the same gauges and loads.
+/// Returns the finding of recordings that contain the same gauges and loads.
 pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
     let mut pairs = Vec::new();

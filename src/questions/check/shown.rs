@@ -8,7 +8,6 @@ fn share(share: f64) -> Cell {
     Cell::number(share, percent(share))
 }
 
-/// Returns the tables that have rows, in reading order.
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
     let tables = [axes(of), next(of)];
     of.rig.tables().into_iter().chain(tables).filter(|table| !table.rows.is_empty()).collect()

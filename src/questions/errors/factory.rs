@@ -30,7 +30,6 @@ pub fn read_factory(
     Ok(calibration)
 }
 
-/// Loads that the factory calibration computes, for all recordings.
 #[derive(Debug)]
 pub(crate) struct Factory {
     /// Loads of each recording, `n × n_axes` row-major with the axes of the factory calibration.
@@ -41,7 +40,6 @@ pub(crate) struct Factory {
 }
 
 impl Factory {
-    /// Applies the factory matrix to every recording.
     pub fn new(calibration: &Calibration, entries: &[Entry]) -> Result<Self, CalibrationError> {
         for entry in entries {
             calibration.check_gauges(&entry.recording)?;
@@ -69,7 +67,6 @@ impl Factory {
         self.axes.iter().position(|own| *own == axis)
     }
 
-    /// Returns the tared load of one axis of a recording.
     pub fn load(&self, recording: usize, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
         let column = self.column(axis)?;
         let offset = self.offsets[column];
@@ -96,7 +93,6 @@ impl Factory {
         Some(sums)
     }
 
-    /// Returns the errors on these axes.
     pub fn scores(&self, entries: &[Entry], axes: &[Axis]) -> FactoryScores {
         let rmse = |role: Role| {
             let axes = axes.iter().map(|axis| {

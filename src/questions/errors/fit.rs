@@ -22,7 +22,6 @@ use crate::scoring::part_squares::PartSquares;
 /// Maximum size of the sums that are kept for the next thresholds (bytes).
 const MOST_KEPT_BYTES: usize = 1 << 26;
 
-/// Sums of all recordings on the columns of one design.
 pub(crate) struct Sums {
     /// Sums by recording and piece.
     pub of_recordings: Vec<Vec<NormalEquations>>,
@@ -35,11 +34,8 @@ pub(crate) struct Sums {
     pub cold: Option<Vec<NormalEquations>>,
 }
 
-/// Results of a linear fit beside the calibration.
 pub(crate) struct LinearFit {
-    /// Errors of each recording.
     pub errors: Vec<Option<Errors>>,
-    /// Ridge shares of each axis.
     pub shares: Vec<Vec<f64>>,
     /// Squared errors of each part by fits without it; `None` if the other parts do not determine a fit.
     pub left_out: Option<PartSquares>,
@@ -134,8 +130,7 @@ impl Dataset {
         sums
     }
 
-    /// Returns the training sums by recording; `None` for a single recording. Blocks of one recording are too similar to
-    /// choose the strength of a ridge.
+    /// Returns the training sums by recording; `None` for a single one, whose blocks are too similar to choose a ridge.
     pub fn recordings_left_out(
         &self,
         sums: &[Vec<NormalEquations>],
@@ -166,7 +161,6 @@ impl Dataset {
         Ok(self.fit_sums(ridge, &sums, calibration))
     }
 
-    /// Fits like [`Self::fit`], to existing sums.
     pub fn fit_sums(
         &self,
         ridge: RidgeChoice,
@@ -257,7 +251,6 @@ fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     free.max_by(f64::total_cmp)
 }
 
-/// Result of choosing the ridge.
 struct Chosen {
     /// Weakest nonzero strength for each axis.
     strengths: Vec<f64>,
@@ -283,10 +276,8 @@ impl Chosen {
         }
     }
 
-    /// Chooses one strength for all blocks.
     fn alike(left_out: &LeftOut<'_>, ridge: RidgeChoice) -> Self {
         let (strengths, squares) = match ridge {
-            // With a given strength, the errors are computed only if they are shown.
             RidgeChoice::Strength(strength) => (vec![strength; left_out.total.n_targets()], None),
             RidgeChoice::Auto | RidgeChoice::ByBlock => left_out.with_ridge(ridge),
         };
@@ -342,8 +333,7 @@ mod tests {
     use crate::random::Random;
     use crate::recording::{Axis, Entry, GroupedBy, Recording, RecordingSet, Role, Source};
 
-    /// `n` samples of three gauges in every recording. The last gauge moves only in the recordings listed in `moves`, and is
-    /// 0.7 in the others.
+    /// `n` samples of three gauges in every recording. The last gauge is 0.7 except in the recordings listed in `moves`.
     fn recordings(lengths: &[usize], moves: &[usize]) -> Vec<Arc<Recording>> {
         let of_length = |(at, &n): (usize, &usize)| {
             let mut random = Random::new(5, &[at as u64]);
@@ -368,7 +358,6 @@ mod tests {
         lengths.iter().enumerate().map(of_length).collect()
     }
 
-    /// Returns the fit to all recordings except `tested`.
     fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
         let is_tested = |at: usize| Some(at) == tested;
         fitted_in_groups(recordings, &is_tested, &vec![None; recordings.len()])
@@ -431,7 +420,6 @@ mod tests {
         assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
     }
 
-    /// Expected errors come from a fit to the other groups for each group.
     #[test]
     fn errors_of_left_out_groups_are_those_of_fits_without_them() {
         let recordings = recordings(&[60, 50, 70, 40, 55], &[0, 1, 2, 3, 4]);

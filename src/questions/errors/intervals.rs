@@ -50,9 +50,8 @@ impl OnScreen {
     }
 }
 
-/// Returns the samples of every recording from `from_secs` to `to_secs` on the recording's own clock.
-///
-/// `decimation` is that of the fit. Recordings without a sample in this interval are left out.
+/// Returns the samples of every recording from `from_secs` to `to_secs` on the recording's own clock, decimated like the fit.
+/// Recordings without a sample in this interval are left out.
 pub fn intervals_within<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     decimation: usize,
@@ -76,8 +75,7 @@ mod tests {
     use crate::questions::errors::view::View;
     use crate::recording::simulated;
 
-    /// The time of the panes and the clock of the first recording both begin at zero, so both intervals choose the same
-    /// samples of it. The panes show the second recording after the first.
+    /// The panes' time and the first recording's clock both begin at zero. The second recording follows the first in the panes.
     #[test]
     fn visible_samples_are_counted_within_each_recording() {
         let set = simulated::recordings(1);

@@ -8,7 +8,7 @@ pub mod query;
 pub(crate) mod shown;
 pub(crate) mod trace_values;
 pub(crate) mod traces;
-pub mod view;
+pub(crate) mod view;
 
 pub use shown::errors;
 pub(crate) use shown::factory_note;

@@ -63,7 +63,6 @@ pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, Analy
 #[derive(Debug, Default)]
 pub struct Analyst {
     data: Option<Arc<Dataset>>,
-    /// Loads of the factory calibration on the cached data.
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
     /// A subset of the cached data for previews, if there are many samples.
@@ -111,7 +110,6 @@ impl Analyst {
         self.exactly(&data, request, start, progress)
     }
 
-    /// Returns the analysis of all samples.
     fn exactly(
         &mut self,
         data: &Dataset,
@@ -192,7 +190,6 @@ impl Analyst {
         })
     }
 
-    /// Returns the data of a request, and drops the data of other requests.
     fn data(
         &mut self,
         request: &Request,
@@ -238,7 +235,6 @@ impl Analyst {
     }
 }
 
-/// Returns the result of every recording.
 pub(crate) fn results(
     data: &Dataset,
     past: &[Past],

@@ -10,12 +10,10 @@ use crate::panicked::locked;
 use crate::recording::Recording;
 use crate::scoring::series::Values;
 
-/// Position of one recording in the traces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// Index of the recording in the set.
     pub recording: usize,
-    /// Name of the recording.
     pub name: String,
     /// Samples of the recording, counted over the traces.
     pub samples: Range<usize>,
@@ -26,9 +24,7 @@ pub struct Segment {
 /// A row-major table of one recording.
 #[derive(Clone, Debug)]
 pub(crate) enum Table {
-    /// Reference loads.
     Reference(Arc<Recording>),
-    /// Computed loads.
     Loads(Arc<Vec<f64>>),
 }
 
@@ -103,7 +99,6 @@ type Block = Arc<[f64]>;
 /// Loads of more samples than can be kept. The newest blocks are kept, others are computed when needed.
 pub(crate) struct Made {
     segments: Arc<[Segment]>,
-    /// Source of the loads of each segment.
     recordings: Vec<Arc<Recording>>,
     calibration: Calibration,
     design: Design,
@@ -118,7 +113,6 @@ impl fmt::Debug for Made {
     }
 }
 
-/// One axis of computed loads.
 #[derive(Debug)]
 pub(crate) struct MadeAxis {
     pub made: Arc<Made>,

@@ -18,31 +18,23 @@ use crate::scoring::Series;
 use crate::scoring::numbers::significant;
 use crate::scoring::series::Values;
 
-/// Traces of one axis.
 #[derive(Clone, Debug)]
 pub struct AxisTraces {
-    /// The axis.
     pub axis: Axis,
     /// Reference load; `None` if one of the recordings has none for this axis.
     pub calculated: Option<Arc<Series>>,
-    /// Uncompensated load.
     pub conventional: Arc<Series>,
-    /// Compensated load.
     pub compensated: Arc<Series>,
-    /// Error of the uncompensated load.
     pub conventional_error: Option<Arc<Series>>,
-    /// Error of the compensated load.
     pub compensated_error: Option<Arc<Series>>,
     /// Load by the factory calibration, if there is one with this axis.
     pub factory: Option<Arc<Series>>,
-    /// Error of the factory calibration's load.
     pub factory_error: Option<Arc<Series>>,
     /// Compensated load minus and plus two standard deviations, for regressors that know them.
     pub band: Option<[Arc<Series>; 2]>,
 }
 
 impl AxisTraces {
-    /// Returns one of the loads, if it exists.
     pub fn load(&self, trace: Trace) -> Option<&Arc<Series>> {
         match trace {
             Trace::Calculated => self.calculated.as_ref(),
@@ -52,7 +44,6 @@ impl AxisTraces {
         }
     }
 
-    /// Returns the error of a load.
     pub fn error(&self, trace: Trace) -> Option<&Arc<Series>> {
         match trace {
             Trace::Calculated => None,
@@ -63,10 +54,8 @@ impl AxisTraces {
     }
 }
 
-/// All traces over time.
 #[derive(Clone, Debug)]
 pub struct TraceSet {
-    /// Recordings that are shown.
     pub view: View,
     /// Recordings in the order of time.
     pub segments: Arc<[Segment]>,
@@ -80,7 +69,6 @@ pub struct TraceSet {
     each: usize,
     /// Intervals without a past sample, if there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
-    /// One entry per axis of the calibration.
     pub axes: Vec<AxisTraces>,
     /// Thresholds that chose the past samples; `None` without a look-back.
     pub thresholds: Option<Thresholds>,
@@ -91,7 +79,6 @@ pub struct TraceSet {
 }
 
 impl TraceSet {
-    /// Returns the label of the time axis.
     pub fn across(&self) -> &'static str {
         match self.is_static {
             true => "row",
@@ -108,14 +95,12 @@ impl TraceSet {
         }
     }
 
-    /// Returns the segment of sample `k`.
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
         let at = self.segments.partition_point(|segment| segment.samples.end <= k);
         self.segments.get(at)
     }
 
-    /// Returns the past sample of sample `k` by the first look-back, counted over the traces; without a look-back, `k`
-    /// itself.
+    /// Returns the past sample of sample `k` by the first look-back, counted over the traces; `k` if there is none.
     pub fn past_of(&self, k: usize) -> usize {
         let past = self.segment_of(k).and_then(|segment| {
             let first = segment.samples.start;
@@ -127,7 +112,6 @@ impl TraceSet {
         past.unwrap_or(k)
     }
 
-    /// Returns the sample nearest in time.
     pub fn sample_at(&self, time: f64) -> Option<usize> {
         let after = self.times.partition_point(|t| *t < time);
         let nearest = match after {
@@ -351,8 +335,7 @@ impl FixedTraces {
         Ok(self.with_moving(moving, calibration, past, 1))
     }
 
-    /// Adds the traces like [`Self::with_past`], from every `each`-th sample of each recording, which represents the samples
-    /// after it.
+    /// Adds the traces from every `each`-th sample of each recording, which represents the samples after it.
     pub(crate) fn preview(
         &self,
         thinned: &Dataset,
@@ -433,14 +416,12 @@ impl FixedTraces {
     }
 }
 
-/// Traces of an axis that depend on past samples.
 struct Moving {
     compensated: Arc<Series>,
     error: Option<Arc<Series>>,
     band: Option<[Arc<Series>; 2]>,
 }
 
-/// Columns of tables of loads.
 fn tables(
     n_axes: usize,
     tables: impl Iterator<Item = Table> + Clone,

@@ -1,5 +1,4 @@
-//! Limits that a calibration must keep: a maximum of the expected error, the RMSE and the loop width, for all axes or for
-//! each.
+//! Limits that a calibration must keep: a maximum of the expected error, the RMSE and the loop width, for all axes or for each.
 //!
 //! Guarantees: an unknown figure does not pass. An unknown name is an error that lists the known ones.
 
@@ -27,7 +26,6 @@ pub enum Limited {
 }
 
 impl Limited {
-    /// Returns the name in words.
     pub fn name(self) -> &'static str {
         match self {
             Self::ExpectedError => "expected error",
@@ -41,16 +39,12 @@ impl Limited {
 pub struct Measured<'a> {
     /// Axes of the calibration, each with its full scale; 0 if there is none.
     pub axes: &'a [(Axis, f64)],
-    /// Scores of the calibration.
     pub quality: &'a Quality,
-    /// Expected error, or the reason why there is none.
     pub expected_error: &'a Result<ExpectedError, String>,
-    /// Table of figures, or the reason why there is none.
     pub metrology: Result<&'a Metrology, &'a str>,
 }
 
 impl Measured<'_> {
-    /// Returns a figure of the axis at this index, in its unit, or the reason why it is unknown.
     fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
         match figure {
             Limited::ExpectedError => {
@@ -73,12 +67,9 @@ impl Measured<'_> {
     }
 }
 
-/// Largest value of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Bound {
-    /// In percent of full scale.
     Percent(f64),
-    /// In N or N·m.
     Load(f64),
 }
 
@@ -86,18 +77,13 @@ enum Bound {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 
-/// Outcome of one limit on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Checked {
-    /// The figure.
     pub figure: Limited,
-    /// The axis.
     pub axis: Axis,
     /// Value of the figure, in `unit`; `None` if it is unknown.
     pub value: Option<f64>,
-    /// Maximum, in `unit`.
     pub limit: f64,
-    /// Unit of `value` and `limit`.
     pub unit: &'static str,
     /// True if the value is known and not above the limit.
     pub pass: bool,
@@ -107,7 +93,6 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Returns the outcome in a clause.
     pub fn in_words(&self) -> String {
         let number = |value: f64| format!("{} {}", significant(value, 4), self.unit);
         let value = match (self.value, &self.reason) {
@@ -188,12 +173,10 @@ impl Limits {
         Ok(Self(limits))
     }
 
-    /// Returns true if these limits need measured loops.
     pub fn ask_for_loops(&self) -> bool {
         self.0.iter().any(|(figure, ..)| *figure == Limited::LoopWidth)
     }
 
-    /// Returns the outcome of each limit on each of its axes.
     pub fn check(&self, measured: &Measured<'_>) -> Vec<Checked> {
         let of_limit = |(figure, axis, bound): &(Limited, Option<Axis>, Bound)| {
             let (all, figure, bound) = (measured.axes.iter(), *figure, *bound);

@@ -3,7 +3,6 @@
 use crate::questions::expected_error::limits::Checked;
 use crate::report::table::{Cell, Column, Table};
 
-/// Returns one row per limit and axis.
 pub fn limits_table(checked: &[Checked]) -> Table {
     Table::of(checked)
         .words("Figure", |own| own.figure.name())

@@ -7,14 +7,13 @@
 //! comes with the loads, groups and samples that it is based on, and with the conditions that it does not cover.
 
 pub mod asked;
-pub mod limits;
+pub(crate) mod limits;
 pub(crate) mod limits_shown;
 pub mod query;
-pub mod rule;
+pub(crate) mod rule;
 pub(crate) mod shown;
 
 pub(crate) use limits_shown::limits_table;
-pub use rule::{Evidence, HeldOutErrors};
 #[cfg(feature = "gui")]
 pub(crate) use shown::expected_error_column;
 pub(crate) use shown::expected_error_table;

@@ -54,7 +54,6 @@ pub fn handed_over(
     Ok(handed_over_with(calibration.clone(), &expected, &request.recordings))
 }
 
-/// Completes a fitted calibration for export, with a known expected error.
 pub(crate) fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
@@ -66,7 +65,6 @@ pub(crate) fn handed_over_with(
 }
 
 impl Dataset {
-    /// Returns the expected error of a calibration that was fitted to these recordings, or the reason why there is none.
     pub(crate) fn expected_error(
         &self,
         calibration: &Calibration,
@@ -97,7 +95,6 @@ impl Dataset {
         evidence.weighed()
     }
 
-    /// Returns the number of groups of training recordings that are left out in turn.
     fn groups_left_out(&self) -> Result<usize, NoCrossValidation> {
         match self.cross_validation() {
             by if by.is_by_block() => Err(NoCrossValidation::FewGroups {

@@ -13,8 +13,7 @@ pub(crate) const SHARE: f64 = 0.95;
 /// Minimum number of left-out groups, or of test recordings if no groups were left out.
 pub(crate) const MIN_GROUPS: usize = 3;
 
-/// Largest ratio of an axis' range to the largest range of the axes with the same unit at which the axis has no expected
-/// error.
+/// An axis has no expected error if its range is below this share of the largest range among axes of its unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
 /// Share of an axis' largest load from which the axis counts as loaded.
@@ -232,8 +231,7 @@ mod tests {
         move |share| [10.0 * (7.0 * share + at).sin(), 10.0 * (5.0 * share + 2.0 * at).cos()]
     }
 
-    /// The errors on each axis are 0.01, 0.02 … 1.00, and 95 % of them are within 0.95. The errors on the test recordings are
-    /// half as large.
+    /// The errors on each axis are 0.01, 0.02 … 1.00: 95 % lie within 0.95. The test errors are half as large.
     #[test]
     fn the_larger_of_cross_validation_and_test_counts() {
         let entries: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
@@ -277,7 +275,6 @@ mod tests {
         assert!(found.of_axis(Axis::Fy).unwrap_err().contains("Fy hardly moves"));
     }
 
-    /// Tests each condition with recordings that meet it, and with recordings that do not.
     #[test]
     fn conditions_that_are_not_covered_are_listed() {
         let one_at_a_time = |share: f64| match share < 0.5 {

@@ -20,7 +20,6 @@ const LARGEST_COST: f64 = 1.01;
 /// A history that keeps fewer samples than the recordings have.
 #[derive(Clone, Copy, Debug)]
 pub struct CoarseHistory {
-    /// Samples kept per second (Hz).
     pub rate_hz: f64,
     /// Memory on a controller with this history and with all samples (bytes).
     memory: [usize; 2],

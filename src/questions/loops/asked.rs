@@ -6,9 +6,7 @@ use crate::questions::loops::query::{Look, Viewer};
 use crate::questions::loops::request::LookRequest;
 use crate::questions::question::{Answered, Query, Work};
 
-/// Question for loops, cross-plots, dwells, or the table of figures.
-///
-/// Each part of the window has its own type, and so its own lane: see [`AskLoops`], [`AskFigures`] and [`AskVerdict`].
+/// Question for loops, cross-plots, dwells, or figures. Each part of the window has its own type, and so its own lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 

@@ -11,27 +11,20 @@ use crate::scoring::Series;
 use crate::scoring::holds::Drift;
 use crate::scoring::loops::Frame;
 
-/// Number of points of a fitted curve.
 const FIT_POINTS: usize = 200;
 
 /// All dwells, and one of them ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct DwellPlot {
-    /// The request.
     pub question: DwellQuestion,
-    /// Minimum length of a dwell (s).
     pub hold_secs: f64,
-    /// All dwells; at least one.
     pub dwells: Vec<Dwell>,
-    /// Mean load of the axis in each dwell.
     pub levels: Vec<Option<f64>>,
     /// Index of the dwell that is drawn.
     pub chosen: usize,
-    /// Curve of the dwell, or the reason why there is none.
     pub curve: Result<DwellCurve, Reason>,
 }
 
-/// Errors over one dwell.
 #[derive(Clone, Debug)]
 pub struct DwellCurve {
     /// Range of all points: seconds since the dwell began, and the error.
@@ -40,7 +33,6 @@ pub struct DwellCurve {
     pub outputs: [DwellOutput; 2],
 }
 
-/// Error of one output over one dwell.
 #[derive(Clone, Debug)]
 pub struct DwellOutput {
     /// Points `[seconds, error]`.
@@ -77,7 +69,6 @@ pub(crate) fn picture(
     })
 }
 
-/// Returns the longest dwell under load, or else the longest.
 fn longest(dwells: &[Dwell]) -> usize {
     let secs = |rest: &Dwell| rest.place.to_secs - rest.place.from_secs;
     let by_length = |a: &(usize, &Dwell), b: &(usize, &Dwell)| {

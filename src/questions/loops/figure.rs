@@ -16,17 +16,13 @@ use crate::scoring::numbers::significant;
 /// Length over which the direction of an arrow is computed, as a share of the branch. Neighbouring points are too noisy.
 const ARROW_SHARE: usize = 10;
 
-/// Kind of loop that the figures describe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum FiguresOf {
-    /// Mean of the full cycles.
     #[default]
     Mean,
-    /// Largest cycle.
     Largest,
 }
 
-/// Colours of loops: red, green, blue.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inks {
     pub(crate) conventional: [u8; 3],
@@ -35,7 +31,6 @@ pub(crate) struct Inks {
     pub(crate) gauge: [u8; 3],
     /// Colour of text. Densities of falling branches are mixed with it.
     pub(crate) text: [u8; 3],
-    /// Colour of guide lines.
     pub(crate) guide: [u8; 3],
 }
 
@@ -58,13 +53,11 @@ impl Inks {
     }
 }
 
-/// Loops with the display settings.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopView<'a> {
     pub(crate) plot: &'a LoopPlot,
     /// Name and unit of the gauge on the vertical axis, if it shows one.
     pub(crate) gauge: (&'a str, &'a str),
-    /// Kind of loop that the figures describe.
     pub(crate) figures_of: FiguresOf,
     pub(crate) shown: Vec<&'a LoopCurve>,
 }
@@ -90,13 +83,11 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns the loops of all curves that have one.
     pub(crate) fn found(&self) -> Vec<(Option<Output>, &'a LoopFigures)> {
         let found = self.shown.iter();
         found.filter_map(|curve| Some((curve.output, self.figures(curve).ok()?))).collect()
     }
 
-    /// Returns the unit of the vertical axis.
     pub(crate) fn unit(&self) -> &'a str {
         match self.plot.question.up {
             Up::Gauge(_) => self.gauge.1,
@@ -104,7 +95,6 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns the labels of both axes, with units.
     fn labels(&self) -> [String; 2] {
         let axis = self.plot.question.axis;
         let up = match self.plot.question.up {
@@ -121,7 +111,6 @@ impl<'a> LoopView<'a> {
         format!("{up} over {across}")
     }
 
-    /// Returns the title with the kind of the thick loop.
     fn long_title(&self) -> String {
         let axis = self.plot.question.axis.symbol();
         let what = match self.plot.question.up {
@@ -231,7 +220,6 @@ impl<'a> LoopView<'a> {
         })
     }
 
-    /// Returns the width over the load.
     pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
         let found = self.found();
         let widths = found.iter().flat_map(|(_, figures)| &figures.widths);
@@ -253,7 +241,6 @@ impl<'a> LoopView<'a> {
 }
 
 impl CrossPlot {
-    /// Returns the figure with these axis labels.
     pub(crate) fn figure(
         &self,
         labels: [String; 2],
@@ -329,8 +316,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// Returns the opacity of thin lines. It falls with the number of lines so that the thick lines stand out, but a single line
-/// stays visible.
+/// Returns the opacity of thin lines: the more lines, the fainter, so that thick lines stand out; a single line stays visible.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);

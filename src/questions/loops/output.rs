@@ -40,7 +40,7 @@ pub enum Span {
     All,
 }
 
-/// Position of an axis in the calibration, with its full scale.
+/// Returns the position of an axis in the calibration, with its full scale.
 pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
     let at = calibration.axes.iter().position(|own| *own == axis);
     let at = at.ok_or(Reason::NoReference { axis })?;

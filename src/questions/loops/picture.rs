@@ -22,7 +22,6 @@ use crate::scoring::loops::{
 /// Loops, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct LoopPlot {
-    /// The request.
     pub question: LoopQuestion,
     /// Reversal threshold, in the unit of the axis.
     pub reversal_threshold: f64,
@@ -30,43 +29,33 @@ pub struct LoopPlot {
     pub full_scale: f64,
     /// Value of the output that is 100 %: full scale, or half the range of the gauge; 0 if there is none.
     pub output_scale: f64,
-    /// Number of plotted samples.
     pub n_samples: usize,
     /// Plotted recordings, with their samples after decimation.
     pub parts: Vec<(usize, Range<usize>)>,
-    /// Number of cycles.
     pub n_cycles: usize,
     /// Recording and samples (after decimation) of each cycle, sorted by their beginnings.
     pub cycles: Vec<(usize, Range<usize>)>,
     /// Number of full cycles.
     pub n_full_cycles: usize,
-    /// Range of all points.
     pub whole: Frame,
     /// Curves: one for a gauge, else those of the uncompensated and the compensated load.
     pub curves: Vec<LoopCurve>,
-    /// Lag of the uncompensated load behind the reference.
     pub lag: OutputLag,
 }
 
-/// One output over the load.
 #[derive(Clone, Debug)]
 pub struct LoopCurve {
     /// Output; `None` for a gauge.
     pub output: Option<Output>,
-    /// Branches of the loops.
     pub drawn: Drawn,
-    /// Mean loop of the full cycles, or the reason why there is none.
     pub mean: Result<LoopFigures, Reason>,
-    /// Loop of the largest cycle, or the reason why there is none.
     pub largest: Result<LoopFigures, Reason>,
     /// Mean rate of the load (unit of the axis / s) and mean width of each full cycle, sorted by rate.
     pub by_rate: Vec<[f64; 2]>,
 }
 
-/// A loop with its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopFigures {
-    /// The loop.
     pub shape: Loop,
     /// Rising and falling branch as points `[load, output]`.
     pub branches: [Vec<[f64; 2]>; 2],
@@ -74,7 +63,6 @@ pub struct LoopFigures {
     pub widths: Vec<[f64; 2]>,
     /// Largest width, in the unit of the output.
     pub largest_width: f64,
-    /// Mean width, in the unit of the output.
     pub mean_width: f64,
     /// Area between the branches, in the unit of the output times that of the axis.
     pub area: f64,
@@ -85,8 +73,7 @@ pub struct LoopFigures {
 }
 
 impl LoopFigures {
-    /// Returns the figures of the loop, and those with half and twice the reversal threshold. Returns `None` if a figure is
-    /// too large for a number.
+    /// Computes the figures, also with half and twice the reversal threshold; `None` if a figure is too large for a number.
     fn of(
         shape: Loop,
         n_cycles: usize,
@@ -127,7 +114,6 @@ fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
     points.map(|(load, value)| [load, *value]).collect()
 }
 
-/// Columns of one curve for each part.
 type Columns = Vec<Vec<f64>>;
 
 /// One output over its reference, for each part.
@@ -265,12 +251,9 @@ impl Curve {
     }
 }
 
-/// Cycles for one reversal threshold.
 struct Cycles {
     loops: Loops,
-    /// Cycles of the mean loop, or the reason why there is none.
     mean: Result<Vec<Cycle>, Reason>,
-    /// Largest cycle, or the reason why there is none.
     largest: Result<Vec<Cycle>, Reason>,
 }
 
@@ -345,26 +328,20 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
     Loop::of(cycle, &loads[cycle.recording], &outputs[cycle.recording])
 }
 
-/// Branches as they are drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
-    /// Branches as lines.
     pub strokes: Vec<Stroke>,
     /// Density of the branches, if there are too many for lines.
     pub clouds: Vec<Cloud>,
 }
 
-/// Density of the rising or the falling branches.
 #[derive(Clone, Debug)]
 pub struct Cloud {
-    /// True for the rising branches.
     pub rising: bool,
-    /// The density.
     pub density: Arc<Density>,
 }
 
-/// Returns the drawing of all recordings, with rising and falling branches separated. A load that never turns counts as
-/// rising.
+/// Draws all recordings, with rising and falling branches apart. A load that never turns counts as rising.
 pub(crate) fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],

@@ -70,10 +70,8 @@ pub struct CrossQuestion {
     pub pixels: [f64; 2],
 }
 
-/// Request for the dwells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DwellQuestion {
-    /// Axis whose error is drawn.
     pub axis: Axis,
     /// Index of the dwell, in the order of recordings and time; a larger index means the last dwell. `None` takes the longest
     /// dwell under load, or else the longest.

@@ -39,12 +39,9 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")
 }
 
-/// Axes and scales of loops and their figures.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopScale<'a> {
-    /// Axis of the reference load.
     pub axis: Axis,
-    /// Full scale of the axis.
     pub full_scale: f64,
     /// Unit of the gauge on the vertical axis; `None` for a load.
     pub gauge_unit: Option<&'a str>,
@@ -52,7 +49,6 @@ pub struct LoopScale<'a> {
     pub output_scale: f64,
 }
 
-/// Figures of one loop.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopMeasures {
     /// Load of the loop; `None` for a gauge.
@@ -82,13 +78,9 @@ pub(crate) fn moves(value: f64, basis: &Basis) -> String {
 /// Explanation of [`moves`].
 pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash if the figure would be missing";
 
-/// Rows for each figure.
 enum Line {
-    /// Figure in its unit.
     Units,
-    /// Figure in percent of this value.
     Percent(f64),
-    /// Dependence of the figure on the reversal threshold.
     Moves,
 }
 

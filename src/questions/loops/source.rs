@@ -17,7 +17,6 @@ use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lag_of, widths};
 use crate::scoring::loops::{LoadExtent, extents_of_set};
 
-/// An interval of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Part {
     pub(crate) recording: usize,
@@ -87,7 +86,6 @@ impl Source {
         }
     }
 
-    /// Returns the lags of the conventional loads, if the loads are unchanged.
     fn lags_of(&self, request: &LookRequest) -> HashMap<(usize, Output), OutputLag> {
         let same = Arc::ptr_eq(&self.set, &request.loads.recordings)
             && self.decimation == request.loads.decimation
@@ -98,7 +96,7 @@ impl Source {
     }
 
     /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all
-    /// recordings with such a reference.
+    /// recordings with this reference.
     ///
     /// # Errors
     /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
@@ -162,7 +160,6 @@ impl Source {
         Some(lag.output(&values[part.samples.start * width..part.samples.end * width]))
     }
 
-    /// Returns noise and range of the loads, if the request has the same recordings and axes.
     fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
         let same = Arc::ptr_eq(&self.set, &request.loads.recordings)
             && self.calibration.axes == request.loads.calibration.axes;
@@ -184,7 +181,6 @@ impl Source {
             && self.decimation == request.loads.decimation
     }
 
-    /// Returns the requested samples, and computes their loads.
     pub(crate) fn parts(
         &mut self,
         span: Span,
@@ -219,7 +215,6 @@ impl Source {
         Ok(parts)
     }
 
-    /// Computes the loads of these recordings, if they are missing.
     pub(crate) fn apply(
         &mut self,
         recordings: impl Iterator<Item = usize>,
@@ -243,7 +238,6 @@ impl Source {
         Ok(())
     }
 
-    /// Drops the loads of samples beyond the memory limit.
     pub(crate) fn forget_many(&mut self) {
         let kept = self.recordings.iter().zip(&self.applied);
         let kept = kept.filter(|(_, applied)| applied.is_some());
@@ -253,7 +247,6 @@ impl Source {
         }
     }
 
-    /// Drops all loads.
     pub(crate) fn forget_all(&mut self) {
         self.applied.fill_with(|| None);
     }
@@ -262,12 +255,10 @@ impl Source {
         self.recordings.get(at)
     }
 
-    /// Returns a recording with its loads, if they are computed.
     pub(crate) fn run(&self, at: usize) -> Option<Run<'_>> {
         Some(Run::new(self.recordings.get(at)?, self.applied.get(at)?.as_ref()?))
     }
 
-    /// Returns all recordings with computed loads.
     pub(crate) fn runs(&self) -> Vec<Run<'_>> {
         let all = 0..self.recordings.len();
         all.filter_map(|at| self.run(at)).collect()
@@ -287,7 +278,6 @@ impl Source {
         (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
     }
 
-    /// Returns the output of the calibration for the axis in this column.
     pub(crate) fn output(&self, part: &Part, column_at: usize, output: Output) -> Option<Vec<f64>> {
         let applied = self.applied.get(part.recording)?.as_ref()?;
         let width = self.calibration.axes.len();

@@ -70,7 +70,6 @@ fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
     }
 }
 
-/// Returns the same request with this reversal threshold.
 fn behind(reversal_threshold: f64, request: LookRequest) -> LookRequest {
     let reversal_thresholds = vec![Some(reversal_threshold)];
     LookRequest {
@@ -106,15 +105,13 @@ fn points(strokes: &[Stroke]) -> usize {
     strokes.iter().map(|stroke| stroke.points.len()).sum()
 }
 
-/// Number of points of lines, and of cells of densities.
 fn n_drawn(drawn: &picture::Drawn) -> usize {
     let touched = drawn.clouds.iter().map(|cloud| cloud.density.touched().count());
     points(&drawn.strokes) + touched.sum::<usize>()
 }
 
-/// The play gauge reads load + r while falling and load − r while rising. Its width is 2 r, except at the ends, where it
-/// turns over a load of 2 r. Five periods from zero have 10 turns: 4 full cycles, and two halves at the ends that make
-/// another cycle.
+/// The play gauge reads load + r while falling and load − r while rising: its width is 2 r, except at the ends, where it turns
+/// over a load of 2 r. Five periods from zero have 10 turns: 4 full cycles, and two halves that make another.
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -132,8 +129,7 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     assert!(points(&curve.drawn.strokes) <= 2000 + 2 * curve.drawn.strokes.len());
 }
 
-/// Noise turns at every sample. In a plot of 400 × 300 pixels, all of it is drawn with fewer points than branches: for rising
-/// and falling branches, and after zooming in.
+/// Noise turns at every sample. A plot of 400 × 300 pixels draws all of it with fewer points than branches, zoomed in or not.
 #[test]
 fn very_many_branches_are_all_drawn_in_few_points() {
     let n = 60_000;
@@ -326,8 +322,7 @@ fn a_figure_of_loops_shows_their_direction() {
     }
 }
 
-/// One of the two recordings has a tenth of the other's load. The reversal threshold is 5 % of the range of all loads in
-/// every view.
+/// One of the two recordings has a tenth of the other's load. The threshold is 5 % of the range of all loads.
 #[test]
 fn the_reversal_threshold_is_the_same_in_every_view() {
     let large = with_play("large", vec![Axis::Fz]);

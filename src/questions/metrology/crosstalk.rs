@@ -1,6 +1,5 @@
-//! Crosstalk rows: the reading of an unloaded axis while another axis is loaded alone.
-//!
-//! Guarantees: neither noise nor an offset of the axis counts as crosstalk.
+//! Crosstalk rows: the reading of an unloaded axis while another axis is loaded alone. Neither noise nor an offset of the axis
+//! counts as crosstalk.
 
 use rayon::prelude::*;
 
@@ -19,7 +18,6 @@ const CELLS: usize = 10;
 /// Largest mean deviation that counts as noise, in standard errors.
 const STANDARD_ERRORS: f64 = 3.0;
 
-/// Number, sum and sum of squares of samples.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     n: f64,
@@ -47,12 +45,10 @@ impl Sums {
     }
 }
 
-/// Readings of all axes while one axis is loaded alone.
 #[derive(Clone, Debug)]
 pub(crate) struct Alone {
-    /// Number of samples in which the axis is loaded alone.
     count: usize,
-    /// Largest magnitude of its load.
+    /// Largest magnitude of the axis' load.
     reached: f64,
     /// Error per load, by output and axis; `None` if the load does not change.
     slopes: [Vec<Option<f64>>; OUTPUTS],
@@ -160,7 +156,6 @@ fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f
     full.map(|cell| cell.systematic().abs()).fold(0.0, f64::max)
 }
 
-/// Returns the rows of the reading of `axis` while each other axis is loaded alone.
 pub(crate) fn crosstalk_figures(
     measured: &Measured<'_>,
     alone: &[Alone],

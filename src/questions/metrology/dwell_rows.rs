@@ -155,7 +155,6 @@ fn mean_error(run: &AxisRun<'_>, output: usize, samples: Range<usize>) -> f64 {
     run.errors(output, samples).sum::<f64>() / n as f64
 }
 
-/// Returns the first seconds of a dwell.
 fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
     let times = &run.run.times[samples.clone()];
@@ -163,7 +162,6 @@ fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     samples.start..samples.start + n
 }
 
-/// Returns the last seconds of a dwell.
 fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
     let times = &run.run.times[samples.clone()];

@@ -7,7 +7,6 @@ use crate::questions::metrology::settings::{MetrologyError, Rules};
 /// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dwell {
-    /// Recording and samples of the dwell.
     pub place: Place,
     /// Mean load of each axis of the table; `None` if the recording has no reference for it.
     pub level: Vec<Option<f64>>,

@@ -183,7 +183,6 @@ impl Metrology {
 
 pub(crate) type Result<T> = std::result::Result<T, Reason>;
 
-/// A figure without its share of full scale.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
     pub(crate) size: f64,

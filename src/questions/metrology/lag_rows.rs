@@ -5,8 +5,7 @@ use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::lag::{LagRun, WORTH_REMOVING, widths};
 
-/// Returns the lag of one output on one axis, its hysteresis without the lag, and the share of the mean width that the lag
-/// explains.
+/// Returns the lag of one output on one axis, its hysteresis without the lag, and the lag's share of the mean width.
 pub(crate) fn figures(
     view: &AxisView<'_>,
     place: usize,

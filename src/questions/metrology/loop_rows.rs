@@ -15,24 +15,20 @@ use crate::scoring::loops::{
 
 /// Minimum number of averages for a line that shows nonlinearity.
 const FEWEST_AVERAGES: usize = 3;
-/// Largest difference between the turning points of repeated cycles, and between the loads of the other axes, as a share of
-/// the range.
+/// Largest difference between the turns of repeated cycles, and between the loads of the other axes, as a share of the range.
 const ALIKE: f64 = 0.05;
 /// Minimum number of branches of repeated cycles: two cycles, up and down.
 const FEWEST_REPEATS: usize = 4;
 
-/// Loops of one axis, with curves that several rows need.
 pub(crate) struct LoopRows<'a> {
     view: &'a AxisView<'a>,
     loops: Loops,
-    /// Largest cycle, or the reason why there is none.
     largest: Result<Cycle>,
     /// Cycles of the mean loop, or the reason why there is none.
     mean_cycles: Result<Vec<Cycle>>,
 }
 
 impl<'a> LoopRows<'a> {
-    /// Returns the loops for this reversal threshold.
     pub(crate) fn of(view: &'a AxisView<'a>, reversal_threshold: f64) -> Self {
         let (axis, range) = (view.axis, view.range());
         let loops = Loops::of(view.runs.iter().map(|run| run.loads), reversal_threshold);
@@ -68,7 +64,6 @@ impl<'a> LoopRows<'a> {
         Some(cycle.loads().share_of(self.view.range()))
     }
 
-    /// Returns a figure with this number of cycles and this range of loads.
     fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Found {
         let range_share = loads.share_of(self.view.range());
         Found { size, place, basis: Some(Basis::new(n_cycles, range_share)) }
@@ -104,7 +99,6 @@ impl<'a> LoopRows<'a> {
         self.found(size, Some(place), 1, cycle.loads())
     }
 
-    /// Returns the largest and the mean width of the mean loop.
     fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
         let axis = self.view.axis;
         let mean = self.mean_cycles.as_ref().map_err(Clone::clone);
@@ -154,7 +148,6 @@ impl<'a> LoopRows<'a> {
         Ok(self.of_cycle(size, cycle))
     }
 
-    /// Fits a line through a curve that has enough loads.
     fn enough(&self, curve: &Curve, line: fn(&Curve) -> Option<Line>) -> Result<Line> {
         let found = curve.averages().len();
         let axis = self.view.axis;
@@ -277,7 +270,6 @@ fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
     Some(apart.fold(0.0, f64::max))
 }
 
-/// A straight line of outputs over loads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     load: f64,
@@ -286,13 +278,11 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Returns the line from the minimum to the maximum load.
     fn through_ends(curve: &Curve) -> Option<Self> {
         let [(x0, y0), (x1, y1)] = curve.ends()?;
         Some(Self { load: x0, output: y0, slope: (y1 - y0) / (x1 - x0) })
     }
 
-    /// Returns the least-squares line through these points, with equal weights.
     pub(crate) fn best_fit(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len() as f64;
         let load = points.iter().map(|(x, _)| x).sum::<f64>() / n;

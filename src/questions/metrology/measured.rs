@@ -25,7 +25,6 @@ pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 /// Largest valid load; the squares of larger ones could overflow.
 const LARGEST: f64 = 1e100;
 
-/// One run, by columns.
 #[derive(Debug)]
 pub(crate) struct Columns<'a> {
     pub(crate) name: &'a str,
@@ -83,7 +82,6 @@ impl<'a> Columns<'a> {
         Some(LagRun { times: self.times, gauges: self.gauges, loads, outputs })
     }
 
-    /// Returns the load of an output on an axis of the table at a sample.
     pub(crate) fn output(&self, output: usize, axis: usize, sample: usize) -> f64 {
         self.outputs[output][sample * self.loads.len() + axis]
     }
@@ -103,7 +101,6 @@ fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
     values.iter().skip(at).step_by(width.max(1)).copied().collect()
 }
 
-/// All runs, with data that several rows share.
 #[derive(Debug)]
 pub(crate) struct Measured<'a> {
     pub(crate) axes: &'a [Axis],
@@ -141,7 +138,7 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
-    /// Returns the time lag of each output. It is measured at the first call.
+    /// Returns the time lag of each output, which the first call measures.
     pub(crate) fn lags(&self) -> &Lags {
         let of_output = |output| {
             let runs: Vec<LagRun<'_>> = self.lag_runs(output).collect();
@@ -155,7 +152,6 @@ impl<'a> Measured<'a> {
         self.lags.get_or_init(|| std::array::from_fn(of_output))
     }
 
-    /// Returns the runs with a reference for every axis.
     pub(crate) fn lag_runs(&self, output: usize) -> impl Iterator<Item = LagRun<'_>> {
         self.runs.iter().filter_map(move |run| run.lag_run(output))
     }
@@ -204,7 +200,6 @@ impl<'a> Measured<'a> {
     }
 }
 
-/// Checks that numbers are finite and not too large.
 pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
     let usable = |value: &f64| value.abs() <= LARGEST;
     match values.iter().position(|value| !usable(value)) {
@@ -242,14 +237,12 @@ impl AxisRun<'_> {
         self.run.place(self.index, samples)
     }
 
-    /// Returns true if the load reaches this magnitude in these samples.
     pub(crate) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
         self.loads[samples].iter().any(|load| load.abs() >= size)
     }
 }
 
 impl AxisView<'_> {
-    /// Returns the minimum and maximum load in all runs.
     pub(crate) fn range(&self) -> MinMax {
         self.runs.iter().flat_map(|run| run.loads).collect()
     }

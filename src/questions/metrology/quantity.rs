@@ -7,14 +7,12 @@ use serde::Serialize;
 
 use crate::recording::Axis;
 
-/// One row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// Largest width of the largest cycle's loop.
     Hysteresis,
     /// Largest width of the mean loop of the full cycles.
     MeanLoopHysteresis,
-    /// Mean width of the mean loop.
     MeanWidth,
     /// Deviation of the rising branch from the line between its ends.
     TerminalNonlinearity,
@@ -32,30 +30,23 @@ pub enum Quantity {
     HysteresisWithoutLag,
     /// Change of the output under a constant load.
     Creep,
-    /// Time constant of the creep.
     CreepTime,
     /// Change of the output at zero after a load.
     CreepRecovery,
-    /// Response at full load of this axis alone.
     Crosstalk(Axis),
     /// Largest systematic deviation while this axis alone is loaded.
     CrosstalkDeviation(Axis),
-    /// Root mean squared error.
     Rmse,
-    /// Largest error.
     LargestError,
     /// Value within which 95 % of the errors lie.
     Error95,
 }
 
-/// Definition of a row, for window, files and print.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Definition {
     /// Short, constant id for programs.
     pub id: String,
-    /// Short name, as in the table.
     pub name: String,
-    /// Computation of the figure.
     pub definition: &'static str,
     /// Standard or book that the definition comes from.
     pub source: &'static str,
@@ -64,7 +55,6 @@ pub struct Definition {
 }
 
 impl Definition {
-    /// Returns the computation, the source, and the unmet conditions, one sentence each.
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences =
             vec![format!("{}.", self.definition), format!("Source: {}.", self.source)];
@@ -76,7 +66,6 @@ impl Definition {
 }
 
 impl Quantity {
-    /// Returns all rows for these axes, in the order of the table.
     pub fn all(axes: &[Axis]) -> Vec<Self> {
         let all = QUANTITIES.iter().flat_map(|(quantity, _)| match quantity {
             Self::Crosstalk(_) => axes.iter().copied().map(Self::Crosstalk).collect(),
@@ -110,7 +99,6 @@ impl Quantity {
         matches!(self, Self::CreepTime | Self::TimeLag)
     }
 
-    /// Returns the definition of the row.
     pub fn definition(self) -> Definition {
         let is_own = |(of, _): &&(Self, _)| discriminant(of) == discriminant(&self);
         let (_, texts) = QUANTITIES.iter().find(is_own).expect("every quantity has a row");

@@ -8,7 +8,6 @@ use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
-/// Reason why the data do not determine a figure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
     #[error("no recording has a reference load for {axis}; record it in a column of this name")]
@@ -137,13 +136,11 @@ impl Reason {
         }
     }
 
-    /// Returns the reason why the cycles of an axis have no mean loop.
     pub fn few_cycles(axis: Axis, TooFew { count, share }: TooFew) -> Self {
         Self::FewCycles { axis, count, share }
     }
 
-    /// Returns the reason why the loads of an axis have no cycle with this reversal threshold. `range` is the minimum and
-    /// maximum load.
+    /// Returns the reason why there is no cycle with this reversal threshold. `range` is the minimum and maximum load.
     pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, reversal_threshold: f64) -> Self {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);

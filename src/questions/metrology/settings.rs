@@ -60,7 +60,8 @@ pub struct Rules<'a> {
     pub full_scale: &'a [f64],
     /// Settings of the user.
     pub settings: &'a MetrologySettings,
-    /// Noise and range of the loads, for settings without a value; see [`extents_of_set`](crate::scoring::loops::extents_of_set).
+    /// Noise and range of the loads, for settings without a value; see
+    /// [`extents_of_set`](crate::scoring::loops::extents_of_set).
     pub extents: &'a [LoadExtent],
 }
 
@@ -78,7 +79,6 @@ impl Rules<'_> {
     }
 }
 
-/// Reason why no figures can be computed from these settings and numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
     #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]

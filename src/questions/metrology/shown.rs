@@ -12,7 +12,6 @@ use crate::scoring::numbers::significant;
 
 type Output = fn(&metrology::Cell) -> &Figure;
 
-/// The loads and their outputs.
 const OUTPUTS: [(Trace, Output); 2] = [
     (Trace::Conventional, |cell| &cell.conventional),
     (Trace::Compensated, |cell| &cell.compensated),
@@ -83,13 +82,11 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     .table(title, "")
 }
 
-/// Returns the number of cycles and their share of the loads, as text.
 fn cycles(basis: &Basis) -> String {
     let share = significant(100.0 * basis.range_share, 2);
     format!("{} over {share} %", basis.n_cycles)
 }
 
-/// Returns the cell of a figure, in its unit or in percent of full scale.
 fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: Shown) -> Cell {
     let is_time = cell.unit == "s";
     let shown = match value.percent_fs {
@@ -128,12 +125,10 @@ fn missing(reason: &Reason) -> Cell {
     Cell::missing(reason.word(), reason.to_string())
 }
 
-/// Returns the cell of a row's name with its definition.
 fn defined(row: &Row, name: String) -> Cell {
     Cell::words(name).about(row.definition.sentences().join("\n"))
 }
 
-/// Returns the figures of all axes side by side.
 pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     let title = match shown {
         Shown::PercentFs => "% of full scale",

@@ -141,7 +141,6 @@ impl AxisFigures {
         Self { outputs, missing, cycle_share: loops.share_of_range(), lag_share: of_lag[0].1 }
     }
 
-    /// Returns the figure of each output.
     fn figures(&self, quantity: Quantity) -> [Result<Found>; OUTPUTS] {
         let found = |all: &Vec<_>| figure(all, quantity).cloned();
         let missing = || Err(self.missing.clone());

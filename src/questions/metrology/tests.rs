@@ -406,8 +406,7 @@ fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
     assert_eq!(reason(&table, Quantity::Creep), Reason::NoFullScale { axis: Axis::Fz });
 }
 
-/// The load rises, falls by 3, rises again, and falls. With a small reversal threshold, the fall by 3 is a separate cycle, and the
-/// large cycle is unchanged.
+/// The load rises, falls by 3, rises again, and falls. A small threshold counts the fall by 3 as a cycle.
 #[test]
 fn a_chosen_reversal_threshold_decides_how_small_a_cycle_is_counted() {
     let load = path(&[0.0, 10.0, 7.0, 10.0, 0.0], 100);

@@ -1,21 +1,19 @@
-//! Training, the search for a model and the comparison of models, as questions.
+//! Training, and trying models, as questions.
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, EpochReport, FitSettings};
+use crate::calibration::{Calibration, EpochReport};
 use crate::questions::models::best::{Best, Search, find_best};
-use crate::questions::models::comparison::{Candidate, ModelState, compare};
+use crate::questions::models::comparison::{Comparison, Outcome, compare};
 use crate::questions::models::learning::TrainingStep;
 use crate::questions::models::training::train;
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
-use crate::recording::RecordingSet;
 use crate::same::same_where;
 
 /// Request to train a network or a kernel, which takes longer than a slider may wait. A stopped network keeps its best epoch.
 #[derive(Clone)]
 pub struct Train {
-    /// Recordings and settings.
     pub request: Request,
     /// Called with the result at once, even while the window draws nothing.
     pub on_trained: OnTrained,
@@ -23,22 +21,17 @@ pub struct Train {
 
 same_where!(Train: shared() value(request) besides(on_trained));
 
-/// Receives a calibration that was trained for this request.
 pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
 
-/// Progress and result of a training.
 #[derive(Clone, Debug, Default)]
 pub struct Trained {
     /// Reports of the network, one for each epoch.
     pub epochs: Vec<EpochReport>,
-    /// Present step.
     pub step: Option<TrainingStep>,
-    /// Trained calibration, at the end.
     pub calibration: Option<Arc<Calibration>>,
 }
 
 impl Trained {
-    /// Returns true if the calibration has a cross-validated error.
     pub fn is_cross_validated(&self) -> bool {
         let calibration = self.calibration.as_ref();
         calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())
@@ -72,60 +65,45 @@ impl Query for Train {
     }
 }
 
-/// Request to search for the best model.
+/// Request to try models.
 #[derive(Clone, Debug)]
-pub struct FindBest {
+pub struct TryModels {
     /// Number of the run.
     pub run: u64,
-    /// Recordings, settings and limits.
-    pub search: Search,
+    pub list: List,
 }
 
-same_where!(FindBest: shared() value(run) besides(search));
+/// Models to try.
+#[derive(Clone, Debug)]
+pub enum List {
+    /// Those that may be the best.
+    Search(Search),
+    /// Those of the paper's comparison.
+    Paper(Comparison),
+}
 
-impl Query for FindBest {
+same_where!(TryModels: shared() value(run) besides(list));
+
+impl Query for TryModels {
     type Answer = Best;
     type Cache = ();
     const BEGUN_BY_USER: Option<&'static str> = Some("Trying models: ");
 
     fn title(&self) -> String {
-        "Finding the best model".to_owned()
+        match self.list {
+            List::Search(_) => "Finding the best model".to_owned(),
+            List::Paper(_) => "Comparing regressors".to_owned(),
+        }
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { progress, show, .. } = work;
-        Ok(find_best(&self.search, progress, &|best| show(best.clone()))?)
-    }
-}
-
-/// Request to fit regressors and features side by side.
-#[derive(Clone, Debug)]
-pub struct Compare {
-    /// Number of the run.
-    pub run: u64,
-    /// Recordings with their roles.
-    pub recordings: Arc<RecordingSet>,
-    /// Settings that all candidates share.
-    pub settings: FitSettings,
-    /// Models to fit.
-    pub candidates: Vec<Candidate>,
-}
-
-same_where!(Compare: shared() value(run) besides(recordings, settings, candidates));
-
-impl Query for Compare {
-    type Answer = Vec<ModelState>;
-    type Cache = ();
-    const BEGUN_BY_USER: Option<&'static str> = Some("Trying models: ");
-
-    fn title(&self) -> String {
-        "Comparing regressors".to_owned()
-    }
-
-    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work { progress, show, .. } = work;
-        let Self { recordings, settings, candidates, .. } = self;
-        let show = |states: &[ModelState]| show(states.to_vec());
-        Ok(compare(recordings, settings, candidates, progress, &show))
+        match &self.list {
+            List::Search(search) => Ok(find_best(search, progress, &|best| show(best.clone()))?),
+            List::Paper(asked) => {
+                let show = |outcomes: &[Outcome]| show(asked.tried(outcomes));
+                Ok(asked.tried(&compare(asked, progress, &show)))
+            }
+        }
     }
 }

@@ -29,10 +29,9 @@ use crate::scoring::numbers::significant;
 const ENOUGH_SAMPLES: usize = 60_000;
 /// Effort of the first, short training of each network and kernel.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
-/// Effort of the full training.
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// Models that are trained fully. For each regressor: the maximum short-training error as a multiple of the lowest error, and the
-/// maximum number of models. A short training is less conclusive for a network.
+/// Models that are trained fully. For each regressor: the maximum short-training error as a multiple of the lowest error, and
+/// the maximum number of models. A short training is less conclusive for a network.
 const CAN_WIN: [(Regressor, f64, usize); 4] = [
     (Regressor::HybridKernel, 1.3, 3),
     (Regressor::Kernel, 1.3, 3),
@@ -43,7 +42,6 @@ const CAN_WIN: [(Regressor, f64, usize); 4] = [
 const NEARLY_BEST: f64 = 1.15;
 /// Length of a block of errors, as a multiple of their correlation time.
 const TIMES_CORRELATED: usize = 4;
-/// Maximum number of blocks of one recording.
 const MOST_BLOCKS: usize = 50;
 /// Maximum excess of the smallest model's error over the lowest error, as a share.
 pub const WITHIN: f64 = 0.05;
@@ -61,14 +59,17 @@ pub struct Search {
     pub within: f64,
 }
 
-/// Candidate that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// Name.
+    /// Position in the list of candidates.
+    #[serde(skip)]
+    pub at: usize,
     pub name: String,
+    /// Amount of data as named in the paper; empty if the settings give it.
+    #[serde(skip)]
+    pub data: String,
     /// Description of the blocks; empty without blocks.
     pub blocks: String,
-    /// Regressor.
     pub regressor: Regressor,
     /// Settings with the numbers chosen from all training recordings, and the errors over all folds. Test recordings are not
     /// used for the choice.
@@ -88,7 +89,23 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// Returns the mark of the candidate in tables.
+    /// Creates the row of a model that is not yet compared with others.
+    pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
+        Self {
+            at: 0,
+            name: name.to_owned(),
+            data: String::new(),
+            blocks,
+            regressor: model.settings.regressor,
+            relative: model.relative(ScoreSet::LeftOut).unwrap_or(1.0),
+            model,
+            is_proposed: false,
+            is_smallest: false,
+            refused: None,
+            squares,
+        }
+    }
+
     pub fn mark(&self) -> Mark {
         match (self.is_proposed, self.is_smallest) {
             (true, _) => Mark::Proposed,
@@ -97,22 +114,18 @@ impl Tried {
         }
     }
 
-    /// Returns the row of the candidate in the table of models.
     fn row(&self) -> ModelRow<'_> {
         ModelRow {
             mark: self.mark().cell(),
             name: &self.name,
-            data: "",
-            settings: &self.model.settings,
-            state: Ok(&self.model),
+            data: &self.data,
+            model: &self.model,
         }
     }
 }
 
-/// Result of a search, or its state while it runs.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Best {
-    /// Candidates that were tried, in order.
     pub tried: Vec<Tried>,
     /// Names of candidates that could not be tried, with the reasons.
     pub failed: Vec<(String, String)>,
@@ -120,15 +133,12 @@ pub struct Best {
     pub ruled_out: Vec<(String, f64)>,
     /// Number of candidates that were not tried within the time limit.
     pub n_left: usize,
-    /// Number of held-out folds.
     pub n_folds: usize,
-    /// Description of a fold.
     pub folds: String,
     /// Decimation of the recordings while models were compared.
     pub decimation: usize,
     /// Maximum excess of the smallest model's error, as a share.
     pub within: f64,
-    /// Blocks over which errors are compared.
     #[serde(skip)]
     cut: Cut,
 }
@@ -201,8 +211,7 @@ impl Best {
             let n = self.n_left;
             remarks.push(format!("The time did not allow {n} more; a longer limit does"));
         }
-        let failed = self.failed.iter();
-        remarks.extend(failed.map(|(name, why)| format!("{name} could not be tried: {why}")));
+        remarks.extend(self.failures());
         if !self.ruled_out.is_empty() {
             let (n, at) = (self.ruled_out.len(), significant(100.0 * self.least_ruled_out(), 3));
             remarks.push(format!(
@@ -212,11 +221,15 @@ impl Best {
         remarks
     }
 
+    /// Returns the candidates that could not be tried, with the reasons, one sentence each.
+    pub fn failures(&self) -> impl Iterator<Item = String> {
+        self.failed.iter().map(|(name, why)| format!("{name} could not be tried: {why}"))
+    }
+
     fn least_ruled_out(&self) -> f64 {
         self.ruled_out.iter().map(|(_, relative)| *relative).fold(f64::INFINITY, f64::min)
     }
 
-    /// Adds a candidate and chooses again.
     fn push(&mut self, mut tried: Tried) {
         // The first candidate is always the conventional calibration.
         let conventional = self.tried.first().unwrap_or(&tried).clone();
@@ -228,6 +241,7 @@ impl Best {
         let (own, reference) = (of(&tried), of(&conventional));
         // Without any error, no model is better than another.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
+        tried.at = self.tried.len();
         tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
         self.tried.push(tried);
         let mut order: Vec<usize> = (0..self.tried.len()).collect();
@@ -245,12 +259,10 @@ impl Best {
         }
     }
 
-    /// Returns the lowest relative error.
     fn lowest(&self) -> f64 {
         self.tried.iter().map(|own| own.relative).fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the table with one row per candidate: errors on these samples, cost, and mark.
     pub fn table(&self, set: ScoreSet) -> Table {
         let axes = (self.tried.first()).map_or(&[][..], |tried| &tried.model.axes);
         let folds = match set {
@@ -268,13 +280,11 @@ impl Best {
     }
 }
 
-/// Division of the held-out recordings into blocks.
 #[derive(Clone, Debug, Default)]
 struct Cut {
     blocks: ErrorBlocks,
     /// Number of blocks of each held-out recording in each fold.
     of_recordings: Vec<Vec<usize>>,
-    /// Names of the groups.
     groups: Vec<String>,
 }
 
@@ -440,15 +450,12 @@ pub fn find_best(
     Ok(running.best)
 }
 
-/// State of a running search.
 struct Running<'a> {
     search: &'a Search,
     progress: &'a Progress,
     start: Instant,
     folds: NestedFolds,
-    /// All training recordings.
     whole: Side,
-    /// Recordings of each fold.
     sides: Vec<Side>,
     n_axes: usize,
     best: Best,
@@ -557,7 +564,6 @@ impl<'a> Running<'a> {
         (squares.iter().sum::<f64>() / n).sqrt()
     }
 
-    /// Tries a candidate with full training and adds it to the result.
     fn try_fully(&mut self, recipe: &Recipe) -> Result<(), AnalysisError> {
         let since = Instant::now();
         match self.tried(recipe) {
@@ -596,21 +602,13 @@ impl<'a> Running<'a> {
         let cv_rmse = (0..n_axes).map(|axis| (of_axis(axis).sum::<f64>() / n.max(1.0)).sqrt());
         let quality = &calibration.quality.compensated;
         let scores = Scores { cv_rmse: Some(cv_rmse.collect()), ..quality.clone() };
-        Ok(Tried {
-            name: recipe.name.clone(),
-            blocks: settings.features.describe(),
-            regressor: recipe.regressor,
-            model: Model {
-                scores,
-                cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
-                ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
-            },
-            relative: 1.0,
-            is_proposed: false,
-            is_smallest: false,
-            refused: None,
-            squares,
-        })
+        let blocks = settings.features.describe();
+        let model = Model {
+            scores,
+            cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
+            ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
+        };
+        Ok(Tried::new(&recipe.name, blocks, model, squares))
     }
 }
 

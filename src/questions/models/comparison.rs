@@ -12,23 +12,21 @@ use crate::panicked::{caught, locked};
 use crate::progress::Progress;
 use crate::questions::cross_validated::cross_validation_cost;
 use crate::questions::error::AnalysisError;
+use crate::questions::models::best::{Best, Tried};
 use crate::questions::models::learning::TrainingStep;
 use crate::questions::models::table::Model;
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::recording::{RecordingSet, Role};
 
-/// Row of the comparison: a regressor and blocks, trained on a part of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// Regressor.
     pub regressor: Regressor,
-    /// Features.
     pub features: FeatureSettings,
     /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
-    /// True if only the recordings of the first programme are used for training. The paper has no such pattern; it adds the case
-    /// of few trajectories to that of few samples.
+    /// True if only the recordings of the first programme are used for training. The paper lacks this pattern, which adds the
+    /// case of few trajectories to that of few samples.
     pub few_trajectories: bool,
 }
 
@@ -51,18 +49,39 @@ impl Candidate {
     }
 }
 
-/// State of a model that is being tried.
-#[derive(Clone, Debug, Default)]
-pub enum ModelState {
-    /// Not started.
-    #[default]
-    Waits,
-    /// Running, with the progress of the network or of the cross-validation.
-    Runs(Option<TrainingStep>),
-    /// Failed for this reason.
-    Failed(AnalysisError),
-    /// Fitted.
-    Ready(Box<Model>),
+/// Fitted model, or the reason why there is none; `None` before the end of the fit.
+pub type Outcome = Option<Result<Model, AnalysisError>>;
+
+/// Request to fit candidates side by side.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    pub recordings: Arc<RecordingSet>,
+    /// Settings that all candidates share.
+    pub settings: FitSettings,
+    pub candidates: Vec<Candidate>,
+}
+
+impl Comparison {
+    /// Returns the fitted candidates as rows of the list of models.
+    pub fn tried(&self, outcomes: &[Outcome]) -> Best {
+        let mut best = Best::default();
+        for (at, (candidate, outcome)) in self.candidates.iter().zip(outcomes).enumerate() {
+            let name = candidate.regressor.label();
+            match outcome {
+                Some(Ok(model)) => {
+                    let mut row = Tried::new(name, candidate.history(), model.clone(), Vec::new());
+                    (row.at, row.data) = (at, candidate.pattern());
+                    best.tried.push(row);
+                }
+                Some(Err(error)) => {
+                    let name = format!("{name}, {}", candidate.history());
+                    best.failed.push((name, error.to_string()));
+                }
+                None => {}
+            }
+        }
+        best
+    }
 }
 
 /// Returns all rows of the comparison for `settings`: each regressor without and with the blocks of `settings`, a polynomial
@@ -119,8 +138,8 @@ pub fn paper_candidates(
     candidates
 }
 
-/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the first
-/// with several recordings.
+/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the
+/// first with several recordings.
 fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();
@@ -138,55 +157,42 @@ fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
 /// Number of rows that are fitted at the same time; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
 
-/// Fits and scores candidates, two at a time, and shows all states after each step. Settings that a candidate does not have
-/// come from `settings`. Returns the last state of each; a cancelled candidate keeps its state.
+/// Fits and scores candidates, two at a time, and shows all outcomes after each. A cancelled candidate has none.
 pub fn compare(
-    recordings: &Arc<RecordingSet>,
-    settings: &FitSettings,
-    candidates: &[Candidate],
+    asked: &Comparison,
     progress: &Progress,
-    show: &(dyn Fn(&[ModelState]) + Sync),
-) -> Vec<ModelState> {
+    show: &(dyn Fn(&[Outcome]) + Sync),
+) -> Vec<Outcome> {
+    let Comparison { settings, candidates, .. } = asked;
     for candidate in candidates {
         progress.add_total(candidate.weight(settings));
     }
-    let states = Mutex::new(vec![ModelState::Waits; candidates.len()]);
-    let set = |at: usize, state: ModelState| {
-        let mut states = locked(&states);
-        states[at] = state;
-        show(&states);
-    };
+    let outcomes = Mutex::new(vec![None; candidates.len()]);
     let next = AtomicUsize::new(0);
+    let fit_one_after_another = || {
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(candidate) = candidates.get(at).filter(|_| !progress.is_cancelled()) else {
+                return;
+            };
+            let found = caught(|| compare_one(&asked.recordings, settings, candidate, progress));
+            let found = found.unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
+            if !matches!(found, Err(AnalysisError::Cancelled(_))) {
+                let mut outcomes = locked(&outcomes);
+                outcomes[at] = Some(found);
+                show(&outcomes);
+            }
+        }
+    };
     std::thread::scope(|scope| {
         for _ in 0..SIDE_BY_SIDE.min(candidates.len()) {
-            scope.spawn(|| {
-                loop {
-                    let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(candidate) = candidates.get(at) else {
-                        return;
-                    };
-                    if progress.is_cancelled() {
-                        return;
-                    }
-                    set(at, ModelState::Runs(None));
-                    let on_step = |step| set(at, ModelState::Runs(Some(step)));
-                    let fit = || compare_one(recordings, settings, candidate, progress, &on_step);
-                    let found = caught(fit)
-                        .unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
-                    match found {
-                        Ok(model) => set(at, ModelState::Ready(Box::new(model))),
-                        Err(AnalysisError::Cancelled(_)) => {}
-                        Err(error) => set(at, ModelState::Failed(error)),
-                    }
-                }
-            });
+            scope.spawn(fit_one_after_another);
         }
     });
-    states.into_inner().unwrap_or_else(PoisonError::into_inner)
+    outcomes.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Candidate {
-    /// Returns the settings of the candidate, with the other settings from `common`.
     pub fn settings(&self, common: &FitSettings) -> FitSettings {
         FitSettings {
             regressor: self.regressor,
@@ -196,7 +202,6 @@ impl Candidate {
         }
     }
 
-    /// Returns the amount of work, in passes over all samples.
     fn weight(&self, settings: &FitSettings) -> u64 {
         let passes = match self.regressor.learner() {
             None => 1,
@@ -214,7 +219,6 @@ fn compare_one(
     settings: &FitSettings,
     candidate: &Candidate,
     progress: &Progress,
-    on_step: &dyn Fn(TrainingStep),
 ) -> Result<Model, AnalysisError> {
     let start = Instant::now();
     let recordings = match candidate.few_trajectories {
@@ -233,7 +237,6 @@ fn compare_one(
         let done = ((weight as f64 * done) as u64).clamp(counted, weight);
         progress.advance(done - counted);
         counted = done;
-        on_step(step);
     })?;
     // A network that was cancelled is not a row of the comparison.
     progress.check()?;
@@ -271,10 +274,14 @@ mod tests {
         let candidates = paper_candidates(&set, &settings, &Regressor::ALL);
         assert_eq!(candidates.len(), 33);
         let progress = Progress::default();
-        let states = compare(&set, &settings, &candidates, &progress, &|_| {});
+        let asked = Comparison { recordings: Arc::clone(&set), settings, candidates };
+        let outcomes = compare(&asked, &progress, &|_| {});
         assert_eq!(progress.fraction(), Some(1.0));
-        for (candidate, state) in candidates.iter().zip(states) {
-            let ModelState::Ready(row) = state else { panic!("{state:?}") };
+        let rows = asked.tried(&outcomes).tried;
+        assert!(rows.iter().map(|row| row.at).eq(0..33), "{rows:?}");
+        let Comparison { candidates, settings, .. } = asked;
+        for (candidate, row) in candidates.iter().zip(rows) {
+            let row = row.model;
             assert_eq!(row.settings, candidate.settings(&settings));
             let rmse = row.scores.test_rmse.unwrap();
             assert!(rmse.iter().all(|rmse| *rmse > 0.0 && rmse.is_finite()));
@@ -309,7 +316,8 @@ mod tests {
         let candidates = paper_candidates(&set, &settings, &[Regressor::Linear]);
         let progress = Progress::default();
         progress.cancel();
-        compare(&set, &settings, &candidates, &progress, &|states| panic!("{states:?}"));
+        let asked = Comparison { recordings: set, settings, candidates };
+        compare(&asked, &progress, &|outcomes| panic!("{outcomes:?}"));
     }
 
     #[test]
@@ -322,8 +330,9 @@ mod tests {
             decimation: 100,
             few_trajectories: false,
         };
-        let states = compare(&set, &settings, &[candidate], &Progress::default(), &|_| {});
-        let [ModelState::Failed(error)] = &states[..] else { panic!("{states:?}") };
-        assert!(error.to_string().contains("1999 landmarks"), "{error}");
+        let asked = Comparison { recordings: set, settings, candidates: vec![candidate] };
+        let outcomes = compare(&asked, &Progress::default(), &|_| {});
+        let [(name, why)] = &asked.tried(&outcomes).failed[..] else { panic!("{outcomes:?}") };
+        assert!(name.ends_with("none") && why.contains("1999 landmarks"), "{name}: {why}");
     }
 }

@@ -1,7 +1,7 @@
 //! Folds of a model search: groups of recordings, or intervals of one long recording.
 //!
-//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each later
-//! segment is also predicted from the earlier ones, so that a drift increases the error.
+//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each
+//! later segment is also predicted from the earlier ones, so that a drift increases the error.
 
 use std::sync::Arc;
 
@@ -13,9 +13,7 @@ use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 /// Number of segments of each recording if there is only one group.
 const SEGMENTS: usize = 4;
 
-/// All folds of a search.
 pub(super) struct NestedFolds {
-    /// Folds.
     pub folds: Vec<Fold>,
     /// All training recordings, divided as in the folds, with the test recordings.
     pub whole: Arc<RecordingSet>,
@@ -27,7 +25,6 @@ pub(super) struct NestedFolds {
     pub n_left_out: usize,
 }
 
-/// Training recording with its fold and its part.
 struct Piece {
     fold: usize,
     part: usize,
@@ -35,10 +32,7 @@ struct Piece {
 }
 
 impl NestedFolds {
-    /// Divides the training recordings.
-    ///
-    /// # Errors
-    /// [`AnalysisError::NoTraining`] if there are none.
+    /// Divides the training recordings; without any, returns [`AnalysisError::NoTraining`].
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
@@ -117,7 +111,8 @@ impl NestedFolds {
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
-            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a fit.
+            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a
+            // fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
         }
@@ -155,7 +150,6 @@ mod tests {
         set
     }
 
-    /// Each training sample is held out once and used for training in every other fold; no test sample is in a fold.
     #[test]
     fn folds_are_made_of_the_training_recordings() {
         for n in [1, 2, 3, 7] {

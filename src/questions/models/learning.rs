@@ -1,7 +1,7 @@
 //! Training of networks and kernels on all training recordings, alone or after a linear stage.
 //!
-//! Guarantees: features are computed once if the rows of a kernel are few, else again in each pass. A network's samples are kept
-//! in single precision, because it draws them in a new order in every epoch.
+//! Guarantees: features are computed once if the rows of a kernel are few, else again in each pass. A network's samples are
+//! kept in single precision, because it draws them in a new order in every epoch.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -33,19 +33,14 @@ const MAX_PARTS: usize = 10;
 const MOST_KEPT: usize = 8_000_000;
 /// Number of rows that are computed at a time.
 const BLOCK: usize = 128;
-/// Half width of the kernel's band in standard deviations.
 const BAND_DEVIATIONS: f64 = 2.0;
 
-/// Progress of a training.
 #[derive(Clone, Copy, Debug)]
 pub enum TrainingStep {
-    /// The network finished an epoch.
     Epoch(EpochReport),
-    /// The cross-validation advanced.
     CrossValidation {
         /// Finished share, 0 to 1.
         done: f64,
-        /// Time since the start.
         elapsed: Duration,
     },
 }
@@ -59,7 +54,6 @@ impl TrainingStep {
         }
     }
 
-    /// Returns the estimated remaining time of the step.
     pub fn time_left(&self) -> Duration {
         match self {
             Self::Epoch(report) => report.time_left(),
@@ -107,14 +101,12 @@ impl Moments {
         }
     }
 
-    /// Returns the sum of squared errors with this share of the second stage.
     pub fn squares(&self, axis: usize, share: f64) -> f64 {
         let [rr, rg, gg] = self.of_axes[axis];
         (rr - 2.0 * share * rg + share * share * gg).max(0.0)
     }
 }
 
-/// Fit to all training recordings of a dataset.
 pub(crate) struct Fitted {
     pub past: Vec<Past>,
     /// Calibration whose second stage is not yet scaled to its share.
@@ -203,7 +195,6 @@ pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> 
     root_mean(&squares, n)
 }
 
-/// Training recordings as rows of features and targets.
 struct TrainingRows<'a> {
     design: &'a Design,
     target: Target<'a>,
@@ -215,11 +206,8 @@ struct TrainingRows<'a> {
     holds_out: bool,
 }
 
-/// Target of the second stage.
 enum Target<'a> {
-    /// The load itself.
     Load,
-    /// Residual of this linear calibration.
     LeftOver(&'a LinearMap),
     /// Residual of a linear fit that is repeated in every fold. The rows contain its columns, and as targets the residuals of
     /// the conventional calibration.
@@ -293,7 +281,7 @@ impl<'a> TrainingRows<'a> {
         at >= n - n / HELD_OUT
     }
 
-    /// Returns the training samples of a network, and those held out for early stopping.
+    /// Returns the training samples of a network, and the samples held out for early stopping.
     fn samples(&self, progress: &Progress) -> Result<(Samples, Samples), AnalysisError> {
         let (n_inputs, n_axes) = self.widths();
         let mut train = Samples::new(n_inputs, n_axes);
@@ -404,7 +392,6 @@ impl Rows for TrainingRows<'_> {
     }
 }
 
-/// Training rows with features that are computed once.
 struct KeptRows<'a> {
     rows: &'a TrainingRows<'a>,
     /// Blocks of each run: fold, inputs, columns of the linear stage, and targets.

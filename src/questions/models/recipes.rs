@@ -6,23 +6,17 @@ use crate::features::{Appends, Auxiliary, BLOCKS, Block, FixedLag};
 /// Candidate whose numbers are still to be chosen from the training recordings.
 #[derive(Clone, Debug)]
 pub(super) struct Recipe {
-    /// Name in tables.
     pub name: String,
-    /// True with a look-back.
     pub look_back: bool,
-    /// Further blocks.
     pub blocks: Vec<&'static dyn Block>,
     /// Degree of the polynomial; zero without one.
     pub degree: f64,
-    /// Choice of the times of its blocks.
     pub times: Times,
-    /// Regressor.
     pub regressor: Regressor,
     /// Factor of a network's epochs, or of a kernel's landmarks.
     pub times_longer: usize,
 }
 
-/// Choice of the times of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Times {
     /// A few times, chosen by cross-validation with a linear fit.
@@ -33,7 +27,6 @@ pub(super) enum Times {
     EverySample,
 }
 
-/// Names of the learners.
 const LEARNERS: [(Regressor, &str); 4] = [
     (Regressor::HybridKernel, "Linear + kernel"),
     (Regressor::HybridNetwork, "Linear + network"),
@@ -42,7 +35,6 @@ const LEARNERS: [(Regressor, &str); 4] = [
 ];
 
 impl Recipe {
-    /// Creates a linear model.
     fn linear(look_back: bool, blocks: &[&'static dyn Block], degree: f64) -> Self {
         let named = blocks.iter().map(|block| match block.appends() {
             Appends::Monomials(_) => format!("{} of degree {degree}", block.name()),
@@ -64,7 +56,6 @@ impl Recipe {
         }
     }
 
-    /// Creates a model with a network or kernel.
     fn learned(
         (regressor, name): (Regressor, &str),
         blocks: &[&'static dyn Block],
@@ -78,12 +69,10 @@ impl Recipe {
         Self { name, times, regressor, ..features }
     }
 
-    /// Returns the same model with each of the latest samples as a lag.
     fn of_every_sample(self) -> Self {
         Self { name: format!("{} of every sample", self.name), times: Times::EverySample, ..self }
     }
 
-    /// Returns the same network with more epochs, or the same kernel with more landmarks.
     pub fn longer(&self) -> Self {
         let (how, times_longer) = match self.regressor.learner() {
             Some(Learner::Kernel) => ("more landmarks", 3),
@@ -93,7 +82,6 @@ impl Recipe {
     }
 }
 
-/// Returns the name in lower case; a single first letter stays a capital.
 fn sentence(words: &str) -> String {
     let (first, rest) = words.split_at(words.len().min(1));
     format!("{first}{}", rest.to_lowercase())
@@ -128,7 +116,6 @@ pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
     recipes
 }
 
-/// Returns the candidates with networks and kernels.
 pub(super) fn learned() -> Vec<Recipe> {
     let pasts = pasts();
     let mut recipes = Vec::new();

@@ -30,14 +30,10 @@ const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 1
 /// Maximum squared error with a lag, as a share of the error without it, for the lag to be used.
 const LAG_HELPS: f64 = 0.9;
 
-/// Effort of a training.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// Number of training samples.
     pub rows: usize,
-    /// Number of epochs of a network.
     pub epochs: usize,
-    /// Number of landmarks of a kernel.
     pub landmarks: usize,
     /// Number of units in each hidden layer of a network.
     pub units: usize,
@@ -48,9 +44,7 @@ pub(super) struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
     datasets: Datasets,
-    /// Chosen thresholds of the look-back.
     look_back: Option<FeatureSettings>,
-    /// Values of blocks that are already chosen.
     values: Vec<(&'static dyn Block, Times, Vec<f64>)>,
     /// Lags of the auxiliary channels; empty without channels.
     pub auxiliary: Vec<f64>,
@@ -68,7 +62,6 @@ impl Side {
         }
     }
 
-    /// Chooses the lags of the auxiliary channels, if there are channels.
     pub fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
         let (mut at_once, mut least) = (None, f64::INFINITY);
         for lags in AUXILIARY_LAGS {
@@ -144,7 +137,6 @@ impl Side {
         }
     }
 
-    /// Returns the look-back with the lowest held-out error.
     fn thresholds(&mut self, progress: &Progress) -> Result<FeatureSettings, AnalysisError> {
         if self.look_back.is_none() {
             let study = self.study(progress)?;
@@ -217,7 +209,6 @@ impl Side {
         Study::prepare(&self.datasets, Arc::clone(&self.recordings), settings, progress)
     }
 
-    /// Returns the decimation of the training rows.
     fn row_step(&self, rows: usize) -> usize {
         self.recordings
             .n_samples(Role::Train)
@@ -233,7 +224,6 @@ impl Side {
         }
     }
 
-    /// Fits the training recordings, and scores the test recordings.
     pub fn fit(
         &self,
         settings: FitSettings,

@@ -11,13 +11,10 @@ use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
-/// Number of estimator steps that are timed.
 const TIMED_STEPS: usize = 2_000;
 
-/// Cost of a calibration at run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Number of coefficients.
     pub coefficients: usize,
     /// Size of an export in single precision, numbers and state, at the sample rate of the recordings (bytes).
     pub bytes: usize,
@@ -31,21 +28,17 @@ fn nan_if_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
-/// Settings with their results.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Model {
-    /// Settings that reproduce the model.
     #[serde(skip)]
     pub settings: FitSettings,
-    /// Axes in the order of the scores.
     pub axes: Vec<Axis>,
-    /// RMSE per axis.
     #[serde(flatten)]
     pub scores: Scores,
     /// Standard deviation of the cross-validated RMSE over the folds, per axis; empty if the folds are unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on the scale of
-    /// [`relative`](Self::relative); `None` if the folds are unknown.
+    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on
+    /// the scale of [`relative`](Self::relative); `None` if the folds are unknown.
     pub spread: Option<f64>,
     /// Description of the held-out parts; may be empty.
     #[serde(skip)]
@@ -53,9 +46,7 @@ pub struct Model {
     /// Scores of the conventional calibration on the same samples.
     #[serde(skip)]
     pub conventional: Scores,
-    /// Cost at run time.
     pub cost: Cost,
-    /// Number of training samples.
     pub n_train: u64,
     /// Ridge of the linear part, per axis.
     #[serde(skip)]
@@ -68,7 +59,6 @@ pub struct Model {
 }
 
 impl Model {
-    /// Creates the model of a calibration that was fitted to these recordings.
     pub fn fitted(
         settings: FitSettings,
         calibration: &Arc<Calibration>,
@@ -115,7 +105,6 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     conventional_rmse.iter().map(weight).collect()
 }
 
-/// Returns the cost of a calibration at run time.
 fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     let design = calibration.design();
     let coefficients = calibration.n_coefficients();
@@ -143,20 +132,16 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     }
 }
 
-/// Mark of a model in a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
-    /// Not recommended, or not from a search.
     #[default]
     None,
     /// Smallest model that is nearly as accurate as the most accurate one.
     Smallest,
-    /// Most accurate model.
     Proposed,
 }
 
 impl Mark {
-    /// Returns the cell before the model's name.
     pub fn cell(self) -> Cell {
         match self {
             Self::Proposed => Cell::words("→").about("Proposed: the most accurate"),
@@ -169,18 +154,12 @@ impl Mark {
 /// Name of the column that the table is sorted by.
 pub const RELATIVE: &str = "relative RMSE";
 
-/// Row of the table of models.
 pub struct ModelRow<'a> {
-    /// Mark.
     pub mark: Cell,
-    /// Name.
     pub name: &'a str,
     /// Amount of data as named in the paper; empty if the settings give it.
     pub data: &'a str,
-    /// Settings.
-    pub settings: &'a FitSettings,
-    /// Model, or the cell that replaces its results.
-    pub state: Result<&'a Model, Cell>,
+    pub model: &'a Model,
 }
 
 /// Returns the table with one row per model: errors on these samples, and cost.
@@ -194,7 +173,7 @@ pub fn model_table<'a>(
         group: (sets.len() > 1).then(|| (set.label().to_owned(), set.explanation().to_owned())),
         ..head
     };
-    let has_spread = |row: &ModelRow<'_>| row.state.as_ref().is_ok_and(|own| own.spread.is_some());
+    let has_spread = |row: &ModelRow<'_>| row.model.spread.is_some();
     let has_spread = sets.contains(&ScoreSet::LeftOut) && rows.iter().any(has_spread);
     let errors = sets.iter().flat_map(|set| {
         axes.iter().flat_map(move |axis| {
@@ -203,10 +182,6 @@ pub fn model_table<'a>(
         })
     });
     let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
-    let model = |row: &ModelRow<'a>| row.state.as_ref().ok().copied();
-    let whole = |row: &ModelRow<'a>, number: fn(&Cost) -> usize| {
-        model(row).map_or_else(Cell::none, |own| Cell::whole(number(&own.cost)))
-    };
     Table::of(rows)
         .column(Column::words(""), |row| row.mark.clone())
         .about("→: proposed, the most accurate; =: the smallest that is nearly as accurate; others: made of other recordings")
@@ -218,30 +193,27 @@ pub fn model_table<'a>(
                 let head = Column::numbers(RELATIVE).unit("%");
                 in_group(set, head.about("Of the conventional calibration's error, all axes alike"))
             },
-            |row, set| match &row.state {
-                Ok(model) => Cell::digits(percent(model.relative(**set)), 3),
-                Err(said) => said.clone(),
-            },
+            |row, set| Cell::digits(percent(row.model.relative(**set)), 3),
         )
         .columns(
             has_spread.then(|| Column::numbers("±").unit("%").about(
                 "Standard error of its mean squared error's difference to the conventional one, over blocks of left-out samples",
             )),
             Column::clone,
-            |row, _| Cell::digits(percent(model(row).and_then(|model| model.spread)), 2),
+            |row, _| Cell::digits(percent(row.model.spread), 2),
         )
-        .words("features", |row| row.settings.features.describe())
+        .words("features", |row| row.model.settings.features.describe())
         .about("What is appended to the gauges")
-        .words("regressor", |row| row.settings.regressor.label())
+        .words("regressor", |row| row.model.settings.regressor.label())
         .about("How the load is made of them")
         .words("cross-validation", |row| {
-            row.state.as_ref().map_or_else(|_| String::new(), |model| model.left_out.clone())
+            row.model.left_out.clone()
         })
         .about(
             "What was left out in turn. Nested: the numbers of the model were chosen anew without each part, so that its error \
              cannot be compared with one that is not nested",
         )
-        .words("data", |row| match (row.data, row.settings.decimation) {
+        .words("data", |row| match (row.data, row.model.settings.decimation) {
             ("", 1) => "A".to_owned(),
             ("", 10) => "B".to_owned(),
             ("", step) => format!("1/{step}"),
@@ -259,22 +231,19 @@ pub fn model_table<'a>(
                 ),
                 false => in_group(set, Column::load(**axis).about(format!("RMSE, {}", set.label()))),
             },
-            |row, (set, axis, is_spread)| match model(row) {
-                Some(model) => error(model, **axis, **set, *is_spread),
-                None => Cell::none(),
-            },
+            |row, (set, axis, is_spread)| error(row.model, **axis, **set, *is_spread),
         )
-        .column(Column::numbers("numbers"), |row| whole(row, |cost| cost.coefficients))
+        .column(Column::numbers("numbers"), |row| Cell::whole(row.model.cost.coefficients))
         .about("Numbers that it consists of")
-        .column(Column::numbers("memory").unit("B"), |row| whole(row, |cost| cost.bytes))
+        .column(Column::numbers("memory").unit("B"), |row| Cell::whole(row.model.cost.bytes))
         .about("Of an export in single precision, its numbers and its state, at the rate of the recordings")
         .column(Column::numbers("a sample").unit("µs"), |row| {
-            let micros = model(row).map(|model| model.cost.micros_a_sample);
-            Cell::digits(micros.filter(|micros| micros.is_finite()), 2)
+            let micros = row.model.cost.micros_a_sample;
+            Cell::digits(Some(micros).filter(|micros| micros.is_finite()), 2)
         })
         .about("Time of a sample, measured on this machine")
         .column(Column::numbers("took").unit("s"), |row| {
-            Cell::digits(model(row).and_then(|model| model.seconds), 2)
+            Cell::digits(row.model.seconds, 2)
         })
         .about("How long it took to try")
         .table("", "")
@@ -302,7 +271,6 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
 mod tests {
     use super::*;
 
-    /// An axis that is always zero has no weight.
     #[test]
     fn an_axis_without_error_does_not_count() {
         assert_eq!(weights(&[2.0, 0.0]), [0.25, 0.0]);

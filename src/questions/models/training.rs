@@ -1,6 +1,4 @@
-//! Training of networks and kernels, which takes too long for a slider and runs in the background.
-//!
-//! Guarantees: test recordings are not used for training; each score is of samples that the fit has not used.
+//! Training of networks and kernels in the background. Each score is of samples outside the fit.
 
 use crate::calibration::network::NetworkError;
 use crate::calibration::{Calibration, Learner, SettingsError};
@@ -14,12 +12,11 @@ use crate::questions::request::Request;
 use crate::scoring::cross_validation::MOST_FITS;
 use crate::scoring::part_squares::PartSquares;
 
-/// Calibration with its residuals on held-out parts.
 #[derive(Clone, Debug)]
 pub struct Scored {
-    /// The calibration.
     pub calibration: Calibration,
     /// Residuals of the fits without each part; `None` without cross-validation.
+    #[cfg_attr(not(test), expect(dead_code, reason = "tests compare the parts"))]
     pub left_out: Option<PartSquares>,
 }
 
@@ -35,11 +32,8 @@ pub fn train(
     train_and_score(request, progress, on_step).map(|scored| scored.calibration)
 }
 
-/// Fits the request with its regressor, and returns also the residuals on each held-out part. Test recordings are only
-/// scored.
-///
-/// A network reports after each epoch and keeps its best epoch if it is cancelled. A cancelled cross-validation leaves the
-/// calibration without this score.
+/// Fits the request with its regressor, and returns also the residuals on each held-out part. Test recordings are only scored.
+/// A network reports each epoch and keeps its best one if it is cancelled; a cancelled cross-validation gives no score.
 ///
 /// # Errors
 /// [`AnalysisError`] if the request cannot be fitted.

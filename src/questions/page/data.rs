@@ -6,6 +6,7 @@ use std::time::SystemTime;
 use jiff::Timestamp;
 
 use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
+use crate::finding::Finding;
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::metrology::Metrology;
@@ -32,8 +33,7 @@ pub struct ReportData {
     pub thresholds: Result<ReportCurves, String>,
     /// Description of the recordings that loops and figures are measured on.
     pub measured: String,
-    /// Loops of each axis of the calibration, as measured and without a lag, or a sentence with the reason why there are
-    /// none.
+    /// Loops of each axis of the calibration, as measured and without a lag, or a sentence with the reason why there are none.
     pub loops: Vec<Result<Vec<Figure<'static>>, String>>,
     /// Errors over time of the recording with the largest errors.
     pub errors: Option<ReportErrors>,
@@ -44,7 +44,7 @@ pub struct ReportData {
     /// Outcome of each limit; empty without limits.
     pub limits: Vec<Checked>,
     /// Warnings at the top of the report.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Finding>,
 }
 
 /// A recording in a report.
@@ -66,21 +66,15 @@ pub struct ReportRecording {
     pub compensated_rmse: Option<Vec<f64>>,
 }
 
-/// Errors over the thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportCurves {
-    /// RMSE over F_th and over t_th, for forces and moments.
     pub plots: Vec<Figure<'static>>,
-    /// Caption of the figures.
     pub about: String,
 }
 
-/// Errors over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportErrors {
-    /// Name of the recording.
     pub recording: String,
-    /// Reason for the choice of this recording.
     pub chosen: &'static str,
     /// One figure per axis that has a reference.
     pub figures: Vec<Figure<'static>>,

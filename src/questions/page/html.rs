@@ -3,6 +3,7 @@
 use minijinja::{Value, context};
 
 use super::data::{ReportData, utc};
+use super::request::sentence;
 use super::tables;
 use crate::export::filled_markup;
 use crate::finding::Face;
@@ -20,7 +21,6 @@ const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
 const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
-/// Returns the whole page.
 pub(super) fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
     let count = |role: Role| {
@@ -49,7 +49,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
         n_test => count(Role::Test),
         sensor => tables::sensor(calibration),
         notes => notes.filter(|line| !line.is_empty()).collect::<Vec<_>>(),
-        warnings => report.warnings.clone(),
+        warnings => report.warnings.iter().map(|own| sentence(&own.to_string())).collect::<Vec<_>>(),
         check => or_reason(&report.check, |found| context! {
             verdict => found.verdict.words(),
             sentences => found.sentences(Face::Page).collect::<Vec<_>>(),
@@ -96,7 +96,6 @@ pub(super) fn html_of(report: &ReportData) -> String {
     filled_markup(include_str!("report.html"), values)
 }
 
-/// Returns a result as a value of the template, or the reason why there is none.
 fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> Value {
     match found {
         Ok(found) => shown(found),

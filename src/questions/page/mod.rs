@@ -1,7 +1,5 @@
-//! A report on a calibration: one self-contained HTML file to read, print and keep.
-//!
-//! Guarantees: the markup is well-formed for any file names. There is no script, and nothing is loaded from elsewhere. A
-//! missing result is replaced by its reason.
+//! A report on a calibration: one self-contained HTML file. The markup is well-formed for any file names, without scripts or
+//! external parts. A missing result is replaced by its reason.
 
 mod data;
 mod html;

@@ -7,7 +7,7 @@ use super::data::{ReportCurves, ReportData, ReportErrors, ReportRecording};
 use crate::calibration::{Calibration, ExpectedError};
 use crate::export::used_recordings;
 use crate::features::Thresholds;
-use crate::finding::Face;
+use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::error::AnalysisError;
@@ -243,7 +243,6 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
     chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
-/// Returns the recordings that loops and figures are measured on.
 fn measured_recordings(of: TableOf) -> String {
     let words = match of {
         TableOf::Test => "the test recordings",
@@ -254,18 +253,18 @@ fn measured_recordings(of: TableOf) -> String {
     words.to_owned()
 }
 
-fn warnings(analysis: &Analysis) -> Vec<String> {
-    let simulated = "These recordings are simulated by the built-in sensor, not measured.";
-    let simulated = analysis.calibration.simulated.then(|| simulated.to_owned());
-    let findings = analysis.findings.iter().map(|found| sentence(&found.text(Face::Page)));
-    simulated.into_iter().chain(findings).collect()
+fn warnings(analysis: &Analysis) -> Vec<Finding> {
+    let seen = "these recordings are simulated by the built-in sensor, not measured";
+    let simulated = Finding::new(Id::Simulated, Verdict::Enough, seen);
+    let simulated = analysis.calibration.simulated.then_some(simulated);
+    simulated.into_iter().chain(analysis.findings.iter().cloned()).collect()
 }
 
 /// Returns the errors over each threshold, through the thresholds of the fit. `Err` holds the reason why there are none.
 fn thresholds(
     request: &Request,
     progress: &Progress,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Result<Result<ReportCurves, String>, AnalysisError> {
     let recordings = Arc::clone(&request.recordings);
     let mut made = || {
@@ -305,7 +304,7 @@ fn curves(
     request: &Request,
     map: &ThresholdMap,
     present: Thresholds,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> ReportCurves {
     let at = map.nearest(present);
     let shown = ShownFTh::of(map.distance);
@@ -338,16 +337,14 @@ fn curves(
         let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
         about.push_str(&format!(" {}", sentence(&found.in_words(map, measure, &f_th))));
         if !found.beats_conventional {
-            warnings.push(
-                "No look-back is better than the conventional calibration with 90 % confidence."
-                    .to_owned(),
-            );
+            let seen =
+                "no look-back is better than the conventional calibration with 90 % confidence";
+            warnings.push(Finding::new(Id::NoLookBack, Verdict::Enough, seen));
         }
     }
     ReportCurves { plots, about }
 }
 
-/// Measures the loops of these recordings.
 struct Looker<'a> {
     viewer: Viewer,
     request: LookRequest,
@@ -422,7 +419,7 @@ impl<'a> Looker<'a> {
 }
 
 /// Returns a sentence with a capital letter and a full stop.
-fn sentence(text: &str) -> String {
+pub(super) fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(char::to_uppercase);
     let capital: String = first.into_iter().flatten().collect();

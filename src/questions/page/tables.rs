@@ -11,7 +11,6 @@ use crate::shown::and_more;
 /// Maximum number of columns of a matrix. The JSON export holds larger ones.
 const MAX_FEATURES: usize = 400;
 
-/// Returns the sensor's identity as labels and values.
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let entered = calibration.identity.entered();
     let mut rows: Vec<(&str, String)> =
@@ -27,7 +26,6 @@ pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// Returns the recordings with their files and errors.
 pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     let files = Table::of(&report.recordings)
         .words("Name", |own| &own.used.name)

@@ -40,18 +40,17 @@ pub struct ThresholdStudy {
     pub past_ages: PastAges,
     /// Mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
-    /// Time lag that the thresholds would describe as hysteresis. It is measured after the map.
+    /// Time lag that the thresholds would describe as hysteresis; measured after the map.
     pub lag: Option<Finding>,
 }
 
-/// A prepared study, with its map so far.
 struct Prepared {
     of: StudyThresholds,
     study: Study,
     map: Option<Arc<ThresholdMap>>,
 }
 
-/// Data that a study reuses.
+/// Prepared study that the next question of the same recordings and settings reuses.
 #[derive(Default)]
 pub struct StudyCache(Option<Prepared>);
 

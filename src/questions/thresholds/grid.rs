@@ -19,7 +19,6 @@ pub struct ThresholdGrid {
     t_ths_secs: Vec<f64>,
 }
 
-/// Reason why values make no grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     #[error("{what} has no values; give start:stop:step, or rising numbers separated by commas")]
@@ -69,7 +68,6 @@ pub fn even_values(
     Ok((0..=steps as usize).map(|at| rounded(start + at as f64 * step, decimals)).collect())
 }
 
-/// Returns a multiple of a decimal step, rounded to the decimals of the step.
 fn rounded(value: f64, decimals: Option<usize>) -> f64 {
     let written = decimals.map(|decimals| format!("{value:.decimals$}"));
     written.and_then(|text| text.parse().ok()).unwrap_or(value)
@@ -210,7 +208,6 @@ mod tests {
         assert!(ThresholdGrid::new(values, vec![1.0, 2.0]).is_ok());
     }
 
-    /// Each position occurs once, and each level halves the remaining gaps.
     #[test]
     fn coarse_to_fine_visits_all_and_halves_the_gaps() {
         for n in [1, 2, 3, 5, 6, 40, 41, 97] {

@@ -13,22 +13,17 @@ use crate::scoring::quantile::quantile;
 /// Share of a map's numbers that lie within the range of its colours.
 const SHADED_SHARE: f64 = 0.95;
 
-/// Set of samples on which errors are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScoreSet {
-    /// Training samples.
     Train,
-    /// Recordings in the test role.
     Test,
     /// Training recordings, each predicted by a fit to the others.
     LeftOut,
 }
 
 impl ScoreSet {
-    /// All sets of samples.
     pub const ALL: [Self; 3] = [Self::Train, Self::Test, Self::LeftOut];
 
-    /// Returns the name.
     pub fn label(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -37,7 +32,6 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the short name for the window.
     pub fn title(self) -> &'static str {
         match self {
             Self::Train => "Train",
@@ -55,7 +49,6 @@ impl ScoreSet {
         }
     }
 
-    /// Returns an explanation of the errors on these samples.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Train => "On the training recordings themselves; these errors are too small",
@@ -70,7 +63,6 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the errors on these samples.
     pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {
         match self {
             Self::Train => scores.train_rmse.as_deref(),
@@ -89,17 +81,13 @@ impl ScoreSet {
     }
 }
 
-/// Threshold that varies along a curve, while the other is fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
-    /// F_th.
     F,
-    /// t_th.
     T,
 }
 
 impl Along {
-    /// Returns this threshold of a pair (t_th in s).
     pub fn of(self, pair: Thresholds) -> f64 {
         match self {
             Self::F => pair.f_th,
@@ -108,30 +96,22 @@ impl Along {
     }
 }
 
-/// Scores at every pair of thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdMap {
-    /// Pairs of thresholds.
     pub grid: ThresholdGrid,
-    /// Quantity in which F_th is measured.
     pub distance: Distance,
-    /// Axes of the scores.
     pub scale: MeasureScale,
     /// Number of training samples.
     pub n_train: u64,
-    /// Number of test samples.
     pub n_test: u64,
     /// Number of samples of each held-out part.
     pub part_samples: Vec<u64>,
-    /// Description of the parts.
     pub cross_validation: CrossValidation,
-    /// Scores of the conventional calibration.
     pub conventional: PointScores,
     pub(crate) rows: Vec<Option<Vec<PointScores>>>,
 }
 
 impl ThresholdMap {
-    /// Returns a map without rows.
     pub fn new(
         grid: ThresholdGrid,
         distance: Distance,
@@ -161,17 +141,14 @@ impl ThresholdMap {
         self.rows[f_at] = Some(points);
     }
 
-    /// Returns true if this row is computed.
     pub fn has_row(&self, f_at: usize) -> bool {
         self.rows.get(f_at).is_some_and(Option::is_some)
     }
 
-    /// Returns true if all rows are computed.
     pub fn is_complete(&self) -> bool {
         self.rows.iter().all(Option::is_some)
     }
 
-    /// Returns the number of computed rows.
     pub fn n_rows_done(&self) -> usize {
         self.rows.iter().flatten().count()
     }
@@ -181,15 +158,11 @@ impl ThresholdMap {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
 
-    /// Returns the thresholds of one pair.
-    ///
-    /// # Panics
-    /// If the pair does not exist.
+    /// Returns the thresholds of one pair; panics if the pair does not exist.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
         Thresholds { f_th: self.grid.f_ths()[f_at], t_th_secs: self.grid.t_ths_secs()[t_at] }
     }
 
-    /// Returns the pair of the grid that is nearest to these thresholds.
     pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
         let nearest = |values: &[f64], wanted: f64| {
             let distance = |at: &usize| (values[*at] - wanted).abs();
@@ -202,20 +175,16 @@ impl ThresholdMap {
         )
     }
 
-    /// Returns a measure of the errors at one pair.
     pub fn value(&self, set: ScoreSet, measure: Measure, f_at: usize, t_at: usize) -> Option<f64> {
         let scores = &self.point(f_at, t_at)?.scores;
         measure.of_rmse(&self.scale, set.rmse(scores)?)
     }
 
-    /// Returns a measure of the errors of the conventional calibration.
     pub fn conventional_value(&self, set: ScoreSet, measure: Measure) -> Option<f64> {
         measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
     }
 
-    /// Returns a measure of the errors at all pairs.
-    ///
-    /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
+    /// Returns all pairs, `n_f_th × n_t_th` row-major: all t_th of the first F_th come first.
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
         let n_t = self.grid.t_ths_secs().len();
         (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
@@ -230,8 +199,7 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// Returns `(threshold, error)` along one threshold through the pair at these indices, ascending. Missing pairs are left
-    /// out.
+    /// Returns `(threshold, error)` along one threshold through the pair at these indices, ascending, without missing pairs.
     pub fn curve(
         &self,
         along: Along,

@@ -22,12 +22,10 @@ pub enum Measure {
     FullScale,
 }
 
-/// Axes that a measure combines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasureScale {
     /// Axes in the order of the errors.
     pub axes: Vec<Axis>,
-    /// Full scale of each axis.
     pub full_scale: Vec<f64>,
 }
 

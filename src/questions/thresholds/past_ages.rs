@@ -12,7 +12,6 @@ pub struct AgeBin {
     pub from_secs: f64,
     /// Upper limit of the age (s), included.
     pub to_secs: f64,
-    /// Number of samples.
     pub count: u64,
 }
 
@@ -24,9 +23,7 @@ pub struct AgeBin {
 /// * its load has not yet differed by F_th in the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PastAges {
-    /// Number of all samples.
     pub n_samples: u64,
-    /// Number of samples whose past sample is found.
     pub n_found: u64,
     /// Number of samples whose past sample is older than t_th.
     pub n_cut_off: u64,
@@ -49,10 +46,8 @@ impl PastAges {
         }
     }
 
-    /// Counts the samples of one recording.
-    ///
-    /// **Shapes** `past` holds the past sample of each sample without a limit t_th, or the sample's own index if there is
-    /// none.
+    /// Counts the samples of one recording. `past` holds the past sample of each sample without a limit t_th, or the sample's
+    /// own index if there is none.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {

@@ -8,10 +8,8 @@ use crate::progress::{Cancelled, Progress};
 use crate::scoring::left_out::{LeftOut, summed_by_target};
 use crate::scoring::metrics;
 
-/// Errors of a fit at one pair of thresholds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointScores {
-    /// RMSE per axis.
     pub scores: Scores,
     /// Sums of squared errors of each held-out part, `n_parts × n_axes` row-major; empty if nothing is held out.
     pub left_out_squares: Vec<f64>,
@@ -20,8 +18,7 @@ pub struct PointScores {
 /// Scores fits that differ only in the thresholds of the first look-back.
 #[derive(Clone, Debug)]
 pub struct Scorer {
-    /// Sums of all training samples, of each part, and of the test recordings, with a first look-back that finds no past
-    /// sample.
+    /// Sums of all training samples, of each part, and of the test recordings. The first look-back finds no past sample.
     train: NormalEquations,
     parts: Vec<NormalEquations>,
     /// Cold-start sums on which fits without a part are scored, if they differ from the part's own.
@@ -78,7 +75,6 @@ impl Scorer {
         self
     }
 
-    /// Returns the scores of the conventional calibration.
     pub fn conventional(&self) -> &PointScores {
         &self.conventional
     }
@@ -88,24 +84,21 @@ impl Scorer {
         self.cold.is_some()
     }
 
-    /// Returns the number of test samples.
     pub fn n_test(&self) -> u64 {
         self.test.n_samples()
     }
 
-    /// Returns the number of samples of each held-out part.
     pub fn part_samples(&self) -> Vec<u64> {
         self.parts.iter().map(NormalEquations::n_samples).collect()
     }
 
-    /// Returns the scores at every t_th in turn.
+    /// Returns the scores at each of `n_classes` t_th.
     ///
-    /// **Shapes** `aged_parts` holds the contribution of each training piece to its part and recording. `aged_cold` holds its
-    /// contribution to the sums that the part is scored on, `aged_test` the contribution of the test recordings. `n_classes`
-    /// is the number of t_th.
+    /// **Shapes** `aged_parts` holds the contribution of each training piece to its part and recording, `aged_cold` to the sums
+    /// that the part is scored on. `aged_test` holds that of the test recordings.
     ///
     /// # Errors
-    /// [`Cancelled`] if the work was stopped.
+    /// [`Cancelled`].
     pub fn row(
         &self,
         aged_parts: &[(usize, usize, AgedSums)],

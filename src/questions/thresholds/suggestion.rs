@@ -13,9 +13,7 @@ use crate::scoring::numbers::significant;
 /// Range of one threshold in which the held-out error is not above the lowest with 90 % confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
-    /// Minimum.
     pub from: f64,
-    /// Maximum.
     pub to: f64,
     /// True if `from` is the smallest value that was tried, so that smaller ones may be as good.
     pub from_is_first_tried: bool,
@@ -23,22 +21,18 @@ pub struct FlatRange {
     pub to_is_last_tried: bool,
 }
 
-/// Minimum of the cross-validation error over the map.
+/// Minimum of the cross-validation error over the map. The test recordings do not influence it.
 ///
-/// A neighbour is as good if the minimum is not below its error with 90 % confidence (see [`ErrorBlocks::is_below`]), with
-/// the other threshold fixed. A range is the run of equally good neighbours around the minimum. The test recordings do not
-/// influence it.
-///
-/// The minimum of a map is too optimistic, because it is chosen among many pairs. Within the ranges, the choice hardly matters.
+/// A neighbour is as good if the minimum is not below its error with 90 % confidence (see [`ErrorBlocks::is_below`]), with the
+/// other threshold fixed. A range is the run of equally good neighbours around the minimum. The minimum itself is too
+/// optimistic, because it is chosen among many pairs; within the ranges, the choice hardly matters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggestion {
-    /// Thresholds at the minimum.
     pub thresholds: Thresholds,
     /// Position in the grid.
     pub at: (usize, usize),
     /// Error at the minimum.
     pub left_out: f64,
-    /// Error of the conventional calibration.
     pub conventional: f64,
     /// True if the conventional calibration is worse with 90 % confidence.
     pub beats_conventional: bool,
@@ -46,33 +40,24 @@ pub struct Suggestion {
     pub f_th_range: FlatRange,
     /// t_th that are as good, at the suggested F_th (s).
     pub t_th_range: FlatRange,
-    /// Number of parts that were left out in turn.
     pub n_parts: usize,
     /// True if the parts are blocks of fewer than three recordings.
     pub parts_are_blocks: bool,
-    /// Description of the parts.
     pub cross_validation: CrossValidation,
 }
 
-/// Reason why no thresholds are suggested.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSuggestion {
-    /// There is no cross-validation.
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    /// No axis counts for the measure.
     #[error("the sensor has no axis of this measure; choose another one")]
     NoAxis,
-    /// The map is still empty.
     #[error("no row of the map has been computed yet; wait for the first row")]
     NotYet,
 }
 
 impl ThresholdMap {
-    /// Returns the thresholds to use; see [`Suggestion`].
-    ///
-    /// # Errors
-    /// [`NoSuggestion`] if the map has no errors to choose by.
+    /// Returns the thresholds to use, or [`NoSuggestion`] if the map has no errors to choose by.
     pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
@@ -127,8 +112,7 @@ impl Suggestion {
     }
 
     /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
-    ///
-    /// The smallest values do not count, because they are the conventional calibration.
+    /// The smallest values do not count: they are the conventional calibration.
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
         let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
         (last(self.at.0, map.grid.f_ths()), last(self.at.1, map.grid.t_ths_secs()))

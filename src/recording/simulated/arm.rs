@@ -1,6 +1,5 @@
-//! Robot arm of the simulation: a path of attitudes, and the load of the weight along this path.
-//!
-//! Guarantees: roll, pitch and their rates are continuous. A path is the same curve at every speed.
+//! Robot arm of the simulation: a path of attitudes, and the load of the weight along it. Roll, pitch and their rates are
+//! continuous. A path is the same curve at every speed.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -10,8 +9,8 @@ use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch}
 /// Mass of the paper's weight (section 4.1.2).
 pub(super) const MASS_KG: f64 = 1.128;
 
-/// Mounting points in m: the centre, then the four combinations of the paper's offsets of 0.02 m and 0.015 m. All lie
-/// in the sensor's x-y plane, so the centre causes no moment.
+/// Mounting points (m): the centre, then the paper's four combinations of 0.02 m and 0.015 m. All lie in the sensor's plane,
+/// so the centre causes no moment.
 pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.0, 0.0, 0.0],
     [0.02, 0.015, 0.0],
@@ -50,11 +49,9 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Creates path number `path` of a seed.
-    ///
-    /// Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly every direction. Pitch follows roll
-    /// by 30° to 150° of phase on odd paths and leads it on even paths. In phase, a path would retrace itself. With one
-    /// sign on all paths, one axis would predict the hysteresis of another.
+    /// Creates path number `path` of a seed. Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly every
+    /// direction. Pitch follows roll by 30° to 150° of phase on odd paths and leads it on even paths: in phase, a path would
+    /// retrace itself; with one sign on all paths, one axis would predict the hysteresis of another.
     pub fn new(seed: u64, path: u64) -> Self {
         let mut random = Random::new(seed, &[path]);
         let phase = random.between(0.0, TAU);
@@ -92,8 +89,8 @@ mod tests {
     use super::*;
     use crate::recording::kinetics::STANDARD_GRAVITY;
 
-    /// In a step of 1e-6 cycles, the angle changes by less than 2π · 0.95π · 1e-6 < 2e-5 rad. The rate changes by less
-    /// than 1e-6 of (2π)² · 0.95π < 120 plus the change of the amplitude.
+    /// In 1e-6 cycles, the angle changes by less than 2π · 0.95π · 1e-6 < 2e-5 rad, and the rate by less than 1e-6 of
+    /// (2π)² · 0.95π < 120 plus the change of the amplitude.
     #[test]
     fn angle_and_rate_are_continuous_at_the_knots() {
         let step = 1e-6;

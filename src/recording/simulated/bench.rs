@@ -16,7 +16,6 @@ const LONG_SECS: f64 = 60.0;
 /// Rest before the first load (s).
 const REST_SECS: f64 = 10.0;
 
-/// Returns the loads for one axis, row by row.
 pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
     let at = Axis::ALL.iter().position(|one| *one == axis);
     let at = at.expect("the list holds every axis");

@@ -1,7 +1,6 @@
-//! Simulated recordings with a time lag, with hysteresis, or with both, for tests that distinguish the two.
-//!
-//! One force acts on two gauges. The lag is a first-order low-pass of an amplifier. The hysteresis is play, independent
-//! of the load's rate. The load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
+//! Simulated recordings with a time lag, with hysteresis, or with both, for tests that distinguish the two. One force acts on
+//! two gauges. The lag is a first-order low-pass of an amplifier, the hysteresis play, independent of the load's rate. The
+//! load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
 
 use std::f64::consts::TAU;
 
@@ -126,8 +125,7 @@ mod tests {
     use crate::progress::Progress;
     use crate::scoring::lag::{LagRun, lags, widths};
 
-    /// The lag is found within 3 %. The hysteresis without the lag is found within 10 % of 2 r, or within 0.3 % of full
-    /// scale.
+    /// The lag is found within 3 %, and the hysteresis without it within 10 % of 2 r, or within 0.3 % of full scale.
     #[test]
     fn lag_and_hysteresis_are_distinguished() {
         for (late, tau, width) in [

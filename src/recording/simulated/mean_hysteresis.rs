@@ -8,16 +8,14 @@ use super::sensor::{RATED_LOAD, Sensor};
 /// Number of steps from no load to the rated load. The two branches of a loop are compared at these loads.
 const STEPS: i32 = 120;
 
-/// Returns the mean hysteresis of the simulated sensor after its rated load.
+/// Returns the mean hysteresis of the simulated sensor after its rated load (N).
 ///
-/// Each axis is loaded alone and slowly: zero, +rated, −rated, +rated (12 N, 0.25 N·m), without noise and creep. A
-/// linear calibration, least squares with an offset over the six runs, turns the readings into loads. The result is
+/// Each axis is loaded alone and slowly: zero, +rated, −rated, +rated (12 N, 0.25 N·m), without noise and creep. A linear
+/// calibration, least squares with an offset over the six runs, turns the readings into loads. The result is
 /// `|falling − rising|` at equal load, averaged over the load range and the three force axes.
 ///
 /// **Source** Koike et al. 2019, section 4.2, measured 2.64 N "after rated output load was applied". The paper does not
 /// define the figure; this definition is ours.
-///
-/// **Units** N.
 pub fn mean_hysteresis_newtons() -> f64 {
     let runs: Vec<Vec<[f64; 6]>> = (0..6).map(readings_of_axis).collect();
     let shares = load_shares();

@@ -1,10 +1,8 @@
 //! Built-in simulated sensor: recordings like the paper's, for a start without own files.
 //!
-//! A robot arm turns a weight of 1.128 kg, fixed at five points, along six paths at three speeds. A resin sensor with
-//! six gauges, hysteresis, creep and noise carries the weight.
-//!
-//! Guarantees: the same seed gives the same numbers. A recording depends only on seed, path, mounting point and speed.
-//! Reference loads are exact.
+//! A robot arm turns a weight of 1.128 kg, fixed at five points, along six paths at three speeds. A resin sensor with six
+//! gauges, hysteresis, creep and noise carries it. The same seed gives the same numbers. A recording depends only on seed,
+//! path, mounting point and speed. Reference loads are exact.
 
 mod arm;
 mod bench;
@@ -42,15 +40,13 @@ const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3
 
 /// Returns all 90 recordings with their roles: five paths train (202,500 samples), the sixth tests (40,500 samples).
 ///
-/// The names are `train_path1_mount1_fast` to `test_path6_mount5_slow`. Roll and pitch are sinusoids with a random
-/// amplitude in each cycle. Their frequency is 0.05 Hz in fast runs; medium and slow runs follow the same path in 135 s
-/// and 175 s, at 0.035 Hz and 0.027 Hz. The sensor is relaxed before each recording. The weight is attached in the 5 s
-/// before the start.
+/// The names are `train_path1_mount1_fast` to `test_path6_mount5_slow`. Times start at 0 s in steps of 0.05 s, gauges `S1` to
+/// `S6` are in mV/V. Roll and pitch are sinusoids with a random amplitude in each cycle. Their frequency is 0.05 Hz in fast
+/// runs; medium and slow runs follow the same path in 135 s and 175 s, at 0.035 Hz and 0.027 Hz. The sensor is relaxed before
+/// each recording, and the weight attached in the 5 s before the start.
 ///
-/// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not relate speed to frequency and does not give
-/// the signs of the mounting offsets. Both are our choice, as is the sensor.
-///
-/// **Units** times in s from 0 in steps of 0.05, gauges `S1` to `S6` in mV/V, loads in N and N·m.
+/// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not relate speed to frequency and does not give the
+/// signs of the mounting offsets. Both are our choice, as is the sensor.
 pub fn recordings(seed: u64) -> RecordingSet {
     let runs: Vec<(u64, usize, usize)> = (1..=N_PATHS)
         .flat_map(|path| {
@@ -67,10 +63,9 @@ pub fn recordings(seed: u64) -> RecordingSet {
     set
 }
 
-/// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off.
-///
-/// Each recording loads one axis alone: rest, four cycles to the rated load in both directions, rest, a staircase with
-/// dwells up to 80 % and back, rest. These recordings show zero return, creep, repeatability and crosstalk.
+/// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off. Each loads one axis alone:
+/// rest, four cycles to the rated load in both directions, rest, a staircase with dwells up to 80 % and back, rest. They show
+/// zero return, creep, repeatability and crosstalk.
 pub fn bench(seed: u64) -> Vec<Entry> {
     let axes = Axis::ALL.into_iter().enumerate();
     axes.map(|(at, axis)| {

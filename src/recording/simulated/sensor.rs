@@ -1,20 +1,16 @@
 //! Simulated sensor with six gauges on a resin body: computes gauge readings from the history of the load.
 //!
-//! A gauge reads, in mV/V,
-//! `offset + gain · (e + q e² + c e³ − h z + Σ aⱼ lowpass_τⱼ(e)) + noise`
-//! where `e` is the elastic strain (about 1 at the rated load) and `z` the hysteresis.
-//!
-//! Guarantees: hysteresis depends on the order of strains but not on their rate. The hysteresis is bounded and every
-//! number finite.
+//! A gauge reads, in mV/V, `offset + gain · (e + q e² + c e³ − h z + Σ aⱼ lowpass_τⱼ(e)) + noise`, where `e` is the elastic
+//! strain (about 1 at the rated load) and `z` the hysteresis, which depends on the order of strains but not on their rate.
+//! The hysteresis is bounded and every number finite.
 
 use crate::random::Random;
 
 /// Rated load in N and N·m: the paper's 12 N, and a moment chosen here.
 pub(super) const RATED_LOAD: [f64; 6] = [12.0, 12.0, 12.0, 0.25, 0.25, 0.25];
 
-/// Elastic strain of each gauge for the rated load of each axis. Every axis has a gauge of its own, as on a
-/// cross-shaped body, with up to a quarter of crosstalk to the others. The condition number is 1.39 for loads divided
-/// by the rated load.
+/// Elastic strain of each gauge for the rated load of each axis. Every axis has a gauge of its own, as on a cross-shaped body,
+/// with up to a quarter of crosstalk. The condition number is 1.39 for loads divided by the rated load.
 const ELASTICITY: [[f64; 6]; 6] = [
     [0.94, 0.11, -0.17, 0.06, 0.19, -0.04],
     [-0.13, 1.03, 0.14, -0.21, 0.05, 0.08],
@@ -27,8 +23,7 @@ const ELASTICITY: [[f64; 6]; 6] = [
 /// Half-width `h` of each gauge's loop in units of strain, scaled so that the mean hysteresis equals the paper's.
 const HYSTERESIS: [f64; 6] = [0.154, 0.145, 0.163, 0.149, 0.159, 0.14];
 
-/// `1 / A`: strain that takes `z` from its limit back to 0. It is well above `h`, so that a gauge follows the load
-/// right after a reversal.
+/// `1 / A`: strain that takes `z` from its limit to 0, well above `h`, so that a gauge follows the load after a reversal.
 const TURNOVER_STRAIN: f64 = 0.3;
 
 /// Creep as a share of the strain, and its time constant in s.
@@ -48,9 +43,8 @@ const NOISE: f64 = 0.0008;
 /// Time in which the weight is attached before a recording starts, in s.
 const ONSET_SECS: f64 = 5.0;
 
-/// Hysteresis of one gauge: a Bouc-Wen element, `ż = A ẋ − β |ẋ| |z|ⁿ⁻¹ z − γ ẋ |z|ⁿ` with `n = 1` and `β = γ = A / 2`,
-/// so that `|z| ≤ 1`. After a reversal, `z` first returns to 0 at a constant rate and then nears its limit
-/// exponentially.
+/// Hysteresis of one gauge: a Bouc-Wen element, `ż = A ẋ − β |ẋ| |z|ⁿ⁻¹ z − γ ẋ |z|ⁿ` with `n = 1` and `β = γ = A / 2`, so
+/// that `|z| ≤ 1`. After a reversal, `z` returns to 0 at a constant rate and then nears its limit exponentially.
 #[derive(Clone, Copy, Debug, Default)]
 struct BoucWen {
     strain: f64,
@@ -143,8 +137,7 @@ impl Sensor {
     }
 }
 
-/// Returns the gauge readings at these loads, `n × 6` row-major in mV/V. The weight is attached just before the first
-/// sample.
+/// Returns the gauge readings at these loads, `n × 6` row-major (mV/V). The weight is attached just before the first sample.
 pub(super) fn gauges_from_loads(loads: &[[f64; 6]], rate_hz: f64, random: &mut Random) -> Vec<f64> {
     let mut sensor = Sensor::relaxed(1.0 / rate_hz);
     let onset_steps = (ONSET_SECS * rate_hz).round() as usize;
@@ -185,8 +178,7 @@ mod tests {
         }
     }
 
-    /// From −1 to 1, `z` keeps `exp(−2 / 0.5)` = 1.8 % of its distance from the limit, so the loop repeats after a few
-    /// cycles.
+    /// From −1 to 1, `z` keeps `exp(−2 / 0.5)` = 1.8 % of its distance from the limit, so the loop soon repeats.
     #[test]
     fn hysteresis_saturates_and_its_loop_closes() {
         let ends = followed(&[0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0], 1);
@@ -225,8 +217,7 @@ mod tests {
         }
     }
 
-    /// The rated load is held for 400 s, ten times the long time constant. Creep adds its shares of the strain, with
-    /// the sign of the strain.
+    /// The rated load is held for 400 s, ten times the long time constant. Creep adds its shares with the sign of the strain.
     #[test]
     fn a_held_load_creeps_by_the_shares() {
         let load = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0];

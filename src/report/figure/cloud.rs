@@ -11,7 +11,7 @@ const WEAKEST: (f32, f32) = (0.2, 0.35);
 /// Density of paths, in one colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
-    /// The density.
+    /// Density of the paths.
     pub density: Arc<Density>,
     /// Red, green, blue.
     pub color: [u8; 3],

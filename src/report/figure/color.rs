@@ -1,11 +1,8 @@
 //! Colours that are distinguishable with any colour vision, the same in files and in the window. All are red, green, blue.
 
 // The next colours are from Okabe and Ito (2008).
-/// Blue.
 pub const BLUE: [u8; 3] = [0, 114, 178];
-/// A light purple.
 pub const PURPLE: [u8; 3] = [204, 121, 167];
-/// A light blue.
 pub const SKY: [u8; 3] = [86, 180, 233];
 
 /// Reference on a light background.

@@ -94,8 +94,7 @@ impl Scale {
         Self { label: label.into(), range, cells: Vec::new() }
     }
 
-    /// Returns a scale around the finite numbers, with this share of their range as a margin; a single number also gets a
-    /// margin.
+    /// Returns a scale around the finite numbers, with this share of their range as a margin, also around a single number.
     pub fn spanning(
         label: impl Into<String>,
         numbers: impl IntoIterator<Item = f64>,

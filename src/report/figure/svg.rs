@@ -1,6 +1,5 @@
-//! A figure as an SVG 1.1 image in a single file.
-//!
-//! Guarantees: text is escaped; numbers that are not finite are omitted; the same figure gives the same file.
+//! A figure as an SVG 1.1 image in a single file. Text is escaped; numbers that are not finite are omitted; the same figure
+//! gives the same file.
 
 use std::fmt;
 
@@ -12,7 +11,7 @@ use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
-/// Margins of the plot: left, top, right, bottom.
+/// Left, top, right, bottom.
 const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];
 /// Additional right margin for the colour scale.
 const ROOM_FOR_SHADES: f64 = 120.0;
@@ -22,7 +21,6 @@ const APART: (f64, f64) = (80.0, 45.0);
 const MAX_NAMED_CELLS: usize = 12;
 /// Distance outside the plot up to which lines are drawn, so that no ends are visible at its edge.
 const BEYOND: f64 = 40.0;
-/// Number of steps of the colour scale.
 const SHADE_STEPS: usize = 64;
 
 impl Figure<'_> {
@@ -38,7 +36,6 @@ impl Figure<'_> {
     }
 }
 
-/// A figure with its size and the place of its plot: left, top, right, bottom.
 struct Svg<'a> {
     figure: &'a Figure<'a>,
     size: (f64, f64),
@@ -112,7 +109,6 @@ impl Svg<'_> {
         place(value, self.figure.up.range, self.plot[3], self.plot[1])
     }
 
-    /// Returns the labels of both scales and their places.
     fn named(&self) -> [Vec<(f64, String)>; 2] {
         let [left, top, right, bottom] = self.plot;
         let across = named(&self.figure.across, (right - left) / APART.0).into_iter();
@@ -330,7 +326,6 @@ fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str)
     )
 }
 
-/// Writes vertical text.
 fn upright(out: &mut fmt::Formatter<'_>, (x, y): (f64, f64), words: &str) -> fmt::Result {
     writeln!(
         out,
@@ -391,7 +386,6 @@ mod tests {
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     }
 
-    /// Every point of a line is within a tenth of a unit of its place, for any number of points.
     #[test]
     fn every_point_is_drawn() {
         let points: Vec<[f64; 2]> = (0..500)
@@ -413,7 +407,6 @@ mod tests {
         }
     }
 
-    /// A density covers its frame, under the lines.
     #[test]
     fn a_density_covers_its_frame() {
         let frame = Frame { loads: (0.0, 5.0), outputs: (0.0, 10.0) };

@@ -5,14 +5,11 @@ use std::ops::Range;
 
 use crate::recording::Recording;
 
-/// A channel of a recording.
+/// Channel of a recording, by its position among the gauges, the axes of the reference or the auxiliary channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Channel {
-    /// A gauge by its position.
     Gauge(usize),
-    /// An axis of the reference by its position.
     Load(usize),
-    /// An auxiliary channel by its position.
     Auxiliary(usize),
 }
 
@@ -25,7 +22,6 @@ impl Channel {
         }
     }
 
-    /// Returns the name of the channel.
     pub fn name(self, recording: &Recording) -> &str {
         match self {
             Self::Gauge(gauge) => &recording.gauge_names()[gauge],
@@ -35,7 +31,6 @@ impl Channel {
     }
 }
 
-/// Kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FaultKind {
     /// The channel stays at the limit of the logger while the load moves on.
@@ -62,13 +57,9 @@ impl fmt::Display for FaultKind {
     }
 }
 
-/// One fault of one channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Kind of the fault.
     pub kind: FaultKind,
-    /// Channel of the fault.
     pub channel: Channel,
-    /// Samples of the fault.
     pub samples: Range<usize>,
 }

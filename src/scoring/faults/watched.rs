@@ -16,8 +16,13 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
-/// Maximum ratio of the error of a fit to all samples to that without the dwells of a load, for a load that is set and not stuck.
-const SET: f64 = 4.0;
+/// Minimum number of samples at the exact extreme of a channel with noise of more than three steps. One more repeats it with a
+/// chance of about a tenth, so a channel without a limit does so once in a hundred thousand times.
+const REPEATS: usize = 6;
+/// Maximum deviation from the expected value of a sample that is no outlier, as a share of the channel's span.
+const NEAR: f64 = 0.1;
+/// Number of fits of the expected value, each without the outliers of the one before.
+const FITS: usize = 3;
 /// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
 /// Smallest share of a real jump that the other channels show.
@@ -25,13 +30,13 @@ const SHOWN_BY_OTHERS: f64 = 0.3;
 /// Smallest deviation of a dropout from the expected value, as a share of the span and in standard deviations.
 const ELSEWHERE: (f64, f64) = (0.5, 20.0);
 /// Largest deviation after a spike from the value before it, as a share of the spike.
-pub(super) const BACK_AGAIN: f64 = 0.25;
+const BACK_AGAIN: f64 = 0.25;
 /// Maximum length of a spike (samples).
 const SPIKE_SAMPLES: usize = 3;
 /// Maximum length of a dropout (samples); a longer one is stuck.
-pub(super) const DROPOUT_SAMPLES: usize = 50;
+const DROPOUT_SAMPLES: usize = 50;
 /// Frequency of a clipped extreme, relative to that of each neighbouring value.
-pub(super) const PILES_UP: usize = 3;
+const PILES_UP: usize = 3;
 
 /// Properties of a single channel.
 #[derive(Debug)]
@@ -43,6 +48,8 @@ pub(super) struct Own {
     pub span: f64,
     /// Median step from sample to sample.
     pub step: f64,
+    /// Median deviation of three successive samples from a line.
+    noise: f64,
     /// Smallest step that is not zero.
     pub resolution: f64,
     /// Extremes that are much more frequent than their neighbours, so that the logger may end there.
@@ -78,6 +85,10 @@ impl Own {
         let mut values: Vec<f64> = looked_at.clone().map(value).collect();
         let [low_share, high_share] =
             [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
+        let bends = looked_at.clone().filter(|k| k + 2 < n);
+        let noise = median(
+            bends.map(|k| (value(k) - 2.0 * value(k + 1) + value(k + 2)).abs() / 6_f64.sqrt()),
+        );
         let steps = looked_at.filter(|k| *k > 0);
         let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
         let piles_up = |extreme: &f64, inward: f64| {
@@ -102,12 +113,13 @@ impl Own {
             flat,
             span: high_share - low_share,
             step: steps.unwrap_or(0.0),
+            noise: noise.unwrap_or(0.0),
             resolution,
         }
     }
 }
 
-pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
+fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
     (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
 }
 
@@ -115,22 +127,15 @@ pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 #[derive(Debug)]
 pub(super) struct Expected {
     /// Other channels, with the mean that is subtracted and the factor.
-    pub by: Vec<(Channel, f64, f64)>,
+    by: Vec<(Channel, f64, f64)>,
     constant: f64,
     /// Standard deviation of the fit, robust against outliers.
-    pub sigma: f64,
-    /// True if the channel is a reference that is set to loads: one line explains all samples, including the dwells.
-    is_set: bool,
+    sigma: f64,
 }
 
 impl Expected {
-    /// Fits to samples that are not clipped or stuck. Values in `odd` are ignored.
-    pub fn of(
-        recording: &Recording,
-        own: &Own,
-        by: Vec<Channel>,
-        odd: impl Fn(f64) -> bool,
-    ) -> Option<Self> {
+    /// Fits to samples that are not clipped or stuck.
+    pub fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
         let is_flat = |k: usize| {
             let at = own.flat.partition_point(|run| run.end <= k);
@@ -138,11 +143,12 @@ impl Expected {
         };
         let is_inside = |k: &usize| {
             let value = own.channel.of(recording, *k);
-            !own.piles_up.contains(&value) && !odd(value) && !is_flat(*k)
+            !own.piles_up.contains(&value) && !is_flat(*k)
         };
         let fewest = 2 * (by.len() + 1);
-        // Samples that may be clipped or stuck would distort the line.
-        let mut samples: Vec<usize> = all().filter(is_inside).collect();
+        // Samples that may be clipped or stuck would distort the line. A load that is set in steps stands still most of the time.
+        let is_load = matches!(own.channel, Channel::Load(_));
+        let mut samples: Vec<usize> = all().filter(|k| is_load || is_inside(k)).collect();
         if samples.len() < fewest {
             samples = all().collect();
         }
@@ -158,27 +164,19 @@ impl Expected {
                 (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
             })
             .collect();
-        let mut found = Self::fitted(recording, own.channel, &scaled, samples, 3)?;
-        if matches!(own.channel, Channel::Load(_)) {
-            let whole = Self::fitted(recording, own.channel, &scaled, all().collect(), 1)?;
-            let off = |k: usize| own.channel.of(recording, k) - whole.at(recording, k);
-            let squares: f64 = all().map(|k| off(k).powi(2)).sum();
-            found.is_set = (squares / all().len() as f64).sqrt() <= SET * found.sigma;
-        }
-        Some(found)
+        Self::fitted(recording, own, &scaled, samples)
     }
 
     /// Fits by least squares several times, each time without the outliers of the previous fit.
     fn fitted(
         recording: &Recording,
-        channel: Channel,
+        own: &Own,
         scaled: &[(Channel, f64, f64)],
         mut samples: Vec<usize>,
-        rounds: usize,
     ) -> Option<Self> {
-        let value = |k: usize| channel.of(recording, k);
+        let value = |k: usize| own.channel.of(recording, k);
         let mut found = None;
-        for _ in 0..rounds {
+        for _ in 0..FITS {
             let n = samples.len();
             let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
             let ridge = (scaled.len(), 1e-4 * (n as f64).sqrt());
@@ -197,12 +195,14 @@ impl Expected {
                     .collect(),
                 constant: mean + solved[scaled.len()],
                 sigma: 0.0,
-                is_set: false,
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
             let sigma = 1.4826 * median(samples.iter().map(off))?;
-            let near: Vec<usize> =
-                (samples.iter().copied()).filter(|k| off(k) <= 4.0 * sigma).collect();
+            // While a load stands still its error is small, and its hysteresis elsewhere is no outlier.
+            let farthest = (4.0 * sigma).max(NEAR * own.span);
+            let near: Vec<usize> = samples.iter().copied().filter(|k| off(k) <= farthest).collect();
+            let squares: f64 = near.iter().map(|k| off(k).powi(2)).sum();
+            let sigma = sigma.max((squares / near.len().max(1) as f64).sqrt());
             expected.sigma = sigma;
             let is_finite = expected.by.iter().all(|(_, _, factor)| factor.is_finite());
             found = Some(expected).filter(|_| is_finite && sigma.is_finite());
@@ -250,8 +250,7 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Returns true if the channel should move where it does not. The first and last samples do not count, as a late reference may
-    /// still move there.
+    /// Returns true if the channel should move but does not, apart from the outer samples, where a late reference may move.
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
@@ -269,7 +268,6 @@ impl Watched<'_> {
         found: &mut Vec<Fault>,
     ) -> (Option<f64>, Option<f64>) {
         let Channel::Gauge(gauge) = self.own.channel else {
-            self.clipped_load(found);
             return (None, None);
         };
         let entered = entered.and_then(|range| range.of(gauge));
@@ -277,11 +275,8 @@ impl Watched<'_> {
         let limits = match entered {
             Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
             None => {
-                let limit = |extreme: f64, inward: f64| match self.is_clipped(extreme) {
-                    true => Some(extreme),
-                    false => self.noisy_limit(inward),
-                };
-                (limit(self.own.low, 1.0), limit(self.own.high, -1.0))
+                let limit = |extreme: f64| self.is_clipped(extreme).then_some(extreme);
+                (limit(self.own.low), limit(self.own.high))
             }
         };
         let beyond = |k: usize| {
@@ -296,24 +291,10 @@ impl Watched<'_> {
         }
     }
 
-    /// Finds intervals in which the reference stays at its extreme while the gauges go on by far more than the fit's error.
-    fn clipped_load(&self, found: &mut Vec<Fault>) {
-        let (Channel::Load(_), Some(expected)) = (self.own.channel, self.expected) else { return };
-        for (extreme, outward) in [(self.own.low, -1.0), (self.own.high, 1.0)] {
-            let at = (0..self.n()).filter(|k| self.value(*k) == extreme);
-            let farther = at.map(|k| outward * (expected.at(self.recording, k) - extreme));
-            let is_far = median(farther).is_some_and(|own| own > 3.0 * expected.sigma);
-            if is_far && self.is_clipped(extreme) {
-                let is_at = (0..self.n()).map(|k| self.value(k) == extreme);
-                push_runs(is_at, FaultKind::Saturated, self.own.channel, found);
-            }
-        }
-    }
-
     /// Returns true if the logger ends at an extreme: the value is repeated exactly, and the channel should move there,
     /// mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
-        let Own { resolution, span, .. } = self.own;
+        let Own { resolution, span, noise, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
             return false;
         }
@@ -326,14 +307,15 @@ impl Watched<'_> {
         let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
-        is_farther && spread > (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span))
+        let moves = (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span));
+        let repeats_in_noise = at.len() >= REPEATS && *noise > 3.0 * resolution;
+        is_farther && (spread > moves || repeats_in_noise)
     }
 
     /// Finds intervals in which the channel repeats one value although it should move or have another value.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
-        let is_set = self.expected.is_some_and(|expected| expected.is_set);
         for run in &self.own.flat {
-            if is_set || is_known(found, run) {
+            if is_known(found, run) {
                 continue;
             }
             if !self.recording.is_static() && self.is_elsewhere(run) {
@@ -370,7 +352,15 @@ impl Watched<'_> {
     pub fn jumps(&self, found: &mut Vec<Fault>) {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
-        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
+        let resolution = if *span > 0.0 { 4.0 * resolution } else { 0.0 };
+        // Noise of the other channels must not hide that they jump, too.
+        let expected_step = self.expected.and_then(|expected| {
+            let at = |k: usize| expected.at(self.recording, k);
+            let steps = looked_at(self.n()).filter(|k| *k > 0);
+            median(steps.map(|k| (at(k) - at(k - 1)).abs()))
+        });
+        let step = step.max(expected_step.unwrap_or(0.0));
+        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(resolution);
         let mut away: Vec<(Range<usize>, bool)> = Vec::new();
         let mut k = 1;
         while k < self.n() {
@@ -395,14 +385,16 @@ impl Watched<'_> {
             }
             k += 1;
         }
-        // A recurring value stands for a missing one.
+        // A recurring value stands for a missing one. Without any other change, the jumps may be those of a switch.
+        let n_steps = (1..self.n()).filter(|k| self.value(*k) != self.value(k - 1)).count();
+        let is_switch = n_steps <= 2 * away.len();
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
             let value = self.value(samples.start);
             let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {
                 other != at && self.value(samples.start) == value
             };
-            let stands_for_none =
-                value == 0.0 || samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
+            let recurs = samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
+            let stands_for_none = value == 0.0 || (recurs && !is_switch);
             let kind = match *is_one_value && stands_for_none {
                 true => FaultKind::Dropout,
                 false => FaultKind::Spike,
@@ -444,7 +436,7 @@ fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
     found.iter().any(is_all)
 }
 
-/// Adds each run of such samples as a fault.
+/// Adds each run of samples that are true as a fault.
 pub(super) fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,

@@ -1,7 +1,6 @@
 //! Fits a first-order exponential to a drifting output.
 //!
-//! Guarantees: the fit is the least-squares optimum within the resolution of the search over time constants, and finite for
-//! finite samples.
+//! Guarantees: the least-squares optimum within the resolution of the searched time constants; finite for finite samples.
 
 /// Maximum number of time averages that are fitted, so that a long dwell costs no more than a short one.
 const CELLS: usize = 400;
@@ -16,28 +15,21 @@ const FINE_STEPS: usize = 30;
 /// Smallest significant drift, in standard errors.
 const SIGNIFICANT: f64 = 3.0;
 
-/// Drift of an output over an interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the interval's first sample.
-///
-/// **Units** those of the output, and seconds.
+/// Drift of an output over an interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t (s) from the interval's first sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
-    /// Fitted output at the first sample.
     pub start: f64,
-    /// Change of the fitted output after infinite time.
     pub amplitude: f64,
     /// Fitted time constant (s), even if the data do not resolve it.
     pub fitted_tau_secs: f64,
-    /// Length of the interval (s).
     pub duration_secs: f64,
     /// Change of the fitted output from the first sample to the last.
     pub size: f64,
     /// Root mean square of the residuals.
     pub noise: f64,
-    /// Number of samples.
     pub n_samples: usize,
 }
 
-/// Reason why a drift has no time constant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoTimeConstant {
     #[error("the output does not drift by more than its noise in {duration_secs:.3} s")]
@@ -53,13 +45,10 @@ pub enum NoTimeConstant {
 }
 
 impl Drift {
-    /// Fits the drift of `outputs`. Returns `None` for fewer than four samples, or if all times are equal.
+    /// Fits the drift of `outputs`; `None` for fewer than four samples or equal times. Panics if the lengths differ.
     ///
-    /// For each time constant, start and amplitude follow by linear least squares. The time constant itself is searched,
-    /// first in 60 steps from 1/200 of the interval to 20 times it, then by golden section around the best.
-    ///
-    /// # Panics
-    /// If there are not as many outputs as times.
+    /// For each time constant, start and amplitude follow by linear least squares. The time constant is searched in 60 steps
+    /// from 1/200 of the interval to 20 times it, then by golden section around the best.
     pub fn of(times: &[f64], outputs: &[f64]) -> Option<Self> {
         assert_eq!(times.len(), outputs.len(), "one output for each time");
         let (first, last) = (*times.first()?, *times.last()?);
@@ -91,17 +80,13 @@ impl Drift {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
-    /// Returns true if the drift is significant. The means of the first and the last tenth must then differ by more than
-    /// three standard errors.
+    /// Returns true if the fitted change exceeds three standard errors of the difference between the means of two tenths.
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error
     }
 
-    /// Returns the time constant (s).
-    ///
-    /// # Errors
-    /// [`NoTimeConstant`] if the drift is below the noise, slower than the interval is long, or faster than the samples.
+    /// Returns the time constant (s); an error if the drift is below the noise, slower than the interval or too fast.
     pub fn tau_secs(&self) -> Result<f64, NoTimeConstant> {
         let duration_secs = self.duration_secs;
         let sample_secs = duration_secs / (self.n_samples - 1) as f64;
@@ -118,7 +103,6 @@ impl Drift {
     }
 }
 
-/// Returns `1 − exp(−t / τ)`.
 fn risen(secs: f64, tau: f64) -> f64 {
     -(-secs / tau).exp_m1()
 }

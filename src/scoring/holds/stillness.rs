@@ -1,7 +1,6 @@
 //! Finds the dwells, the intervals in which a load stands still.
 //!
-//! Guarantees: dwells do not overlap and are sorted by time. Within a dwell, no axis changes by more than its band. The search
-//! is one pass.
+//! Guarantees: dwells are sorted and do not overlap; within one, no axis changes by more than its band. One pass.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -12,23 +11,15 @@ pub const FEWEST_SAMPLES: usize = 8;
 /// An interval in which the load stands still.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
-    /// Samples of the dwell.
     pub samples: Range<usize>,
     /// Mean load of each axis.
     pub level: Vec<f64>,
 }
 
-/// Returns the intervals of at least `shortest_secs` in which every axis stays within its band.
+/// Returns the intervals of at least `shortest_secs` in which every axis stays within its band (one per axis, in its unit).
 ///
-/// An interval grows until the maximum and minimum of an axis differ by more than its band. If the interval is long enough, it is
-/// a dwell, and the next one may begin at its end. Otherwise its first samples are dropped.
-///
-/// **Shapes** `axes` one slice per axis, as long as `times`; `bands` one per axis.
-///
-/// **Units** times (s), bands in the unit of their axis.
-///
-/// # Panics
-/// If the slices differ in length.
+/// An interval grows until an axis spans more than its band. If the interval is long enough, it is a dwell, and the next one
+/// may begin at its end. Otherwise its first samples are dropped. Panics if the axes differ in length from `times`.
 pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
     assert_eq!(axes.len(), bands.len(), "one band for each axis");
     assert!(axes.iter().all(|axis| axis.len() == times.len()), "one load for each time");

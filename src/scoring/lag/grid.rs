@@ -14,8 +14,7 @@ use super::{LagRun, NoLag};
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::median::{median, white_noise as noise};
 
-/// Radii of the play operators, as shares of half the range of their driver. The first stands for hysteresis that turns over
-/// at once, at any reversal.
+/// Radii of the play operators, as shares of half their driver's range. The first is hysteresis that turns over at once.
 const RADII: [f64; 13] =
     [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
 /// Smallest radius. Below it, a play operator is the sign of the load's rate.
@@ -58,7 +57,6 @@ pub(super) struct Grid {
     pub(super) jumps: f64,
     /// Columns: loads, then the terms of hysteresis, curvature and creep, then the constant 1, then the terms of quick creep.
     pub(super) columns: Vec<Vec<f64>>,
-    /// Values of each output.
     pub(super) outputs: Vec<Vec<f64>>,
 }
 
@@ -75,9 +73,9 @@ pub(super) enum Drivers {
 pub(super) struct Grids {
     pub(super) parts: Vec<Grid>,
     pub(super) n_axes: usize,
-    /// True for each column that the coarser description of hysteresis omits.
     /// Number of columns before those of quick creep.
     pub(super) n_usual: usize,
+    /// True for each column that the coarser description of hysteresis omits.
     pub(super) finer: Vec<bool>,
     /// Median time between samples (s).
     pub(super) step_secs: f64,
@@ -91,7 +89,6 @@ struct Piece<'a> {
     n_run: usize,
     samples: Range<usize>,
     times: &'a [f64],
-    /// Loads of each axis.
     loads: Vec<Vec<f64>>,
     data: &'a LagRun<'a>,
 }
@@ -251,8 +248,7 @@ impl Piece<'_> {
         }
     }
 
-    /// Returns true for each row away from the ends and from jumps of the reference, and the share of the squared steps that
-    /// are jumps.
+    /// Returns true for each row away from the ends and from jumps, and the jumps' share of the reference's squared steps.
     fn used(&self, part: &Range<usize>, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
         let n = part.len();
         let mut jumps = 0.0_f64;

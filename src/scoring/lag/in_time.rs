@@ -97,9 +97,7 @@ impl InTime {
         self.reference(run.times, &loads.copied().collect::<Vec<_>>())
     }
 
-    /// Returns the reference as late as the output. Intervals between pauses are treated separately.
-    ///
-    /// **Shapes** one load per time.
+    /// Returns the reference, one load per time, as late as the output. Intervals between pauses are treated separately.
     pub fn reference(&self, times: &[f64], loads: &[f64]) -> Vec<f64> {
         let pause = median_step(times).map_or(f64::INFINITY, pause_by_step);
         let mut late = Vec::with_capacity(loads.len());
@@ -113,9 +111,7 @@ impl InTime {
         late
     }
 
-    /// Returns the output with its gains fitted anew.
-    ///
-    /// **Shapes** `outputs` is row-major with the columns of the fit.
+    /// Returns the output with its gains fitted anew; `outputs` is row-major with the columns of the fit.
     pub fn output(&self, outputs: &[f64]) -> Vec<f64> {
         let (constant, gains) = self.weights.split_last().expect("the weights end with a constant");
         let rows = outputs.chunks_exact(gains.len());

@@ -23,12 +23,10 @@ impl LagKind {
         }
     }
 
-    /// Returns the signal with a lag of this many seconds.
+    /// Returns the signal, one value per time (s), with a lag of this many seconds; a delay may be negative.
     ///
-    /// A delay interpolates with a cubic through four samples, and may be negative. A low-pass takes the signal as straight
-    /// between samples, and starts at rest. Before the first sample, the signal is constant.
-    ///
-    /// **Shapes** one value per time; times in seconds.
+    /// A delay interpolates with a cubic through four samples. A low-pass takes the signal as straight between samples, and
+    /// starts at rest. Before the first sample, the signal is constant.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
         Late::of(self, times, seconds).of_values(values)
     }

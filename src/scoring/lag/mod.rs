@@ -38,15 +38,13 @@ use crate::progress::{Cancelled, Progress};
 const LEAST_SHARE: f64 = 0.02;
 /// Maximum uncertainty (two standard errors) in samples. A lag is reported if it is within this or the next limit.
 ///
-/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: 225 lags are within
-/// one of the limits, and 8 of them are wrong by more than a tenth of a sample and 3 %. 25 lags are beyond both limits, and 24 of them are wrong by more.
+/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: of 225 lags within one
+/// of the limits, 8 are wrong by more than a tenth of a sample and 3 %; of 25 lags beyond both limits, 24 are.
 const MOST_SAMPLES: f64 = 0.25;
 /// Maximum uncertainty as a share of the lag.
 const MOST_SHARE: f64 = 0.07;
 
-/// Data of one recording.
-///
-/// **Shapes** `gauges`, `loads` and `outputs` are row-major, one row per time.
+/// Data of one recording; `gauges`, `loads` and `outputs` are row-major, one row per time.
 #[derive(Clone, Copy, Debug)]
 pub struct LagRun<'a> {
     /// Sample times (s).
@@ -131,12 +129,7 @@ pub enum NoLag {
     NotFound,
 }
 
-/// Measures the lag of each output behind the reference.
-///
-/// **Shapes** all runs have the same axes, gauges and outputs; one answer per output.
-///
-/// # Errors
-/// [`Cancelled`].
+/// Measures the lag of each output, or returns [`Cancelled`]. All runs have the same axes, gauges and outputs.
 pub fn lags(
     runs: &[LagRun<'_>],
     progress: &Progress,
@@ -158,10 +151,7 @@ pub fn lag_by_run(runs: &[LagRun<'_>], output: usize) -> Vec<Result<Lag, NoLag>>
     runs.par_iter().map(|run| lag_of(std::slice::from_ref(run), output)).collect()
 }
 
-/// Measures the lag of one output behind the reference.
-///
-/// # Errors
-/// [`NoLag`] if the runs do not determine the lag.
+/// Measures the lag of one output behind the reference; [`NoLag`] if the runs do not determine it.
 pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
     lag(&grids_of(runs)?, output)
 }

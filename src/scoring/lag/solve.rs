@@ -32,9 +32,7 @@ pub(super) struct Fitted {
 struct System {
     x: Mat<f64>,
     y: Mat<f64>,
-    /// Block of each row.
     blocks: Vec<usize>,
-    /// Run of each block.
     runs: Vec<usize>,
 }
 
@@ -187,8 +185,7 @@ pub(super) fn explained_error_share(
     if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Least squares of several targets on the same columns. Directions that the columns do not determine have coefficients of
-/// zero.
+/// Least squares of several targets on the same columns. Undetermined directions have coefficients of zero.
 struct Solver<'a> {
     x: &'a Mat<f64>,
     inverse: Mat<f64>,

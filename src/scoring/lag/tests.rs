@@ -1,4 +1,4 @@
-//! Simulated sensors with known lag and play. The simulator is separate from the built-in sensor, and has twenty steps per sample.
+//! Simulated sensors with known lag and play, from a separate simulator with twenty steps per sample.
 
 use super::*;
 use crate::random::Random;
@@ -124,7 +124,6 @@ fn lagged(values: &[f64], kind: LagKind, fine_samples: f64) -> Vec<f64> {
     }
 }
 
-/// Returns times, gauges and loads.
 fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     let n = (sensor.secs * sensor.rate_hz) as usize;
     let (step, axes) = (1.0 / (FINER as f64 * sensor.rate_hz), sensor.n_axes);

@@ -28,9 +28,7 @@ struct Tried<'a> {
 }
 
 impl LeftOut<'_> {
-    /// Chooses blocks and strengths for each target. `blocks` are the appended columns of each block.
-    ///
-    /// Returns `None` with fewer than two parts, because nothing can be compared then.
+    /// Chooses blocks (lists of appended columns) and strengths for each target; `None` with fewer than two parts to compare.
     pub fn by_block(&self, blocks: &[Vec<usize>]) -> Option<BlockStrengths> {
         if self.parts.len() < 2 {
             return None;
@@ -88,7 +86,6 @@ fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
 }
 
 impl Tried<'_> {
-    /// Tries the choices that have not been tried yet.
     fn add(&mut self, asked: Vec<Levels>) {
         let mut new: Vec<Levels> =
             asked.into_iter().filter(|levels| !self.squares.contains_key(levels)).collect();

@@ -17,13 +17,11 @@ const MANY_COLUMNS: usize = 48;
 /// Fits to all parts but one, on some of the columns.
 #[derive(Clone, Copy, Debug)]
 pub struct LeftOut<'a> {
-    /// Sums over all parts.
     pub total: &'a NormalEquations,
     /// Sums of each part that is left out in turn. Parts without samples must not be among them.
     pub parts: &'a [NormalEquations],
     /// Sums of the same parts from a cold start, on which each fit is scored.
     pub scored: &'a [NormalEquations],
-    /// Columns that are fitted.
     pub terms: Terms<'a>,
 }
 
@@ -54,8 +52,7 @@ impl<'a> LeftOut<'a> {
         too_short(part_samples, kinds, strengths).is_none()
     }
 
-    /// Returns the root mean squared error per target, from the squared errors of all parts; `None` if the other parts do not
-    /// determine a fit with these strengths.
+    /// Returns the RMSE per target from the squared errors of all parts; `None` if the other parts do not determine a fit.
     pub fn rmse(&self, strengths: &[f64], squares: impl FnOnce() -> Vec<f64>) -> Option<Vec<f64>> {
         if !self.is_determined(strengths) {
             return None;
@@ -64,13 +61,11 @@ impl<'a> LeftOut<'a> {
         root_mean(&summed_by_target(&squares(), q), self.total.n_samples())
     }
 
-    /// Returns the ridge strength of each target, and [`Self::squares_by_target`] with it. There is no ridge with fewer than
-    /// two parts.
+    /// Returns the ridge strength of each target (zero with fewer than two parts), and [`Self::squares_by_target`] with it.
     ///
     /// An automatic ridge is the strongest one whose held-out error is nearly the lowest, if that is below the conventional
-    /// error with 90 % confidence. If the parts disagree about the benefit of the blocks, the answer stays near the
-    /// conventional calibration. With fewer than two parts, all strengths are zero. The scores are slightly too good, because
-    /// one strength per axis is fitted to all parts. All blocks share one strength; [`Self::by_block`] chooses one for each.
+    /// error with 90 % confidence. If the parts disagree, the answer stays near the conventional calibration. The scores are
+    /// slightly too good, because one strength per axis is fitted to all parts. [`Self::by_block`] chooses one for each block.
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
         let q = self.total.n_targets();
         let enough = self.parts.len() > 1;
@@ -112,19 +107,13 @@ impl<'a> LeftOut<'a> {
         squares
     }
 
-    /// Returns the sums of squared errors of each part, predicted by the fit to the other parts. The ridge is relative to the
-    /// squared lengths of the columns.
-    ///
-    /// **Shapes** `n_parts × n_targets`, row-major.
-    ///
-    /// # Panics
-    /// If the sums differ in their columns, or the terms do not fit them.
+    /// Returns the sums of squared errors, `n_parts × n_targets` row-major; the fit to the other parts predicts each part. The
+    /// ridge is relative to the squared lengths of the columns. Panics if the sums differ in their columns or from the terms.
     pub fn squares(&self, strength: f64) -> Vec<f64> {
         self.squares_with(&self.terms.shares(strength))
     }
 
-    /// Returns [`Self::squares`] with a ridge of each column as a share of its squared length; infinite leaves the column
-    /// out.
+    /// Returns [`Self::squares`] with each column's ridge as a share of its squared length; infinite leaves the column out.
     pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
         // Columns that are zero in every part are dropped, because they would force the slow path for every fit.
@@ -167,8 +156,7 @@ pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
-/// Returns the smallest number of samples without a part, and the number of coefficients without a ridge. Returns `None` if
-/// the samples suffice.
+/// Returns the fewest samples without a part, and the number of coefficients without a ridge; `None` if the samples suffice.
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,
@@ -460,8 +448,7 @@ mod tests {
         }
     }
 
-    /// Without a part, there are fewer samples than coefficients. So there is no score, unless a ridge determines the
-    /// solution.
+    /// Without a part, there are fewer samples than coefficients: no score, unless a ridge determines the solution.
     #[test]
     fn where_the_others_do_not_determine_a_fit_there_is_no_figure() {
         let (total, parts) = parts(2, 60, 1.0);

@@ -21,15 +21,12 @@ pub(crate) const LANES: usize = 8;
 /// One number per lane.
 type Lanes = [f64; LANES];
 
-/// Smallest share of a column's squared length that the columns before it may leave unexplained.
-///
-/// This is far above the share at which [`fit`](crate::calibration::fit) drops a column. Fits below it take the slow path.
+/// Smallest share of a column's squared length that the columns before it may leave unexplained, else the slow path fits. It
+/// is far above the share at which [`fit`](crate::calibration::fit) drops a column.
 const SURELY_INDEPENDENT: f64 = 1e-6;
 
-/// Smallest share of a column's squared length that must remain without a part.
-///
-/// The difference carries the total's rounding errors, near 1e-15. With this share left, they stay far below
-/// [`SURELY_INDEPENDENT`].
+/// Smallest share of a column's squared length that must remain without a part. The difference carries the total's rounding
+/// errors, near 1e-15; with this share left, they stay far below [`SURELY_INDEPENDENT`].
 const SURELY_REMAINS: f64 = 1e-2;
 
 /// Buffers for one group of fits of `m` columns and `q` targets.

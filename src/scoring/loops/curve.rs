@@ -1,7 +1,6 @@
 //! One output over the load along one branch, with one value at each load.
 //!
-//! Guarantees: finite for finite samples, even if the load wiggles within the branch. Exact if the output is a straight line
-//! over the load.
+//! Guarantees: finite for finite samples, even if the load wiggles within the branch; exact for an output linear in the load.
 
 use crate::scoring::loops::turns::Branch;
 
@@ -10,9 +9,9 @@ pub const CELLS: usize = 100;
 
 /// Output over the load along a branch, as a chain of straight lines.
 ///
-/// Noise, or a load that turns back by less than the reversal threshold, visits the same load several times. So load and
-/// output are averaged over each hundredth of the branch's load range. The chain joins these averages, and begins and ends at
-/// the samples of minimum and maximum load, which neighbouring branches share.
+/// Noise, or a load that turns back by less than the reversal threshold, visits a load several times. So load and output are
+/// averaged over each hundredth of the range. The chain joins these averages with the samples of minimum and maximum load,
+/// which neighbouring branches share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// Points `(load, output)`, loads rising without repeats.
@@ -21,10 +20,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Averages the samples of a branch, without those of smaller cycles within it.
-    ///
-    /// # Panics
-    /// If the branch lies outside these loads, or the numbers of outputs and loads differ.
+    /// Averages a branch without the smaller cycles within it. Panics if it lies outside `loads`, or the lengths differ.
     pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
         assert_eq!(loads.len(), outputs.len(), "one output for each load");
         let mut cells = [(0.0, 0.0, 0.0); CELLS];
@@ -81,10 +77,8 @@ impl Curve {
         &self.averages
     }
 
-    /// Returns the two ends as `(load, output)`. The outputs are extrapolated from the outer two averages, so that they do
-    /// not depend on the noise of one sample.
-    ///
-    /// Returns `None` with fewer than two averages.
+    /// Returns the two ends as `(load, output)`; `None` with fewer than two averages. The outputs are extrapolated from the
+    /// outer two averages, so that they do not depend on the noise of one sample.
     pub fn ends(&self) -> Option<[(f64, f64); 2]> {
         let [first, second, ..] = self.averages[..] else {
             return None;

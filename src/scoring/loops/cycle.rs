@@ -11,21 +11,16 @@ pub const LOADS: usize = 101;
 /// Two neighbouring branches of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
-    /// Index of the recording.
     pub recording: usize,
-    /// The branch that comes first.
     pub first: Branch,
-    /// The branch after the reversal.
     pub second: Branch,
 }
 
 impl Cycle {
-    /// Returns the branch in which the load rises.
     pub fn rising(&self) -> &Branch {
         if self.first.rising { &self.first } else { &self.second }
     }
 
-    /// Returns the branch in which the load falls.
     pub fn falling(&self) -> &Branch {
         if self.first.rising { &self.second } else { &self.first }
     }
@@ -35,7 +30,6 @@ impl Cycle {
         MinMax::common([self.first.loads, self.second.loads].into_iter())
     }
 
-    /// Returns the width of the range of loads that both branches cover.
     pub fn span(&self) -> f64 {
         self.loads().span()
     }
@@ -47,11 +41,7 @@ const MAX_NOISE: f64 = 0.02;
 /// and the width of an ellipse by a hundredth.
 const MAX_NEIGHBOURS: usize = 12;
 
-/// One output along both branches of a cycle, at the same loads.
-///
-/// **Shapes** [`LOADS`] values per branch, at loads in even steps over `range`.
-///
-/// **Units** loads and outputs in their own.
+/// One output along both branches of a cycle: [`LOADS`] values per branch, at loads in even steps over `range`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
     /// Range of loads that both branches cover.
@@ -63,10 +53,7 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// Returns an output of the cycle's recording, at loads that both branches cover.
-    ///
-    /// # Panics
-    /// If the cycle lies outside these loads, or the numbers of outputs and loads differ.
+    /// Returns an output over the loads of both branches. Panics if the cycle lies outside `loads`, or the lengths differ.
     pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
         let range = cycle.loads();
         let on = |branch: &Branch| {
@@ -113,11 +100,8 @@ impl Loop {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the magnitude of the width at each load, smoothed by straight lines through as few neighbours as make its
-    /// noise small.
-    ///
-    /// Without smoothing, the largest of a hundred noisy widths and the mean of their magnitudes would be above zero without
-    /// any hysteresis.
+    /// Returns the width's magnitude at each load, smoothed by lines through as few neighbours as make its noise small. Without
+    /// smoothing, noise would lift the largest width and the mean magnitude above zero.
     fn quiet_widths(&self) -> Vec<f64> {
         let widths: Vec<f64> = self.widths().collect();
         let noise = white_noise(&widths);
@@ -132,8 +116,7 @@ impl Loop {
 
     /// Returns the largest magnitude of the width.
     ///
-    /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the
-    /// maximum.
+    /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the maximum.
     pub fn largest_width(&self) -> f64 {
         self.quiet_widths().into_iter().fold(0.0, f64::max)
     }
@@ -143,17 +126,12 @@ impl Loop {
         mean_by_trapezoids(self.quiet_widths().into_iter())
     }
 
-    /// Returns the integral of the magnitude of the width over the load. Open loops have an area, and so have branches that
-    /// cross.
-    ///
-    /// **Units** of the output times the load.
+    /// Returns the integral of the width's magnitude over the load, also for open loops and branches that cross.
     pub fn area(&self) -> f64 {
         self.mean_width() * self.range.span()
     }
 
     /// Returns the integral of the signed width over the load: positive if the output lags behind, negative if it leads.
-    ///
-    /// **Units** of the output times the load.
     pub fn work(&self) -> f64 {
         mean_by_trapezoids(self.widths()) * self.range.span()
     }
@@ -245,8 +223,7 @@ mod tests {
         }
     }
 
-    /// The load wiggles by less than the reversal threshold, so the branches visit a load several times. The sizes stay the
-    /// same.
+    /// The load wiggles by less than the reversal threshold, so the branches visit a load several times. The sizes stay.
     #[test]
     fn a_wiggling_load_does_not_change_the_loop() {
         let wiggle = |(k, load): (usize, &f64)| load * 0.98 + 0.02 * (k as f64 * 1.3).sin();

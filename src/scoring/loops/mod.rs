@@ -51,7 +51,6 @@ pub const MOST: f64 = 0.5;
 /// Branches and cycles of one axis in several recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
-    /// Branches of each recording, in the order of time.
     branches: Vec<Vec<Branch>>,
     /// Cycles sorted by recording and time. Each half cycle belongs to one of them at most.
     cycles: Vec<Cycle>,
@@ -135,10 +134,8 @@ impl Loops {
         full.filter(|cycle| covers(cycle.loads(), largest.loads())).cloned().collect()
     }
 
-    /// Returns the full cycles if they make a mean loop. `range` is the minimum and maximum of all loads.
-    ///
-    /// # Errors
-    /// [`TooFew`] if fewer than [`FEWEST_CYCLES`] are full, or if they share no more than [`MOST`] of the range.
+    /// Returns the full cycles; [`TooFew`] if fewer than [`FEWEST_CYCLES`] are full, or if they share no more than [`MOST`] of
+    /// `range`, the minimum and maximum of all loads.
     pub fn mean_cycles(&self, range: MinMax) -> Result<Vec<Cycle>, TooFew> {
         let full = self.full_cycles();
         let common = common_loads(&full);

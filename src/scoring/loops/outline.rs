@@ -5,8 +5,7 @@
 
 use crate::scoring::loops::raster::Raster;
 
-/// Cells per pixel, horizontally and vertically. The diagonal of a cell and the tolerance for skipped samples together stay
-/// below a pixel.
+/// Cells per pixel in each direction. A cell's diagonal and the tolerance for skipped samples together stay below a pixel.
 const CELLS_PER_PIXEL: f64 = 2.0;
 /// Distance in cells from the last kept sample within which a sample is skipped.
 const REACH: f64 = 0.4;
@@ -28,7 +27,6 @@ pub struct Frame {
 /// A part of a branch as points `[load, output]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// True if the load rises in this part.
     pub rising: bool,
     /// Points in the order of time, unless there were too many.
     pub points: Vec<[f64; 2]>,
@@ -58,9 +56,8 @@ pub enum Outline {
 /// Returns the drawing of paths in `frame` on a plot of this width and height in pixels.
 ///
 /// A path is straight between samples, ends at values that are not finite, and is clipped at the frame. Samples within a
-/// fifth of a pixel of the last kept one are skipped. The density is drawn instead of lines if there are more samples than
-/// touched pixels and several lines cross each of these pixels. It is also drawn if more than `most` points remain, because
-/// drawing them in every frame would be slow.
+/// fifth of a pixel of the last kept one are skipped. The density is drawn if there are more samples than touched pixels and
+/// several lines cross each, or if more than `most` points remain, which would be slow to draw in every frame.
 pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     paths: impl IntoIterator<Item = P>,
     frame: Frame,
@@ -87,12 +84,11 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     }
 }
 
-/// Grid of cells on the plot.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
     low: [f64; 2],
     size: [f64; 2],
-    /// Number of cells in each direction. The numbers are whole.
+    /// Number of cells in each direction, as whole numbers.
     cells: [f64; 2],
 }
 
@@ -321,7 +317,6 @@ mod tests {
         (0..n).map(point).collect()
     }
 
-    /// Returns recordings of every kind as paths.
     fn kinds() -> Vec<(&'static str, Vec<Vec<[f64; 2]>>)> {
         let wave = |k: usize| (k as f64 * 0.01).sin();
         let walk = |seed: usize| {
@@ -369,7 +364,7 @@ mod tests {
         ]
     }
 
-    /// Returns the steps of paths in pixels. Paths are cut at values that are not finite, and a single sample is a step of length zero.
+    /// Returns the steps of paths in pixels, cut at values that are not finite. A single sample is a step of length zero.
     fn steps(paths: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
         let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
         let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());

@@ -54,7 +54,6 @@ impl Level {
     }
 }
 
-/// A straight line across cells.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     from: [f64; 2],

@@ -8,8 +8,7 @@ use std::ops::Range;
 use crate::min_max::MinMax;
 use crate::scoring::quantile::quantile;
 
-/// Ratio of the default reversal threshold to the noise's standard deviation. White noise of 250,000 samples spans 9.2
-/// standard deviations.
+/// Ratio of the default reversal threshold to the noise's standard deviation. White noise of 250,000 samples spans 9.2 of it.
 pub const NOISE_FACTOR: f64 = 10.0;
 /// Smallest default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
@@ -23,9 +22,7 @@ const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 pub struct Branch {
     /// Samples from reversal to reversal, both included.
     pub samples: Range<usize>,
-    /// True if the load rises.
     pub rising: bool,
-    /// Minimum and maximum load.
     pub loads: MinMax,
     /// Samples of smaller cycles within this branch, in the order of time.
     pub nested: Vec<Range<usize>>,
@@ -40,18 +37,14 @@ impl Branch {
         starts.zip(ends).flat_map(|(start, end)| start..end)
     }
 
-    /// Returns the range from the minimum to the maximum load.
     pub fn span(&self) -> f64 {
         self.loads.span()
     }
 }
 
-/// Splits one recording at its reversals.
+/// Splits one recording at its reversals, from which the load turns back by more than `reversal_threshold` (in its unit).
 ///
-/// A reversal is an extreme from which the load turns back by more than `reversal_threshold`. The first branch starts with the
-/// recording, and the last one ends with it. A load that never moves by more than the threshold has no branch.
-///
-/// **Units** `reversal_threshold` in the unit of the loads.
+/// The first branch starts with the recording, and the last one ends with it. A load that moves by less has no branch.
 pub fn branches(loads: &[f64], reversal_threshold: f64) -> Vec<Branch> {
     let (turns, first_rises) = turns(loads, reversal_threshold);
     let Some(mut rising) = first_rises else {
@@ -119,12 +112,9 @@ impl Default for LoadExtent {
 }
 
 impl LoadExtent {
-    /// Returns the extent of these recordings.
-    ///
-    /// The noise of a recording is the median magnitude of the fourth difference of its load over `√70 · 0.674`. For white
-    /// noise this is the standard deviation, because the fourth difference has `1 + 16 + 36 + 16 + 1 = 70` times its
-    /// variance. Fourth differences contain less of a fast load than second differences. The median ignores turns and steps,
-    /// which are few.
+    /// Returns the extent of these recordings. A recording's noise is the median magnitude of the load's fourth difference over
+    /// `√70 · 0.674`: these have `1 + 16 + 36 + 16 + 1 = 70` times the variance of white noise. Fourth differences contain less
+    /// of a fast load than second differences, and the median ignores the few turns and steps.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
         let mut extent = Self::default();
         for loads in recordings {
@@ -139,17 +129,13 @@ impl LoadExtent {
         Self { noise: self.noise.max(other.noise), loads: self.loads.joined(other.loads) }
     }
 
-    /// Returns the default reversal threshold: ten times the noise, but at least 5 % of the load's range.
-    ///
-    /// **Units** of the loads.
+    /// Returns the default reversal threshold, in the unit of the loads: ten times the noise, but at least 5 % of the range.
     pub fn reversal_threshold(&self) -> f64 {
         (NOISE_FACTOR * self.noise).max(MIN_SHARE * self.loads.span())
     }
 }
 
-/// Returns the default reversal threshold of these recordings; see [`LoadExtent::reversal_threshold`].
-///
-/// **Units** of the loads.
+/// Returns the default reversal threshold, in the unit of the loads; see [`LoadExtent::reversal_threshold`].
 pub fn default_reversal_threshold<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
     LoadExtent::of(recordings).reversal_threshold()
 }

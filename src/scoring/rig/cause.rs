@@ -1,4 +1,4 @@
-//! Faults of a rig as corrections. Each correction is refitted. It is named only if it reduces the held-out error by an amount that
+//! Faults of a rig as corrections. A refitted correction is named only if it reduces the held-out error by an amount that
 //! matters and that chance does not explain.
 
 use faer::Mat;
@@ -12,10 +12,7 @@ use crate::scoring::rig::{Rig, Unit, chance};
 /// Maximum held-out error with a correction, as a share of the error without it. For a fault that adds a quarter, the true
 /// correction leaves 0.8, and an estimated one up to a twentieth more.
 const MATTERS: f64 = 0.84;
-/// The same for a drift in a single recording: slow changes of hysteresis leave 0.75.
-const MATTERS_ALONE: f64 = 0.7;
-/// Minimum change of the load by a tare, as a share of the change that reduces the error by as much as matters. An estimated
-/// change is smaller by chance.
+/// Minimum change of the load by a tare, relative to the change that reduces the error enough. Estimates are smaller by chance.
 const SHIFT: f64 = 0.8;
 /// Minimum reduction of the held-out error, as a share of full scale: one step of a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
@@ -31,8 +28,8 @@ const REFITTED: usize = 40;
 const STEPS: usize = 6;
 /// Penalty of a parameter: half the logarithm of the number of units, over twice that number.
 const PARAMETER: f64 = 0.033;
-/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a quarter, its mean
-/// square is 3.25 times as large, and the noise, which is a part of it, increases by more.
+/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a
+/// quarter, its mean square is 3.25 times as large, and the noise, which is a part of it, increases by more.
 const NOISIER: f64 = 1.8;
 /// Maximum factor of one gauge's sensitivity, and inverse of the minimum. Beyond it, the gauge would have no weight.
 const MOST_OF_GAUGE: f64 = 20.0;
@@ -88,8 +85,8 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs with the fault.
     pub place: Where,
-    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as a share
-    /// of full scale.
+    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as
+    /// a share of full scale.
     pub values: Vec<f64>,
     /// Held-out error with the fault, as a share of full scale.
     pub with: f64,
@@ -112,6 +109,8 @@ struct Refit<'a> {
     parameters: f64,
     values: Vec<f64>,
     error: f64,
+    /// Held-out error with other zeros alone, if the correction has other zeros, too.
+    with_zeros: f64,
     /// Probabilities of chance, by the scatter of units and of runs.
     chances: [f64; 2],
 }
@@ -136,6 +135,10 @@ struct Moments {
 impl Rig {
     /// Returns the fault that explains most of the held-out error, if one explains enough.
     pub fn contradiction(&self) -> Option<Contradiction> {
+        // In one recording, hysteresis that builds up looks like a drift.
+        if self.n_runs() < 2 {
+            return None;
+        }
         let errors = fits::left_out(&self.units, &self.shape);
         let with = fits::mean_error(&errors, &self.units, |_| true);
         let places = self.places();
@@ -150,8 +153,7 @@ impl Rig {
         let refits: Vec<Refit<'_>> = refits.collect();
         let is_found = |own: &&Refit<'_>| {
             let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
-            matters(with, own.error)
-                && (self.n_runs() > 1 || own.error < MATTERS_ALONE * with)
+            matters(with.min(own.with_zeros), own.error)
                 && self.is_shift(own)
                 && own.chances[0] < BY_CHANCE / trials.len() as f64
                 && own.chances[1] < BY_CHANCE_OF_RUNS / n_places as f64
@@ -258,18 +260,18 @@ impl Rig {
         }
     }
 
-    /// Returns the possible kinds of zeros. If a zero is larger than the range of its gauge, a tare looks like a scaled zero.
+    /// Returns the possible kinds of zeros. If the only gauge has a zero larger than its range, a tare looks like a scaled zero.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
-        let gauges = self.gauges_of(cause);
-        let is_large = |gauge: &usize| self.offset(*gauge).abs() > self.spans[*gauge];
+        let is_ambiguous = self.shape.n_gauges == 1 && self.offset(0).abs() > self.spans[0];
         match cause {
             own if own.is_exchange() => vec![Zeros::Free],
-            _ if gauges.is_empty() || gauges.iter().any(is_large) => vec![Zeros::Kept, Zeros::Free],
-            _ => vec![Zeros::Kept, Zeros::Free, Zeros::Scaled],
+            Cause::Gauge(_) | Cause::AllGauges if !is_ambiguous => {
+                vec![Zeros::Kept, Zeros::Free, Zeros::Scaled]
+            }
+            _ => vec![Zeros::Kept, Zeros::Free],
         }
     }
 
-    /// Returns the mean of a gauge, in its scale.
     fn offset(&self, gauge: usize) -> f64 {
         self.scales[gauge].0 / self.scales[gauge].1
     }
@@ -363,7 +365,7 @@ impl Rig {
         }
     }
 
-    /// Zeros that follow time, or a step in place of time.
+    /// Refits zeros that change with time, or with a step in place of time.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {
@@ -388,6 +390,7 @@ impl Rig {
             parameters: shape.axes.len() as f64,
             values: loads_of(&back, &fit.drift),
             error: self.error(&units),
+            with_zeros: f64::INFINITY,
             chances: self.chances(self.units.iter().map(zeros).collect(), weights, x),
         }
     }
@@ -459,6 +462,15 @@ impl Rig {
         let (values, weights) = shown.iter().zip(is_here).map(of_unit).unzip();
         let is_before = self.corrected(*place).1;
         let n_zeros = if zeros == Zeros::Free && steps > 0 { shape.axes.len() } else { 0 };
+        // Zeros that differ are a tare: the gain must explain more than they do.
+        let with_zeros = match n_zeros {
+            0 => f64::INFINITY,
+            _ => {
+                let is_here = is_here.clone();
+                self.refit_zeros(&Trial { place: *place, is_here, cause: Cause::Tare, gain: 0.0 })
+                    .error
+            }
+        };
         let own_parameters = if *cause == Cause::Rotation { angles.len() } else { steps.min(1) };
         let turned = angles.iter().map(|own| own * own).sum::<f64>().sqrt();
         Some(Refit {
@@ -470,6 +482,7 @@ impl Rig {
                 _ => vec![factor],
             },
             error: self.error(&units),
+            with_zeros,
             chances: self.chances(
                 values,
                 weights,
@@ -547,17 +560,23 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// Returns the run with more noise, or with an unusually large error although its loads are usual. Fewer than four runs do not
-    /// show which run it is.
+    /// Returns the run with more noise, or with an unusually large error under usual loads. Fewer than four runs do not show
+    /// which run it is.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
         if n < ENOUGH_RUNS {
             return None;
         }
         let error = |run: usize| fits::mean_error(errors, &self.units, |own| own == run);
+        let noisiest = (0..n).find(|run| self.noisier(*run).is_some());
         let worst = (0..n).max_by(|a, b| error(*a).total_cmp(&error(*b)))?;
+        let worst = noisiest.unwrap_or(worst);
         let noisy = self.noisier(worst);
-        let without = self.error_without(worst);
+        // With usual noise, the noisy run has the error of the others.
+        let without = match noisy {
+            Some(_) => fits::mean_error(errors, &self.units, |own| own != worst),
+            None => self.error_without(worst),
+        };
         let is_odd = || {
             let of_units = errors.iter().zip(&self.units);
             let of_units = of_units.map(|(error, unit)| error / unit.sums[(0, 0)]);
@@ -595,7 +614,6 @@ impl Rig {
         fits::mean_error(&errors, units, |_| true)
     }
 
-    /// Returns the means over the units of each run.
     fn by_run(&self, values: &[Vec<f64>], weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let width = values.first().map_or(0, Vec::len);
         let of_run = |run: usize| {
@@ -661,8 +679,7 @@ impl Moments {
         over_variances(one, &(other * &self.loads), variances)
     }
 
-    /// Returns the step along these changes that explains most, and the squares over variance that it explains; `None` if the loads do
-    /// not determine it.
+    /// Returns the step along these changes that explains most, and its squares over variance; `None` if undetermined.
     fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
         let n = ways.len();
         let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));
@@ -704,7 +721,7 @@ fn column_means(sums: &Mat<f64>) -> Vec<f64> {
     (0..sums.ncols()).map(|at| sums[(0, at)] / sums[(0, 0)].max(f64::MIN_POSITIVE)).collect()
 }
 
-/// The directions (x, y, z) about which a turn mixes axes.
+/// Returns the directions (x, y, z) about which a turn mixes axes.
 fn turns(axes: &[Axis]) -> Vec<usize> {
     let has = |at: usize| axes.contains(&Axis::ALL[at]);
     let others = |about: usize| [(about + 1) % 3, (about + 2) % 3];
@@ -715,7 +732,7 @@ fn turns(axes: &[Axis]) -> Vec<usize> {
     (0..3).filter(mixes).collect()
 }
 
-/// Change of loads, as shares of full scale, with a small turn about a direction: `about × load`.
+/// Returns the change of loads, as shares of full scale, with a small turn about a direction: `about × load`.
 fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| {
@@ -730,7 +747,7 @@ fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     })
 }
 
-/// A turn by angles (rad) about the directions of [`turns`]: the exponential series, for angles below one.
+/// Returns a turn by angles (rad) about the directions of [`turns`]: the exponential series, for angles below one.
 fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     let n = shape.axes.len();
     let all = turns(&shape.axes).into_iter().zip(angles);
@@ -743,7 +760,7 @@ fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     })
 }
 
-/// Two columns of loads exchanged, as they are in the file.
+/// Returns the exchange of two columns of loads, as they are in the file.
 fn exchanged(shape: &Shape, a: usize, b: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| match (i, j) {

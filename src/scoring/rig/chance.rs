@@ -1,10 +1,12 @@
 //! Probability that a difference between two sides arises by chance, given the scatter of their parts.
 
+use statrs::function::beta::checked_beta_reg;
+
 /// Minimum number of parts for a test of a difference.
 const FEWEST: usize = 3;
 
-/// Returns the probability that values follow a line in `x` this closely by chance; 1 with too few parts. With zeros and ones for `x`,
-/// it is the probability that the weighted means of two sides differ this much.
+/// Returns the probability that values follow a line in `x` this closely by chance; 1 with too few parts. For `x` of zeros
+/// and ones, it is the probability that the weighted means of two sides differ this much.
 ///
 /// It is an F test, with the effective number of directions of the scatter around the line (Satterthwaite).
 ///
@@ -48,54 +50,7 @@ pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
 
 /// Returns the probability of an F above this one with these degrees of freedom.
 fn beyond_f(f: f64, d1: f64, d2: f64) -> f64 {
-    incomplete_beta(d2 / (d2 + d1 * f), 0.5 * d2, 0.5 * d1)
-}
-
-/// Returns the regularised incomplete beta function, by its continued fraction (Lentz's method).
-fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
-    if x <= 0.0 || x >= 1.0 {
-        return x.clamp(0.0, 1.0);
-    }
-    if x > (a + 1.0) / (a + b + 2.0) {
-        return 1.0 - incomplete_beta(1.0 - x, b, a);
-    }
-    let front = a * x.ln() + b * (-x).ln_1p() + ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b);
-    let away_from_zero = |value: f64| if value.abs() < 1e-300 { 1e-300 } else { value };
-    let (mut c, mut d) = (1.0, 1.0 / away_from_zero(1.0 - (a + b) * x / (a + 1.0)));
-    let mut fraction = d;
-    for m in 1..300 {
-        let m = f64::from(m);
-        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-        for term in [even, odd] {
-            d = 1.0 / away_from_zero(1.0 + term * d);
-            c = away_from_zero(1.0 + term / c);
-            fraction *= c * d;
-        }
-        if (c * d - 1.0).abs() < 1e-12 {
-            break;
-        }
-    }
-    front.exp() * fraction / a
-}
-
-/// Returns the logarithm of the gamma function (Lanczos, g = 7).
-fn ln_gamma(x: f64) -> f64 {
-    const TERMS: [f64; 8] = [
-        676.520_368_121_885_1,
-        -1_259.139_216_722_402_8,
-        771.323_428_777_653_1,
-        -176.615_029_162_140_6,
-        12.507_343_278_686_905,
-        -0.138_571_095_265_720_12,
-        9.984_369_578_019_572e-6,
-        1.505_632_735_149_311_6e-7,
-    ];
-    let x = x - 1.0;
-    let series = (1_u8..).zip(TERMS).map(|(at, term)| term / (x + f64::from(at)));
-    let sum: f64 = 0.999_999_999_999_809_9 + series.sum::<f64>();
-    let t = x + 7.5;
-    0.5 * std::f64::consts::TAU.ln() + (x + 0.5) * t.ln() - t + sum.ln()
+    checked_beta_reg(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * f)).unwrap_or(1.0)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use crate::recording::median;
 use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward};
 
-/// Maximum residual of a gauge that is computed from the loads, as a share of its standard deviation, with several moving axes. Crosstalk,
-/// curvature and noise of a sensor leave more.
+/// Maximum residual of a gauge that is computed from the loads, as a share of its standard deviation, with several moving
+/// axes. Crosstalk, curvature and noise of a sensor leave more.
 const EXACT: f64 = 3e-4;
 /// The same with one moving axis: good load cells leave some thousandths.
 const EXACT_ON_ONE: f64 = 3e-5;
@@ -39,7 +39,7 @@ pub enum NoGauge {
 }
 
 impl Rig {
-    /// Returns the columns that are no gauges. If all follow from the reference, the data are computed, and nothing is returned.
+    /// Returns the columns that are no gauges; none if all follow from the reference, because the data are then computed.
     pub fn no_gauges(&self) -> Vec<NoGauge> {
         let shape = &self.shape;
         let all = self.total(|_| true);

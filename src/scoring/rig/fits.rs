@@ -54,7 +54,6 @@ impl Shape {
 }
 
 impl Unit {
-    /// Returns the sums of the samples with changed columns.
     pub(super) fn changed(&self, change: &Mat<f64>) -> Self {
         Self { run: self.run, sums: changed(&self.sums, change) }
     }
@@ -106,7 +105,6 @@ pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
     sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
 }
 
-/// Returns the sums over some units.
 pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> Mat<f64> {
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
@@ -213,7 +211,7 @@ impl Forward {
         [along(0), squares, along(shape.gauge(gauge))]
     }
 
-    /// Returns zero and sensitivity of a gauge in some samples of a run, each with its weight. The sensitivity is around the run's means.
+    /// Returns zero and sensitivity (around the run's means) of a gauge in some samples of a run, each with its weight.
     pub fn shown(
         &self,
         sums: &Mat<f64>,

@@ -22,11 +22,10 @@ const SHARE: f64 = 0.2;
 const OF_LOAD: f64 = 0.99;
 /// Minimum nonlinearity of a faulty gauge, as a share of its range. Makers of ordinary sensors state up to half a percent.
 const BENDS: f64 = 0.005;
-/// Minimum ratio of the share that a nonlinearity explains of one gauge to that of each other. If all gauges have it, it belongs to the
-/// sensor.
+/// Minimum ratio of the share that a nonlinearity explains of one gauge to any other's. If all have it, it is the sensor's.
 const OTHERS_BEND: f64 = 4.0;
-/// Minimum mean rise of the gauges while a load stays at its maximum, times the root of the number of visits, over the error of the
-/// fit. Errors alone lower the middle of a visit by 0.8 and scatter by 1.2, so three is exceeded once in a thousand times.
+/// Minimum mean rise of the gauges while a load stays at its maximum, times the root of the number of visits, over the fit's
+/// error. Errors alone lower the middle of a visit by 0.8 and scatter by 1.2, so three is exceeded once in a thousand times.
 const RISES: f64 = 3.0;
 /// Minimum number of peaks in the outer half of a load's range for the scatter of peaks.
 const FEWEST_PEAKS: usize = 5;
@@ -93,7 +92,7 @@ impl Rig {
         Rest { left, fitted }
     }
 
-    /// Returns the noise of each gauge in each run, in the gauge's scale, independent of the load; for load cases, the residual.
+    /// Returns the noise of each gauge in each run, in its scale, independent of the load; for load cases, the residual.
     pub(super) fn noise(&self, recordings: &[&Recording]) -> Vec<Vec<f64>> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let n = self.shape.n_gauges;
@@ -175,7 +174,7 @@ impl Rig {
         Some(ChannelFault::Hum { gauges, hz, amplitude })
     }
 
-    /// Returns the gauge that is nonlinear unlike the others, by squares and cubes of the prediction. Each half is predicted by the other.
+    /// Returns the gauge that is nonlinear unlike the others, by squares and cubes of its prediction, with held-out halves.
     fn bent(&self, rests: &[Rest]) -> Option<ChannelFault> {
         let n_gauges = self.shape.n_gauges;
         let of_gauge = |gauge: usize| {
@@ -217,8 +216,8 @@ impl Rig {
         is_bent.then_some(ChannelFault::Bent(most, bend))
     }
 
-    /// Returns the axes with a clipped reference: it stays at its maximum while the gauges rise and fall again, or returns to exactly
-    /// that value although its other peaks all differ.
+    /// Returns the axes with a clipped reference: it stays at its maximum while the gauges rise and fall again, or returns to
+    /// exactly that value although its other peaks all differ.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);

@@ -106,7 +106,6 @@ fn selection_id(table: &str) -> egui::Id {
     egui::Id::unique(("selected columns", table))
 }
 
-/// State of the selection of several rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Selection {
     rows: BTreeSet<usize>,
@@ -228,7 +227,6 @@ fn column_row(
     });
 }
 
-/// Draws the values of a column as a line over their order.
 fn outline(ui: &mut egui::Ui, values: &[f32]) {
     let (place, _) = ui.allocate_exact_size(egui::vec2(90.0, 18.0), egui::Sense::hover());
     let (min, max) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {

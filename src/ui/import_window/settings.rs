@@ -42,7 +42,6 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     });
 }
 
-/// Controls for the tables of the file that are read.
 pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
     if parts.is_empty() {
         return;
@@ -141,12 +140,10 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     }
 }
 
-/// Draws a field for a number, with its label.
 pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
     let field = DragValue::new(value).speed(0.001).max_decimals(6).suffix(suffix);
     ui.field(name, field, explanation);
 }
-/// Draws a check box with a number beside it.
 fn optional(
     ui: &mut egui::Ui,
     [name, suffix, explanation]: [&str; 3],

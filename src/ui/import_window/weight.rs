@@ -89,7 +89,7 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
     }
 }
 
-/// Draws one of several weights. Returns false if it was removed.
+/// Draws one of several weights. Returns false if the user removed it.
 fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
     let mut kept = true;
     ui.horizontal_wrapped(|ui| {

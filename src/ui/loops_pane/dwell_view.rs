@@ -12,7 +12,6 @@ use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 use crate::ui::table;
 
-/// Height of the list of dwells (points).
 const LIST_HEIGHT: f32 = 170.0;
 
 pub(super) fn show(

@@ -31,10 +31,9 @@ pub(super) struct Shared<'a> {
     parts: Vec<Part<'a>>,
 }
 
-/// Samples of one recording.
 struct Part<'a> {
     segment: &'a Segment,
-    /// Range of samples, counted over all traces.
+    /// Counted over all traces.
     samples: Range<usize>,
     calculated: &'a Series,
     recording: &'a Recording,
@@ -47,7 +46,7 @@ struct Found {
     number: usize,
     /// Number of smaller cycles inside this cycle.
     n_within: usize,
-    /// Range of samples, counted over all traces.
+    /// Counted over all traces.
     samples: Range<usize>,
 }
 

@@ -13,7 +13,6 @@ use crate::ui::palette::inks;
 use crate::ui::time_view::TimeView;
 use crate::ui::{plots, table};
 
-/// Height of the plot of widths (points).
 const WIDTHS_HEIGHT: f32 = 150.0;
 
 pub(super) fn show(
@@ -111,8 +110,7 @@ fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     );
 }
 
-/// Draws the width over the rate of the cycles. A width that grows with the rate shows lag; a constant width shows
-/// hysteresis.
+/// Draws the width over the rate of the cycles. A width that grows with the rate shows lag; a constant width, hysteresis.
 fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
     const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width proportional to the rate is lag, \
                          a constant width is hysteresis";

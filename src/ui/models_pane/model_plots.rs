@@ -15,7 +15,6 @@ use crate::ui::plots::{self, Zoom};
 /// Minimum size of a plot (points).
 const SMALLEST: f32 = 80.0;
 
-/// The axis and the visible ranges of both plots.
 #[derive(Debug, Default)]
 pub(super) struct ModelPlots {
     axis: Option<Axis>,

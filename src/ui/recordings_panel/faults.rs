@@ -2,7 +2,6 @@
 
 use super::*;
 
-/// Draws the limits of the gauges, the number of samples that look faulty, and the button that excludes them.
 pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
@@ -60,7 +59,6 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
     });
 }
 
-/// Draws the fields of the lower and upper limit, of all gauges or of one.
 fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeRange>) {
     let Some(range) = entered else { return };
     let names = &project.recordings.layout().gauge_names;

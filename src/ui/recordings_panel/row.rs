@@ -25,7 +25,6 @@ pub(super) fn group_button(
     });
 }
 
-/// Draws the menu that sets the group of one recording, or of all.
 fn group_menu(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -78,7 +77,6 @@ fn group_menu(
     }
 }
 
-/// Draws the menu that sets the date of the recordings of one file.
 fn day_menu(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -240,7 +238,6 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     elided(name, most)
 }
 
-/// Draws the menu that tares one recording.
 fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Over its first quiet half second").on_hover_text(

@@ -10,14 +10,12 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, file_size};
 
-/// Height of a list of sessions or files (points).
 const LIST_HEIGHT: f32 = 320.0;
 /// Number of characters of a missing file's path that fit.
 const LOST_CHARS: usize = 70;
 /// Maximum number of file names listed for each unsaved session.
 const LEFT_FILES: usize = 4;
 
-/// A typed path for content that waits to be saved.
 struct Naming {
     content: FileContent,
     path: String,
@@ -25,7 +23,6 @@ struct Naming {
     is_new: bool,
 }
 
-/// Text fields of the answers.
 #[derive(Default)]
 pub struct Questions {
     naming: Option<Naming>,
@@ -34,7 +31,6 @@ pub struct Questions {
 }
 
 impl Questions {
-    /// Asks for a path for this content.
     pub fn ask_path(&mut self, content: FileContent) {
         self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
     }
@@ -44,7 +40,6 @@ impl Questions {
         Some(self.naming.take()?.content)
     }
 
-    /// Draws the open question.
     pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         naming(context, &mut self.naming, out);
         replacing(context, engine, out);
@@ -205,7 +200,6 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
     }
 }
 
-/// Draws the date, size, files and buttons of an unsaved session.
 fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
     ui.horizontal(|ui| {
         ui.strong(utc(left.written));
@@ -303,7 +297,6 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
         });
 }
 
-/// Draws the former path of a missing file, and the button that drops the file.
 fn one_lost(ui: &mut egui::Ui, at: usize, path: &Path, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         if ui.press_small("×", "Removes this file from the session") {

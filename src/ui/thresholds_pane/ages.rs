@@ -8,7 +8,6 @@ use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
-/// Draws the histogram.
 pub fn ages(
     ui: &mut egui::Ui,
     engine: &Engine,

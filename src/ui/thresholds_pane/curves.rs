@@ -10,7 +10,6 @@ use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
-/// Draws two curves for each unit.
 pub fn curves(
     ui: &mut egui::Ui,
     engine: &Engine,

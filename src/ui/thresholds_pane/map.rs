@@ -17,20 +17,16 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::plots;
 
-/// The texture of the map and the values that it shows.
 #[derive(Default)]
 pub struct MapTexture {
     made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
     texture: Option<TextureHandle>,
     range: Option<(f64, f64)>,
-    /// True if some values exceed the range of the colours.
     is_cut_off: bool,
 }
 
-/// Width of the colour scale beside the map (points).
 const SCALE_WIDTH: f32 = 14.0;
 
-/// Draws the map and its colour scale.
 pub fn map(
     ui: &mut egui::Ui,
     engine: &Engine,

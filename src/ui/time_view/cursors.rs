@@ -23,7 +23,6 @@ const VALUES_PER_FRAME: usize = 400_000;
 pub struct Cursors {
     at: [Option<f64>; 2],
     span: Option<Span>,
-    /// True if the table is open.
     table: bool,
 }
 
@@ -59,7 +58,6 @@ impl Figures {
     }
 }
 
-/// One series of the table.
 #[derive(Clone, Debug)]
 struct Row {
     name: String,
@@ -117,37 +115,30 @@ fn rows(axis: &AxisTraces) -> Vec<Row> {
 }
 
 impl Cursors {
-    /// Puts cursor A (0) or B (1).
     pub fn put(&mut self, which: usize, time: f64) {
         self.at[which] = Some(time);
     }
 
-    /// Removes both cursors.
     pub fn clear(&mut self) {
         *self = Self { table: self.table, ..Self::default() };
     }
 
-    /// Shows or hides the table.
     pub fn toggle_table(&mut self) {
         self.table = !self.table;
     }
 
-    /// Returns true if the table is open.
     pub fn has_table(&self) -> bool {
         self.table
     }
 
-    /// Returns the times of both cursors, if both are set.
     pub fn both(&self) -> Option<(f64, f64)> {
         self.at[0].zip(self.at[1])
     }
 
-    /// Returns the time of cursor A.
     pub fn first(&self) -> Option<f64> {
         self.at[0]
     }
 
-    /// Draws the cursors in a pane.
     pub fn mark(&self, plot: &mut PlotUi<'_>, visuals: &egui::Visuals) {
         for time in self.at.into_iter().flatten() {
             let line = VLine::new("", time)

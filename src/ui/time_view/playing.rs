@@ -6,7 +6,6 @@ use crate::ui::choice::choice;
 /// Selectable speeds: seconds of the recording per second.
 const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
 
-/// The playing position and state.
 #[derive(Debug)]
 pub struct Playing {
     /// Time on the time axis (s); `None` before playing started.
@@ -24,17 +23,14 @@ impl Default for Playing {
 }
 
 impl Playing {
-    /// Plays or stops.
     pub fn toggle(&mut self) {
         self.running = !self.running;
     }
 
-    /// Discards the position.
     pub fn clear(&mut self) {
         (self.time, self.running, self.stepped) = (None, false, false);
     }
 
-    /// Stops at this time.
     pub fn stand_at(&mut self, time: f64) {
         (self.time, self.running, self.stepped) = (Some(time), false, true);
     }
@@ -49,7 +45,6 @@ impl Playing {
         self.stepped
     }
 
-    /// Draws the button and the choice of speeds.
     pub fn controls(&mut self, ui: &mut egui::Ui) {
         let label = if self.running { "Stop" } else { "Play" };
         let button = ui.button(label).on_hover_text(
@@ -82,7 +77,6 @@ impl Playing {
         Some((traces.sample_at(time)?, time))
     }
 
-    /// Returns true while playing.
     pub fn is_running(&self) -> bool {
         self.running
     }

@@ -28,7 +28,6 @@ pub struct Drawn {
     mesh: Arc<Mesh>,
 }
 
-/// Place and style of a line on screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     bounds: PlotBounds,
@@ -38,7 +37,6 @@ struct Look {
     pixels_per_point: f32,
 }
 
-/// A trace, drawn in columns.
 pub struct TraceLine<'a> {
     pub base: PlotItemBase,
     pub at: (Axis, Kind, Trace),
@@ -71,7 +69,6 @@ impl TraceLine<'_> {
     }
 }
 
-/// Returns the shapes of a series in these columns.
 pub fn piece(series: &Series, times: &[f64], columns: &Columns) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     series.draw_in(columns, times, |time, value| points.push([time, value]));

@@ -14,7 +14,6 @@ use crate::ui::palette::Trace;
 const NAME_LENGTH: usize = 44;
 /// Size of the figure of the look-back rule (points).
 const STRIP: egui::Vec2 = egui::Vec2::new(270.0, 96.0);
-/// Font size in the figure (points).
 const STRIP_TEXT: f32 = 11.0;
 /// Maximum number of samples that the figure reads in a frame.
 const STRIP_SAMPLES: usize = 50_000;
@@ -41,7 +40,6 @@ pub fn thresholds(
     plot.span(searched);
 }
 
-/// Marks the present sample and its past sample.
 pub fn samples(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -81,7 +79,6 @@ pub fn samples(
     }
 }
 
-/// Shows the values at sample `k` beside the pointer.
 pub fn tooltip(
     ui: &egui::Ui,
     response: &egui::Response,
@@ -127,7 +124,6 @@ fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, St
     })
 }
 
-/// Returns the contents of the tooltip for screen readers.
 pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     let loads = loads(axis, k).map(|(trace, load, error)| {
         let said = format!("{} {load} {error}", trace.label());
@@ -140,8 +136,7 @@ pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     format!("{} at {when}: {}", axis.axis.symbol(), all.join(", "))
 }
 
-/// Draws the look-back rule: the distance d(k, j) to the present load, from sample `k` back to t_th ago, the threshold F_th,
-/// and the past sample.
+/// Draws the look-back rule: the distance d(k, j) to the present load from `k` back to t_th ago, F_th, and the past sample.
 fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let Some(segment) = traces.segment_of(k) else {
         return;
@@ -214,7 +209,6 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
     points
 }
 
-/// Returns the result of the look-back in words.
 fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> String {
     let shown = ShownFTh::of(traces.distance);
     let amount = |d: f64| format!("{} {}", significant(shown.factor * d, 3), shown.unit);

@@ -28,14 +28,12 @@ const TRACES_SHARE: f32 = 0.55;
 const MARKS_APART: usize = 8;
 /// Minimum number of columns of a saved figure.
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
-/// Height of a cell, and whether it has the time axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub height: f32,
     pub time_axis: Option<f32>,
 }
 
-/// Visible time and samples.
 struct Visible {
     time: (f64, f64),
     samples: Range<usize>,
@@ -80,12 +78,8 @@ fn pane(
     let visible = visible(traces, panes.shown.time)?;
     let shown = shown_series(axis, kind, panes);
     let key = (axis.axis, kind);
-    let values = panes
-        .shown
-        .values
-        .get(&key)
-        .copied()
-        .unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
+    let locked = panes.shown.values.get(&key).copied();
+    let values = locked.unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
     if panes.locks_values {
         panes.shown.values.insert(key, values);
     }
@@ -120,8 +114,6 @@ fn pane(
         separate_segments(plot, traces, &visible, columns, &visuals);
         if kind == Kind::Load {
             overlay::thresholds(plot, traces, hovered, &visuals);
-        }
-        if kind == Kind::Load {
             shade_band(plot, traces, axis, &visible, columns, &visuals);
         }
         lines.for_each(|line| plot.add(line));
@@ -146,26 +138,38 @@ fn pane(
         ..Figure::default()
     };
     plots::finish(&response.response, &title, Some(&print), out);
+    let ranges = || {
+        format!("{}, {}", plots::range(visible.time, traces.across()), plots::range(values, &title))
+    };
+    show_values(ui, &response, traces, (axis, kind), panes, ranges)
+}
+
+/// Shows the values of the sample under the pointer, or of the sample that plays, in a tooltip. Returns the sample under the pointer.
+fn show_values(
+    ui: &egui::Ui,
+    response: &PlotResponse<()>,
+    traces: &TraceSet,
+    (axis, kind): (&AxisTraces, Kind),
+    panes: &TimeView,
+    ranges: impl Fn() -> String,
+) -> Option<usize> {
+    let hovered = panes.hovered;
     let at_cursor = || traces.sample_at(panes.cursors.first()?);
     plots::say(&response.response, || match hovered.or_else(at_cursor) {
         Some(k) => overlay::spoken(traces, axis, k),
-        None => format!(
-            "{}, {}",
-            plots::range(visible.time, traces.across()),
-            plots::range(values, &title)
-        ),
+        None => ranges(),
     });
-    let sample = sample_under_pointer(&response, traces);
+    let sample = sample_under_pointer(response, traces);
     // While playing, the first pane shows the values.
     let is_first =
         kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
-    let told = match (sample, is_first && panes.playing.leads()) {
+    let shown = match (sample, is_first && panes.playing.leads()) {
         (Some(k), _) => Some((k, None)),
         (None, true) => hovered.map(|k| (k, Some(response.response.rect))),
         (None, false) => None,
     };
     // The tooltip would cover the menu.
-    if let Some((k, beside)) = told.filter(|_| !response.response.context_menu_opened()) {
+    if let Some((k, beside)) = shown.filter(|_| !response.response.context_menu_opened()) {
         overlay::tooltip(ui, &response.response, traces, axis, (k, beside));
     }
     sample
@@ -215,7 +219,6 @@ fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Ki
     (low - margin, high + margin)
 }
 
-/// Returns the recordings on screen.
 fn visible_segments<'a>(
     traces: &'a TraceSet,
     samples: &Range<usize>,
@@ -245,7 +248,6 @@ fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Colum
         .collect()
 }
 
-/// Returns the figure of the pane for a file.
 fn printed(
     shown: &[(Trace, &Arc<Series>)],
     traces: &TraceSet,
@@ -297,7 +299,6 @@ fn shade_band(
     plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
 }
 
-/// Shades intervals without past samples.
 fn shade_without_past(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -364,7 +365,6 @@ fn shade_faulty(
     }
 }
 
-/// Marks the borders between recordings.
 fn separate_segments(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,

@@ -1,7 +1,5 @@
-//! A calibration as a library: its code in every language with examples, a test vector and self-tests.
-//!
-//! Guarantees: the self-tests compare with the results of [`Estimator`](crate::calibration::Estimator), and the same
-//! calibration gives the same bytes.
+//! A calibration as a library: its code in every language with examples, a test vector and self-tests. The self-tests compare
+//! with the results of [`Estimator`](crate::calibration::Estimator); the same calibration gives the same bytes.
 
 mod test_vector;
 
@@ -39,14 +37,12 @@ fn allowed_in_float(calibration: &Calibration) -> f64 {
     lost.fold(ALLOWED.1, f64::max)
 }
 
-/// A template of this folder, and the path of the generated file.
 macro_rules! template {
     ($path:literal, $name:literal) => {
         ($path, include_str!(concat!("../../templates/package/", $name)))
     };
 }
 
-/// Files beside the code: path and template.
 const TEMPLATES: [(&str, &str); 11] = [
     template!("README.md", "README.md"),
     template!("main.c", "main.c"),
@@ -101,7 +97,6 @@ pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Res
     Ok(files)
 }
 
-/// Returns all files in one ZIP archive, inside one folder.
 fn zipped(files: &Files, folder: &str) -> io::Result<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
@@ -112,7 +107,6 @@ fn zipped(files: &Files, folder: &str) -> io::Result<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// Returns the values for the templates.
 fn values(
     calibration: &Calibration,
     name: &str,

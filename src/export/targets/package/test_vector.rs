@@ -11,7 +11,6 @@ use crate::calibration::{Calibration, CalibrationError, Estimator};
 /// Time (s), gauges and auxiliary channels of a sample.
 pub(super) type Sample = (f64, Vec<f64>, Vec<f64>);
 
-/// A sample with its result.
 #[derive(Clone, Debug)]
 pub(super) struct Answered {
     pub sample: Sample,
@@ -31,7 +30,6 @@ const SHARE_OF_FULL_SCALE: f64 = 0.8;
 const DEVIATIONS: f64 = 2.0;
 /// Number of samples of each fast motion, before and after the slow one.
 const FAST: usize = 100;
-/// Number of samples of the slow motion.
 const SLOW: usize = 500;
 /// Number of slow samples in which the history settles, which sets their time step.
 const SLOW_PER_WINDOW: f64 = 300.0;
@@ -63,7 +61,7 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
     Ok(rows)
 }
 
-/// Returns the full scale that errors are divided by.
+/// Returns the full scale of each axis, by which errors are divided.
 pub(super) fn full_scale(calibration: &Calibration) -> Vec<f64> {
     let scale = calibration.full_scale.iter();
     scale.map(|scale| if *scale > 0.0 { *scale } else { 1.0 }).collect()
@@ -135,7 +133,6 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     samples[60].0 = samples[50].0;
     samples[70].0 = samples[69].0;
     samples[80].0 += 1e9;
-    // Two samples with the same time.
     samples[FAST + 40].0 = samples[FAST + 41].0;
     for (time, ..) in &mut samples {
         *time = (*time * 1e4).round() / 1e4;

@@ -1,5 +1,3 @@
-//! Detects the layout of a table from its first lines.
-
 use super::super::ati;
 use super::super::cells::{
     Cells, decimal_comma_number, delimiter_of_header, is_skipped, number, unmistakable_number,
@@ -12,7 +10,7 @@ use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Th
 /// Number of first lines that may contain the header.
 const HEADER_LIMIT: usize = 60;
 
-/// Detects the layout of a table; returns `None` if all lines are blank or comments.
+/// Detects the layout of a table from its first lines; `None` if all are blank or comments.
 pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
     let lines: Vec<Line> = all.iter().copied().filter(|line| !is_skipped(line.text)).collect();
@@ -70,7 +68,6 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     })
 }
 
-/// Returns true if a cell holds a number or a time.
 fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
     number(cell).is_some()
         || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
@@ -108,8 +105,8 @@ fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
     })
 }
 
-/// Returns true if the first of these lines is a row, compared with the two lines after it. It must have the same number
-/// of cells, mostly values, and a value wherever the next line has one.
+/// Returns true if the first of these lines is a row: as many cells as the next two lines, mostly values, and a value
+/// wherever the next line has one.
 fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     let cells = |line: &Line| -> Vec<bool> {
         let is_value = |cell: &[u8]| cell.is_empty() || is_value(cell, delimiter);
@@ -149,8 +146,8 @@ fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     n_values > n_others
 }
 
-/// Returns the index of the nearest line above `row` that has one cell per column. Lines of units, and lines with a word
-/// and its value, are skipped.
+/// Returns the index of the nearest line above `row` with one cell per column, apart from lines of units, or of a word and
+/// its value.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
     let n_cells = |at: &usize| names(lines[*at].text, delimiter).len();
     let is_as_wide = |at: &usize| n_cells(at).abs_diff(n_cells(&row)) <= 1 && n_cells(at) > 1;

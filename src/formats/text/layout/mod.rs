@@ -1,6 +1,5 @@
-//! Position of a table in its file and division of its text into cells, detected or given by a map.
-//!
-//! Guarantees: detection never fails. Its result depends only on the first lines, not on the size of the blocks.
+//! Position of a table in its file and division of its text into cells, detected or given by a map. Detection never fails,
+//! and depends only on the first lines, not on the size of the blocks.
 
 mod detect;
 mod start;
@@ -18,13 +17,13 @@ use crate::formats::columns::Sample;
 /// Position and header of a table in its file, under a layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Head {
-    /// Line number of the header, or of the first row if there is no header.
+    /// Line of the header, or of the first row.
     pub line: u64,
-    /// Cells of the header; empty without a header.
+    /// Empty without a header.
     pub names: Vec<String>,
     /// Column names from a comment above the rows, if there is no header and the comment names every column.
     pub names_in_comment: Vec<String>,
-    /// Cells of the units row; empty without one.
+    /// Empty without a units row.
     pub units: Vec<String>,
     /// Number of columns: that of the header, or else of most of the first rows.
     pub n_columns: usize,
@@ -38,12 +37,11 @@ pub(crate) struct Head {
 }
 
 impl Head {
-    /// Returns the parsed name of a column, if there is a header.
     pub fn name(&self, index: usize) -> Option<ColumnName> {
         self.names.get(index).map(|name| ColumnName::parse(name))
     }
 
-    /// Returns the unit of a column from the header or the units row.
+    /// From the header or the units row.
     pub fn unit(&self, index: usize) -> Option<String> {
         let in_units_row = || {
             let unit = unbracketed(self.units.get(index)?);
@@ -54,7 +52,7 @@ impl Head {
     }
 }
 
-/// Finds the table; returns `None` if there is no line for its header or its first row.
+/// Finds the line for the header or the first row of the table.
 pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     let all = first_lines(head, layout.skip_rows);
     let ati = match layout.preamble {
@@ -94,7 +92,6 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     Some(start)
 }
 
-/// Returns the first rows, and rows from other places of the file.
 pub(crate) fn sample<'a>(
     head: &'a [u8],
     layout: &TextLayout,

@@ -9,10 +9,8 @@ use crate::formats::text::written::Delimiter;
 /// Number of first lines that are inspected, without comments.
 const INSPECTED_LINES: usize = 200;
 
-/// Line at the start of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
-    /// Line number, counted from 1.
     pub number: u64,
     /// Position of the next line (bytes).
     pub end: usize,
@@ -20,7 +18,7 @@ pub(super) struct Line<'a> {
     pub text: &'a [u8],
 }
 
-/// Returns all lines up to the last one that is inspected. The first `n_skipped` lines are not counted.
+/// Returns all lines up to the last one that is inspected, without the first `n_skipped`.
 pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
@@ -35,8 +33,7 @@ pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     lines
 }
 
-/// Returns the cells of a header. Between blanks, a unit in brackets stays with its name. Empty cells at the end are
-/// dropped.
+/// Returns the cells of a header, without empty ones at the end. Between blanks, a unit in brackets stays with its name.
 pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let text = decoded(text);
     let mut cells: Vec<String> = Vec::new();

@@ -18,9 +18,8 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     },
 };
 
-/// Writes one row per pair of thresholds and set (train, test, cross-validation): thresholds, RMSE per axis, and the RMSE of
-/// each group of axes. The conventional calibration comes first, with empty thresholds; sets and pairs without scores are
-/// omitted.
+/// Writes one row per pair of thresholds and set: thresholds, RMSE per axis, and RMSE of each group of axes. The conventional
+/// calibration comes first, with empty thresholds; sets and pairs without scores are omitted.
 ///
 /// **Units** `t_th` (s), `f_th` in the unit of the distance; other units are in the header. Numbers read back to the same
 /// value.

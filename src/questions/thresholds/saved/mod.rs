@@ -1,5 +1,4 @@
-//! Files of maps of the errors over both thresholds, one source file for each format. All lists of formats are made from
-//! [`MAP_FORMATS`].
+//! Files of maps of the errors over both thresholds. [`MAP_FORMATS`] is the only list of their formats.
 
 mod csv;
 mod svg;
@@ -12,7 +11,6 @@ pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_thresho
 use self::writer::MapWriter;
 use crate::export::FileFormat;
 
-/// All formats of maps.
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];
 
 /// Returns the format of a file's ending, or the first format for an unknown ending.

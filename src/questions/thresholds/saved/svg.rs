@@ -10,8 +10,7 @@ use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, Thresho
 use crate::report::figure;
 use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 
-/// Map of the held-out errors with the proposed pair, and the curves through that pair as `<name>_f_th.svg` and
-/// `<name>_t_th.svg`.
+/// Map of the held-out errors with the proposed pair, and the curves through it as `<name>_f_th.svg` and `<name>_t_th.svg`.
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
@@ -35,7 +34,6 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     },
 };
 
-/// Returns the path of the file with the curves along this threshold.
 fn beside(path: &Path, along: Along) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(match along {
@@ -50,12 +48,10 @@ fn beside(path: &Path, along: Along) -> PathBuf {
 pub struct ShownFTh {
     /// Factor from the stored to the shown F_th.
     pub factor: f64,
-    /// Unit of the shown F_th.
     pub unit: &'static str,
 }
 
 impl ShownFTh {
-    /// Returns the unit for this distance.
     pub fn of(distance: Distance) -> Self {
         let (factor, unit) = match distance {
             Distance::Force => (1.0, "N"),
@@ -72,13 +68,11 @@ impl ShownFTh {
         }
     }
 
-    /// Returns the label with the unit.
     pub fn label(self) -> String {
         format!("F_th [{}]", self.unit)
     }
 }
 
-/// Width and height of the figures.
 const SIZE: (f64, f64) = (720.0, 440.0);
 /// Margin above and below curves, as a share of their range.
 const ROOM: f64 = 0.06;
@@ -89,9 +83,8 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
 }
 
 /// Returns the curves of all sets along one threshold, through the pair at these indices. The proposed threshold is marked;
-/// thresholds that the recordings cannot distinguish from it are shaded.
-///
-/// Each set with scores has a line. The line of the held-out errors is solid and below the others.
+/// thresholds that the recordings cannot tell from it are shaded. The line of the held-out errors is solid and below the
+/// others.
 ///
 /// # Panics
 /// If there is no pair at these indices.

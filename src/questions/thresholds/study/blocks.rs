@@ -1,5 +1,4 @@
-//! Chooses the values of a feature block by cross-validation: one pass over the columns of all candidates, then any selection
-//! of candidates from the sums.
+//! Chooses the values of a feature block: one pass over the columns of all candidates, then any selection from the sums.
 
 use std::ops::RangeInclusive;
 
@@ -30,10 +29,8 @@ fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok
     serializer.serialize_str(block.setting().option)
 }
 
-/// Chosen list of values for one block.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BlockSuggestion {
-    /// The block.
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
     /// Chosen values, ascending. Empty if no list is better than none on held-out parts with 90 % confidence.
@@ -46,7 +43,6 @@ pub struct BlockSuggestion {
     pub n_tried: usize,
 }
 
-/// Scores selections of the candidates.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
@@ -61,7 +57,6 @@ struct Bench {
     parts: ErrorBlocks,
 }
 
-/// A selection of candidates.
 #[derive(Clone)]
 struct Tried {
     chosen: Vec<usize>,
@@ -76,10 +71,8 @@ impl Tried {
 }
 
 impl Study {
-    /// Chooses the list of values with the lowest held-out error for a block, with all other settings unchanged.
-    ///
-    /// The block's [`Lists`] define the lists of candidates, and [`ErrorBlocks`] compares them. A block without a search has
-    /// no candidates.
+    /// Chooses the list of values with the lowest held-out error, with all other settings unchanged. The block's [`Lists`]
+    /// define the lists, and [`ErrorBlocks`] compares them. A block without a search has no lists.
     ///
     /// # Errors
     /// [`AnalysisError`] if nothing can be left out, no axis counts, or the work was stopped.
@@ -143,7 +136,6 @@ impl Study {
     }
 }
 
-/// Returns the settings with this list for the block.
 fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) -> FeatureSettings {
     FeatureSettings { blocks: features.blocks.clone().with(block, values), ..features.clone() }
 }

@@ -1,7 +1,6 @@
-//! Chooses the memory of a fit: thresholds, and the values of feature blocks.
-//!
-//! A [`Study`] is prepared once for recordings and settings. It then answers each question from one pass over the samples.
-//! Guarantees: suggestions depend on the training recordings alone. Test recordings are only scored.
+//! Chooses the memory of a fit: thresholds, and the values of feature blocks. A [`Study`] is prepared once; it answers each
+//! question from one pass over the samples. Guarantees: suggestions depend on the training recordings alone, and test
+//! recordings are only scored.
 
 mod blocks;
 mod parts;

@@ -50,7 +50,6 @@ fn map_of(
     study.threshold_map(&grid, &progress, &|_| {}).unwrap()
 }
 
-/// Returns the scores of a separate fit at these thresholds.
 fn fresh(recordings: &Arc<RecordingSet>, settings: &FitSettings, at: Thresholds) -> [Scores; 2] {
     let mut settings = settings.clone();
     match settings.features.look_backs.first_mut() {
@@ -159,7 +158,6 @@ fn without_a_look_back_one_is_added() {
     assert_equal(&map.point(0, 0).unwrap().scores, &added[1], "added");
 }
 
-/// At thresholds without any past sample, the errors equal the conventional errors exactly.
 #[test]
 fn without_past_samples_the_errors_are_exactly_conventional() {
     let map = map_of(&some(30), &settings(|_| {}), &[0.0, 3.0, 1e6], &[0.0, 15.0]);
@@ -282,7 +280,6 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_a_remedy() {
     assert!(matches!(prepared, Err(AnalysisError::NoRecordings)));
 }
 
-/// The error of a proposed list equals that of a fit with this list, and is lower than without it.
 #[test]
 fn the_error_of_a_suggested_list_is_that_of_its_fit() {
     let recordings = some(12);

@@ -18,12 +18,10 @@ use crate::recording::Role;
 const MAX_BYTES: usize = 2 << 30;
 const AT_ONCE: usize = 2;
 
-/// Event while a map is computed.
 #[derive(Clone, Copy, Debug)]
 pub enum StudyEvent<'a> {
     /// The map without rows: axes, and the scores of the conventional calibration.
     Begun(&'a ThresholdMap),
-    /// The scores of one F_th at every t_th.
     Row {
         /// Position of the F_th.
         f_at: usize,
@@ -32,7 +30,6 @@ pub enum StudyEvent<'a> {
     },
 }
 
-/// Data that every row of a map needs.
 struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
@@ -202,7 +199,6 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Returns the past samples of all look-backs except the first, for each recording.
 fn further_past(
     study: &Study,
     features: &FeatureSettings,
