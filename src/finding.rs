@@ -41,7 +41,7 @@ impl Verdict {
 /// Medium in which a finding is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
-    /// A terminal, or JSON printed there.
+    /// Text or JSON in a terminal.
     CommandLine,
     /// In the window.
     Window,
@@ -507,7 +507,7 @@ impl Id {
             ),
             Self::Bent => (
                 "rig",
-                "a matrix is linear, so its error grows with the load; check the amplifier and the mounting, \
+                "a matrix cannot follow a bend, so the error grows with the load; check the amplifier and the mounting, \
                  use a smaller gain, or add a polynomial",
                 &[Way::Features],
             ),

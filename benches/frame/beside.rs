@@ -11,7 +11,7 @@ use loopscope::ui::{Command, TimeMove, pane};
 use crate::long_recording::long_recording;
 use crate::screen::Screen;
 
-/// Number of frames of each kind, of which the median counts.
+/// Number of frames of each kind; the bench prints the median of their times.
 const FRAMES: usize = 200;
 
 pub fn report() {

@@ -41,7 +41,8 @@ impl AgedSums {
         self.n_columns.next_multiple_of(TILE) * self.stride
     }
 
-    /// Adds an age class to sums in which its look-back columns are zero; panics if there is no such class, or columns differ.
+    /// Adds the samples of one class of look-back ages to `sums`, in which the look-back columns of the class must still be zero.
+    /// Panics if the class does not exist or the columns differ.
     pub fn add_class_to(&self, class: usize, sums: &mut NormalEquations) {
         assert_eq!(sums.stride(), self.stride, "sums over the same columns");
         let products = &self.products[class * self.class_len()..];

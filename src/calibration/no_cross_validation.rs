@@ -7,13 +7,13 @@ pub enum NoCrossValidation {
     #[error("nothing was left out")]
     NotDone,
     #[error(
-        "the network was not cross-validated: this was off, or was cancelled, or too few samples remain without a fold"
+        "the network was not cross-validated: cross-validation was off or cancelled, or too few samples remain when a fold is left out"
     )]
     Network,
     #[error("the cross-validation was cancelled, or too few samples remain without a fold")]
     Kernel,
     #[error(
-        "there are too few training samples: without a fold, fewer samples remain than there are coefficients"
+        "there are too few training samples: when one fold is left out, fewer samples remain than there are coefficients"
     )]
     FewSamples,
     #[error(

@@ -41,7 +41,7 @@ pub enum Done {
     Simulated(Arc<RecordingSet>, RecordingSet),
     /// Written file, or the reason why it could not be written.
     Written(FileContent, PathBuf, Result<(), String>),
-    /// File that already exists, for a question to the user.
+    /// File that already exists; the user is asked whether to replace it.
     IsThere(FileContent, PathBuf),
     Map(Result<Box<ColumnMap>, String>),
     Weight(PathBuf, Result<Box<WeightEstimate>, String>),

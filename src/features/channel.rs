@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::min_max::MinMax;
 use crate::recording::{Recording, span};
 
-/// Minimum change of a channel, as a share of its largest value.
+/// Share of its largest value by which a channel must change; a channel that changes less counts as constant.
 const STILL: f64 = 0.01;
 /// Minimum change of a supply voltage, as a share of its value; an amplifier that is not ratiometric follows every change.
 const STILL_SUPPLY: f64 = 1e-3;

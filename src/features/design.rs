@@ -76,7 +76,7 @@ impl Design {
         meant.map(|(position, _)| position).collect()
     }
 
-    /// Returns the column indices of each history of a block, one list per value.
+    /// Returns the columns of a block, one list for each value in the block's setting.
     pub fn sets_of(&self, block: &'static dyn Block) -> Vec<Vec<usize>> {
         let values = self.features.blocks.of(block).iter();
         let sets = values.map(|value| {

@@ -510,7 +510,7 @@ impl GrowingFile {
         }
     }
 
-    /// Returns true if another file has the same path. A file that is missing may come back.
+    /// Returns true if the file at this path was replaced by another one. A missing file is not replaced: it may come back.
     fn is_replaced(&self) -> bool {
         match (self.file.metadata(), std::fs::metadata(&self.path)) {
             (Ok(here), Ok(there)) => is_other(&here, &there),

@@ -29,7 +29,7 @@ pub enum Cause {
         longest_secs.map_or_else(String::new, |secs| format!(", for at most {secs:.3} s"))
     )]
     HeldAuxiliary { column: Option<usize>, name: String, n_rows: usize, longest_secs: Option<f64> },
-    #[error("time goes from {from_secs} s to {to_secs} s. A new recording starts")]
+    #[error("time jumps from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
     #[error(
         "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. Times are continued"

@@ -91,7 +91,7 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         ),
         action(
             "Built-in: hysteresis",
-            "One force on two gauges with play of a twentieth of full scale, without a lag: its loops have the same width at every rate",
+            "Simulated: one force, two gauges. Play is 5 % of full scale and there is no lag, so loops are equally wide at every rate of the load",
             None,
             Do::OpenBuiltIn(Some(Late::Hysteresis)).into(),
         ),
@@ -296,7 +296,7 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
         all("All test", "Uses all recordings for testing", Role::Test),
         all("All off", "Excludes all recordings from the fit and the scores", Role::Off),
         action(
-            "Tare all over their first quiet half second",
+            "Tare each recording at its first quiet half second",
             "Takes the mean of the gauges in the first quiet half second as zero",
             None,
             Do::Tare(entries.collect(), Tare::Auto).into(),
@@ -458,7 +458,7 @@ pub fn help(engine: &Engine) -> Vec<Action> {
         ),
         action(
             "Tour",
-            "Shows the main job in six steps on the built-in sensor",
+            "Shows in six steps how to calibrate and compensate the built-in sensor",
             None,
             Command::Tour(true),
         )

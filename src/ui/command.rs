@@ -167,7 +167,6 @@ pub enum ImageTo {
 /// A command of the user.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// An action of the engine.
     Do(Action),
     /// Brings a pane to the front, in a workspace that contains the pane.
     ShowPane(Pane),

@@ -46,7 +46,7 @@ enum Mode {
 impl Mode {
     const ALL: [(Self, &'static str, &'static str); 3] = [
         (Self::Loops, "Loop", "Shows an output over the reference load of one axis"),
-        (Self::Cross, "Cross-plot", "Shows any channel over any other"),
+        (Self::Cross, "Cross-plot", "Plots any channel against any other"),
         (
             Self::Dwells,
             "Drift",

@@ -132,7 +132,7 @@ impl MetrologyPane {
                 "Measures the recordings that the fit does not use: test and off",
             ),
             (TableOf::Train, "Train", "Measures the training recordings"),
-            (TableOf::All, "All", "Measures all recordings"),
+            (TableOf::All, "All", "Computes the figures from all recordings"),
         ] {
             ui.select(&mut of, one, label, explanation);
         }

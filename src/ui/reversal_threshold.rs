@@ -44,8 +44,8 @@ pub fn reversal_threshold(
 }
 
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
-    let explanation = "A load that is constant for this time is a dwell, which shows creep and zero return. Constant: every axis \
-                       within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";
+    let explanation = "A load that stays constant for at least this time is a dwell; dwells show creep and zero return. Constant: every axis \
+                       stays within 1 % of its full scale or ten times its noise, whichever is larger. \"Definitions…\" changes this";
     let field = DragValue::new(&mut measuring.hold_secs)
         .range(0.1..=LONGEST_DWELL_SECS)
         .speed(0.1)

@@ -347,7 +347,7 @@ fn rows_on_standard_input_are_an_instrument() {
     assert!(!error.contains("/tmp"), "{error}");
 }
 
-/// Linux refuses to read a folder like an unplugged serial port.
+/// On Linux, reading a folder fails in the same way as reading an unplugged serial port.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_source_that_ends_early_has_its_own_exit_code() {

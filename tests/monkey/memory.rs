@@ -61,7 +61,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Returns a curve with a point in each interval.
+    /// Returns an empty curve that takes one point in each interval of time.
     pub fn new(every: Duration, mut file: Option<File>) -> std::io::Result<Self> {
         if let Some(file) = &mut file {
             writeln!(

@@ -494,7 +494,7 @@ fn a_recording_is_tared_and_undone() {
     wait(&mut window, 10);
     ctrl(&mut window, Key::Z);
     assert_eq!(first(&window), before);
-    menu(&mut window, "Roles", "Tare all over");
+    menu(&mut window, "Roles", "Tare each recording");
     assert!(
         has(&window, "no half second without movement"),
         "these recordings have no unloaded interval"

@@ -63,7 +63,7 @@ fn spelled(axis: Axis) -> String {
     axis.symbol().replace('M', "T")
 }
 
-/// Writes the conventional matrix. `Axis` rows repeat it with a scale of 1, for readers that use them.
+/// Writes the conventional matrix, and again as `Axis` rows with a scale of 1, because some programs read only these rows.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();

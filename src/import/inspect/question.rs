@@ -20,7 +20,7 @@ pub enum Question {
     ReferenceClock(Vec<usize>),
     /// Load axis of each of these columns (counted from 1), which look like loads.
     LoadAxis(Vec<usize>),
-    /// Unit of each of these loads (columns counted from 1), which the file does not give.
+    /// Units of load columns for which the file gives no unit, by the number of the column (from 1).
     LoadUnit(Vec<usize>),
     /// Choice of the gauge columns.
     Gauges {

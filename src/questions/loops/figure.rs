@@ -181,7 +181,7 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns the mean width of the full cycles over the rate of their load; `None` if the rates are too similar to
+    /// Returns a plot of the mean width of the full cycles against the rate of their load; `None` if the rates are too similar to
     /// distinguish lag from hysteresis.
     pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
         let spread = |curve: &&LoopCurve| {

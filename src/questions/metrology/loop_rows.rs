@@ -226,8 +226,8 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
     }
 }
 
-/// Returns the longest series of neighbouring branches over most of this range that turn at nearly the same loads. A series
-/// has at least two branches of each direction.
+/// Returns the longest series of consecutive branches. Each covers most of this range, and all turn at nearly the same loads.
+/// A series has at least two branches of each direction.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
         let apart = {

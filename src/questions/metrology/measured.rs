@@ -165,7 +165,7 @@ impl<'a> Measured<'a> {
         levels.all(|(level, full_scale)| level.abs() <= self.settings.zero_share * full_scale)
     }
 
-    /// Returns one axis in the runs that have a reference for it.
+    /// Returns the samples of one axis, from the runs with a reference for this axis.
     ///
     /// # Errors
     /// [`Reason`] if there is none, or if a number cannot be used.

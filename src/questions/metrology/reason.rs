@@ -30,7 +30,7 @@ pub enum Reason {
         "{axis} has no reversal within a recording, so there is no cycle; record it up and down in one run"
     )]
     NoCycle { axis: Axis },
-    #[error("{axis} only falls, and this figure is that of a rising branch; record it rising")]
+    #[error("this figure needs a rising load, but {axis} only falls; record {axis} while it rises")]
     NoRisingBranch { axis: Axis },
     #[error(
         "the branch of {axis} has samples at {found} loads only; record it more slowly or at a higher rate"

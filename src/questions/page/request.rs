@@ -45,7 +45,7 @@ const MARGIN: f64 = 0.05;
 /// Request for a report.
 #[derive(Clone, Debug)]
 pub struct ReportRequest {
-    /// Fit, or calibration to apply.
+    /// Fit to report on, or calibration to apply to the recordings.
     pub request: Request,
     /// Identity of the sensor.
     pub identity: Identity,

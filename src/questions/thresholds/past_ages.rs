@@ -46,8 +46,8 @@ impl PastAges {
         }
     }
 
-    /// Counts the samples of one recording. `past` holds the past sample of each sample without a limit t_th, or the sample's
-    /// own index if there is none.
+    /// Adds the samples of one recording to the counts. `past` holds, for each sample, the past sample that is found without the
+    /// limit t_th, or the sample's own index if no past sample is found.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {

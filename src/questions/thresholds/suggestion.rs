@@ -50,7 +50,9 @@ pub struct Suggestion {
 pub enum NoSuggestion {
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    #[error("the sensor has no axis of this measure; choose another one")]
+    #[error(
+        "the sensor has no axis of this kind (force or moment); choose another measure of error"
+    )]
     NoAxis,
     #[error("no row of the map has been computed yet; wait for the first row")]
     NotYet,

@@ -207,7 +207,7 @@ impl Piece<'_> {
         for (driver, ((low, high), noise)) in drivers.iter().zip(scale) {
             let (half, middle) = (0.5 * (high - low), 0.5 * (high + low));
             let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
-            // Smoothing lowers peaks, at which play turns over. So only noisy strains are smoothed.
+            // Smoothing lowers the peaks at which play operators reverse, so only noisy strains are smoothed.
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = if is_noisy { window.smoothed(&strain) } else { strain };
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());

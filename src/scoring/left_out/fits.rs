@@ -107,8 +107,8 @@ impl<'a> LeftOut<'a> {
         squares
     }
 
-    /// Returns the sums of squared errors, `n_parts × n_targets` row-major; the fit to the other parts predicts each part. The
-    /// ridge is relative to the squared lengths of the columns. Panics if the sums differ in their columns or from the terms.
+    /// Returns the sums of squared errors, `n_parts × n_targets` row-major. Each part is predicted by the fit to all other parts.
+    /// The ridge is relative to the squared lengths of the columns. Panics if the parts have different columns or other terms.
     pub fn squares(&self, strength: f64) -> Vec<f64> {
         self.squares_with(&self.terms.shares(strength))
     }

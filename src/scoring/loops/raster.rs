@@ -4,7 +4,7 @@
 const SIDE: usize = 8;
 const LEVELS: usize = 4;
 
-/// Touched cells of a plot. Blocks with all cells touched are skipped in one step.
+/// Cells of a plot through which a line already passes. A block whose cells are all covered is skipped in one step.
 #[derive(Debug)]
 pub(crate) struct Raster {
     /// Levels: cells, blocks, blocks of blocks, and so on.

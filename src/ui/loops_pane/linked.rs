@@ -82,7 +82,7 @@ impl<'a> Shared<'a> {
             )),
             (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
             (n, all) => Some(format!(
-                "Linked with Traces for the {n} of {all} recordings that Traces shows."
+                "Traces shows {n} of {all} recordings; only these are linked with the loops."
             )),
         }
     }

@@ -98,8 +98,10 @@ fn day_menu(
     if let (false, Err(error)) = (text.trim().is_empty(), &day) {
         ui.warn(error.to_string());
     }
-    let cleared =
-        ui.press("As its file says", "By the file's header, its clock, or a date in its name");
+    let cleared = ui.press(
+        "As its file says",
+        "Takes the day from the file's header, from its clock, or from a date in its name",
+    );
     let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
         (true, _) => None,
         (false, Ok(day)) if entered => Some(day),

@@ -149,7 +149,7 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
         ui.strong("The session is not saved");
         ui.label("The session holds the list of files, their roles and all settings. The recordings themselves are not changed.");
         if !matches!(leaving, Leaving::Close) {
-            ui.label("Another session is about to replace it.");
+            ui.label("Another session is about to be opened in its place.");
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
