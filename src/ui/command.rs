@@ -167,6 +167,7 @@ pub enum ImageTo {
 /// A command of the user.
 #[derive(Clone, Debug)]
 pub enum Command {
+    /// Action that the engine carries out.
     Do(Action),
     /// Brings a pane to the front, in a workspace that contains the pane.
     ShowPane(Pane),
