@@ -13,7 +13,7 @@ use loopscope::progress::Progress;
 use loopscope::questions::{Request, Search, WITHIN, find_best, train};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-/// Samples per second after decimation.
+/// Sample rate after decimation (Hz).
 const RATE: f64 = 750.0;
 const STEPS: usize = 20;
 /// Samples of a multisine.

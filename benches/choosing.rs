@@ -1,5 +1,5 @@
-//! Quality of the search for the best model, on sensors for which no rule was tuned: the error of the proposal on unseen
-//! recordings, beside that of the best candidate.
+//! Quality of the search for the best model, on sensors for which no rule was tuned: the error of the proposed
+//! model on unseen recordings, beside the error of the candidate that is best on them.
 //!
 //! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of these kinds.
 

@@ -566,7 +566,7 @@ impl Id {
             Self::LargerLeftOut => ("error_ratio", "", &[]),
             Self::MovesTogether => (
                 "correlation",
-                "the effects of the two axes on the gauges are hard to separate; load one axis without the other, \
+                "the effects of these axes on the gauges are hard to separate; load each axis without the others, \
                  for example with a mass on another arm",
                 &[],
             ),

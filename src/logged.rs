@@ -1,5 +1,5 @@
-//! The program's log: written to standard error according to `RUST_LOG`. Errors of file dialogs are kept for the window: a
-//! failed dialog looks like a cancelled one, and its library reports the failure only in the log.
+//! The program's log. It goes to standard error; `RUST_LOG` chooses what is written. Errors of file dialogs are also kept for
+//! the window, because the library of the dialogs reports them only in the log: a failed dialog looks like a cancelled one.
 
 use std::sync::Mutex;
 

@@ -485,7 +485,8 @@ impl Calibration {
         Some(deviations)
     }
 
-    /// Calls `take` for blocks of samples: raw rows, inputs of any nonlinear part, buffers, and the block's part of `out`.
+    /// Calls `take` once for each block of samples. Its arguments are the block's raw rows, the inputs of the network or kernel if
+    /// there is one, buffers, and the part of `out` that belongs to the block.
     fn over_blocks(
         &self,
         mut stream: FeatureStream<'_>,

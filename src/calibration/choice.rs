@@ -16,7 +16,7 @@ const TRIMMED: f64 = 0.1;
 const FEWEST_TRIMMED: usize = 5;
 /// Minimum number of blocks in a group for an estimate of the group's own scatter.
 const FEWEST_OF_GROUP: usize = 3;
-/// Maximum relative excess over the lowest error at which the smaller of two settings of one model is chosen.
+/// Of two settings of one model, the smaller is chosen if its error exceeds the lowest error by at most this share.
 pub(crate) const NEARLY: f64 = 0.01;
 /// Maximum relative difference of equal errors. Rounding must not decide.
 const TIE: f64 = 1e-9;

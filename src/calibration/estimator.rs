@@ -43,6 +43,7 @@ pub struct Estimator<'a> {
 
 /// Reason why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum SampleError {
     #[error("the sample has {actual} gauges, but the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
@@ -55,6 +56,7 @@ pub enum SampleError {
 }
 
 impl SampleError {
+    /// Returns the status of the refused sample: its time was rejected, or one of its values.
     pub const fn status(&self) -> Status {
         match self {
             Self::OffTheClock { .. } => Status::REJECTED_TIME,

@@ -34,8 +34,9 @@ pub struct Terms<'a> {
     pub known: &'a [f64],
 }
 
-/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. Targets are residuals of
-/// the conventional calibration, whose gauges and offset are not shrunk, so a stronger ridge moves the result towards it.
+/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. The targets
+/// are residuals of the conventional calibration. Its own coefficients are not shrunk, so a stronger ridge moves the result
+/// towards the conventional calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ridge<'a> {
     None,

@@ -10,7 +10,9 @@ pub enum NoCrossValidation {
         "the network was not cross-validated: cross-validation was off or cancelled, or too few samples remain when a fold is left out"
     )]
     Network,
-    #[error("the cross-validation was cancelled, or too few samples remain without a fold")]
+    #[error(
+        "the cross-validation was cancelled, or too few samples remain when a fold is left out"
+    )]
     Kernel,
     #[error(
         "there are too few training samples: when one fold is left out, fewer samples remain than there are coefficients"

@@ -146,8 +146,8 @@ mod tests {
         ("kind", "mount"),
     ];
 
-    /// The sensor is upright, then rolled by 90°, y axis up. With `W = m g` and the centre at (x, y, z) the loads are
-    /// (0, 0, −W, −yW, xW, 0) and (0, −W, 0, zW, 0, −xW).
+    /// The sensor is upright, then rolled by 90° until its y axis points up. A weight `W = m g` with its centre at (x, y, z) has
+    /// the loads [Fx Fy Fz Mx My Mz] of (0, 0, −W, −yW, xW, 0) upright and of (0, −W, 0, zW, 0, −xW) rolled.
     #[test]
     fn the_load_of_a_known_weight_follows_from_the_pose() {
         let weight = r#"{ "mounts": [{ "name": "a", "mass_kg": 2, "centre_m": [0.02, 0.01, 0.03] },

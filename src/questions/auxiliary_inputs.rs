@@ -149,7 +149,8 @@ mod tests {
         calibration.quality.compensated.test_rmse.as_ref().unwrap()[0]
     }
 
-    /// The load is linear in T and in T times the gauges. Without T, the error is 0.02 · 50 + 0.4 N per degree.
+    /// The temperature T shifts the load by 0.4 N per degree and scales it by 0.02 per degree. A fit without T therefore errs by up
+    /// to 0.02 · 50 N + 0.4 N per degree.
     #[test]
     fn temperature_drift_is_removed_down_to_the_noise() {
         let recordings = set(drifting(30.0));

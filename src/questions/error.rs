@@ -6,6 +6,7 @@ use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum AnalysisError {
     #[error(
         "the recordings are load cases without times, so there are no past samples; record over time, with a column t"

@@ -24,7 +24,7 @@ pub(crate) use check::query::HangingMass;
 pub use check::query::sufficiency;
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
-pub(crate) use error::AnalysisError;
+pub use error::AnalysisError;
 pub(crate) use errors::factory::read_factory;
 pub use errors::intervals::OnScreen;
 pub(crate) use errors::intervals::intervals_within;

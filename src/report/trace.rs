@@ -4,9 +4,9 @@
 pub enum Trace {
     /// Reference load.
     Calculated,
-    /// Load from the present gauges.
+    /// Load computed from the present gauges alone.
     Conventional,
-    /// Load from present and past gauges.
+    /// Load computed from present and past gauges.
     Compensated,
     /// Load by the factory calibration.
     Factory,

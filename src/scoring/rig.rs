@@ -142,7 +142,7 @@ impl Rig {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
     }
 
-    /// Returns the response of each gauge to loads, in its unit: zero, slope of each axis (per N or N·m), and RMS residual.
+    /// Returns for each gauge, in the unit of the gauge: its zero, its slope along each axis (per N or N·m), and its RMS residual.
     pub fn answers(&self) -> Vec<(f64, Vec<f64>, f64)> {
         let total = self.total(|_| true);
         let forward = Forward::of(&total, &self.shape);

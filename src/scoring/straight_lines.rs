@@ -1,4 +1,4 @@
-//! Linear fits of one channel by others.
+//! Linear fits of one channel by others, and deviations from a line in time.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq as _;
@@ -22,4 +22,9 @@ pub fn factors(
     });
     let solved = rows.qr().solve_lstsq(targets);
     (0..columns).map(|column| solved[(column, 0)]).collect()
+}
+
+/// Returns the deviation of three samples from a straight line, on the scale of the noise of one sample.
+pub fn bend([a, b, c]: [f64; 3]) -> f64 {
+    (a - 2.0 * b + c).abs() / 6_f64.sqrt()
 }

@@ -204,7 +204,7 @@ pub fn disturbed() -> Samples {
 }
 
 /// Returns [`RECORDING`] with pauses, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer than its range.
-/// No age equals a threshold of [`every_block`], because rounding would decide there.
+/// No past sample is exactly as old as a threshold of [`every_block`]: rounding would then decide whether it counts.
 pub fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(1000);

@@ -1214,7 +1214,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
         assert!(has(&window, "Not linked with Traces, which shows other recordings"));
         click(&mut window, Role::ComboBox, "of");
         click(&mut window, Role::Button, "All recordings");
-        assert!(has(&window, "Traces shows 1 of 3 recordings"));
+        assert!(has(&window, "The Traces pane shows 1 of 3 recordings"));
         let plot = window.get_by_role_and_label(Role::GraphicsObject, title).rect();
         let on_loop = (1..60).find_map(|step| {
             let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);

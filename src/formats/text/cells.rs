@@ -24,7 +24,7 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
 }
 
 impl Delimiter {
-    /// Returns true if a comma inside a number must be a decimal comma.
+    /// Returns true unless commas separate the cells: a comma inside a cell can then only be a decimal comma.
     pub(crate) fn allows_decimal_comma(self) -> bool {
         self != Self::Comma
     }

@@ -1,8 +1,8 @@
 //! LabVIEW's measurement files (`.lvm`): text with a header for the file and one for each segment of rows.
 //!
 //! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header gives the delimiter and
-//! the decimal mark. `X_Columns` is `One` for one time column, `Multi` for one per channel, `No` if times follow from `X0`
-//! and `Delta_X`.
+//! the decimal mark. Its key `X_Columns` is `One` for one time column, `Multi` for a time column per channel, and `No` if the
+//! times follow from the start `X0` and the step `Delta_X`.
 
 use super::blocks::Blocks;
 use super::cells::{Cells, decimal_comma_number, lines, number};

@@ -62,7 +62,7 @@ pub(super) fn fill_in(
             may_be_gauge(report) && is_free[at] && !is_load && !is_time
         };
         let proposed = reports.iter().filter(may_be).map(|report| report.number);
-        let (gauges, rules) = gauges(head, proposed.take(GAUGE_LIMIT).collect());
+        let (gauges, rules) = gauges(head, &keys, proposed.take(GAUGE_LIMIT).collect());
         guess.rules.extend(rules);
         if !gauges.is_empty() {
             questions.push(Question::Gauges { proposed: gauges, has_loads });
@@ -73,8 +73,11 @@ pub(super) fn fill_in(
 }
 
 /// Returns which of the proposed columns are gauges, with the rules of all: those with the name of an auxiliary channel are auxiliary.
-fn gauges(head: &Head, mut proposed: Vec<usize>) -> (Vec<usize>, Vec<(usize, ColumnRule)>) {
-    let keys = Header::of(head);
+fn gauges(
+    head: &Head,
+    keys: &Header<'_>,
+    mut proposed: Vec<usize>,
+) -> (Vec<usize>, Vec<(usize, ColumnRule)>) {
     let auxiliary = |number: &usize| {
         let unit = head.unit(number - 1);
         let name = head.names.get(number - 1)?;

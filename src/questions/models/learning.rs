@@ -1,7 +1,7 @@
 //! Training of networks and kernels on all training recordings, alone or after a linear stage.
 //!
-//! Guarantees: features are computed once if the rows of a kernel are few, else again in each pass. A network's samples are
-//! kept in single precision, because it draws them in a new order in every epoch.
+//! Guarantees: for a kernel with few rows, features are computed once, else again in each pass. A network draws its samples in a
+//! new order in every epoch, so all of them stay in memory, in single precision.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -86,9 +86,8 @@ impl Own {
         let [low_share, high_share] =
             [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
         let bends = looked_at.clone().filter(|k| k + 2 < n);
-        let noise = median(
-            bends.map(|k| (value(k) - 2.0 * value(k + 1) + value(k + 2)).abs() / 6_f64.sqrt()),
-        );
+        let noise =
+            median(bends.map(|k| straight_lines::bend([value(k), value(k + 1), value(k + 2)])));
         let steps = looked_at.filter(|k| *k > 0);
         let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
         let piles_up = |extreme: &f64, inward: f64| {

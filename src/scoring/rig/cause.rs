@@ -109,8 +109,8 @@ struct Refit<'a> {
     parameters: f64,
     values: Vec<f64>,
     error: f64,
-    /// Held-out error with other zeros alone, if the correction has other zeros, too.
-    with_zeros: f64,
+    /// True for a gain that leaves the zeros free.
+    frees_zeros: bool,
     /// Probabilities of chance, by the scatter of units and of runs.
     chances: [f64; 2],
 }
@@ -151,12 +151,20 @@ impl Rig {
         order.truncate(REFITTED);
         let refits = order.par_iter().flat_map_iter(|own| self.refits(own));
         let refits: Vec<Refit<'_>> = refits.collect();
+        // Zeros that differ are a tare: a gain that frees them must explain more than they do.
+        let exceeds_tare = |own: &Refit<'_>| {
+            let is_tare =
+                |tried: &&Trial| tried.place == own.trial.place && tried.cause == Cause::Tare;
+            let tare = trials.iter().find(is_tare).map(|tare| self.refit_zeros(tare));
+            tare.is_some_and(|tare| matters(tare.error, own.error))
+        };
         let is_found = |own: &&Refit<'_>| {
             let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
-            matters(with.min(own.with_zeros), own.error)
+            matters(with, own.error)
                 && self.is_shift(own)
                 && own.chances[0] < BY_CHANCE / trials.len() as f64
                 && own.chances[1] < BY_CHANCE_OF_RUNS / n_places as f64
+                && (!own.frees_zeros || exceeds_tare(own))
         };
         let score =
             |own: &&Refit<'_>| own.error.max(f64::MIN_POSITIVE).ln() + PARAMETER * own.parameters;
@@ -390,7 +398,7 @@ impl Rig {
             parameters: shape.axes.len() as f64,
             values: loads_of(&back, &fit.drift),
             error: self.error(&units),
-            with_zeros: f64::INFINITY,
+            frees_zeros: false,
             chances: self.chances(self.units.iter().map(zeros).collect(), weights, x),
         }
     }
@@ -462,15 +470,6 @@ impl Rig {
         let (values, weights) = shown.iter().zip(is_here).map(of_unit).unzip();
         let is_before = self.corrected(*place).1;
         let n_zeros = if zeros == Zeros::Free && steps > 0 { shape.axes.len() } else { 0 };
-        // Zeros that differ are a tare: the gain must explain more than they do.
-        let with_zeros = match n_zeros {
-            0 => f64::INFINITY,
-            _ => {
-                let is_here = is_here.clone();
-                self.refit_zeros(&Trial { place: *place, is_here, cause: Cause::Tare, gain: 0.0 })
-                    .error
-            }
-        };
         let own_parameters = if *cause == Cause::Rotation { angles.len() } else { steps.min(1) };
         let turned = angles.iter().map(|own| own * own).sum::<f64>().sqrt();
         Some(Refit {
@@ -482,7 +481,7 @@ impl Rig {
                 _ => vec![factor],
             },
             error: self.error(&units),
-            with_zeros,
+            frees_zeros: n_zeros > 0,
             chances: self.chances(
                 values,
                 weights,

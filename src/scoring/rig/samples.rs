@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::recording::{Recording, median};
 use crate::scoring::rig::fits::{self, Forward};
 use crate::scoring::rig::{Rig, is_one_table};
-use crate::scoring::straight_lines;
+use crate::scoring::straight_lines::{self, bend};
 
 /// Maximum number of samples of a recording for its spectrum.
 const SPECTRUM: usize = 1024;
@@ -350,11 +350,6 @@ fn rise(values: Vec<f64>) -> f64 {
     let skipped = (n / 4).max(1);
     let inner = &values[skipped..n - skipped];
     inner.iter().sum::<f64>() / inner.len() as f64 - values[0].max(values[n - 1])
-}
-
-/// Returns the deviation of three samples from a straight line, on the scale of the noise of one sample.
-fn bend([a, b, c]: [f64; 3]) -> f64 {
-    (a - 2.0 * b + c).abs() / 6_f64.sqrt()
 }
 
 /// Returns the standard deviation of normal values with these magnitudes.

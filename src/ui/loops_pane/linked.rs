@@ -82,7 +82,7 @@ impl<'a> Shared<'a> {
             )),
             (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
             (n, all) => Some(format!(
-                "Traces shows {n} of {all} recordings; only these are linked with the loops."
+                "The Traces pane shows {n} of {all} recordings; only these are linked with the loops."
             )),
         }
     }
