@@ -234,7 +234,7 @@ impl Best {
         // The first candidate is always the conventional calibration.
         let conventional = self.tried.first().unwrap_or(&tried).clone();
         tried.model.conventional = conventional.model.scores.clone();
-        tried.model.left_out = format!("nested: {}", self.folds);
+        tried.model.left_out.clone_from(&self.folds);
         let rmse = tried.model.conventional.cv_rmse.as_deref();
         let weights = weights(rmse.unwrap_or_default());
         let of = |own: &Tried| weighed(&own.squares, &weights);
