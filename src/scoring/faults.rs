@@ -74,40 +74,34 @@ impl Faults {
     }
 }
 
-/// Returns the faults of each of these recordings. The load cases of one table are judged together.
+/// Returns the faults of each of these recordings. Successive load cases of one table are judged together.
 pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
-    let mut all: Vec<Option<Faults>> = vec![None; recordings.len()];
-    for at in 0..recordings.len() {
-        if all[at].is_some() {
-            continue;
+    let of_table = |cases: &[&Recording]| {
+        if let [recording] = cases {
+            return vec![faults(recording, range)];
         }
-        let first = recordings[at];
-        if !first.is_static() {
-            all[at] = Some(faults(first, range));
-            continue;
-        }
-        let is_own = |of: &usize| {
-            let other = recordings[*of];
-            let is_alike = other.axes() == first.axes() && other.n_gauges() == first.n_gauges();
-            other.is_static() && is_alike && other.source() == first.source()
-        };
-        let own: Vec<usize> = (at..recordings.len()).filter(is_own).collect();
-        let cases: Vec<&Recording> = own.iter().map(|of| recordings[*of]).collect();
-        let Faults { found, unclipped } = faults(&Recording::table_of(&cases), range);
-        let mut start = 0;
-        for of in own {
-            let rows = start..start + recordings[of].n_samples();
-            start = rows.end;
-            let of_case = found.iter().filter_map(|fault| {
-                let from = fault.samples.start.max(rows.start);
-                let to = fault.samples.end.min(rows.end);
-                (from < to)
-                    .then(|| Fault { samples: from - rows.start..to - rows.start, ..fault.clone() })
-            });
-            all[of] = Some(Faults { found: of_case.collect(), unclipped: unclipped.clone() });
-        }
-    }
-    all.into_iter().flatten().collect()
+        let Faults { found, unclipped } = faults(&Recording::table_of(cases), range);
+        let mut end = 0;
+        let of_case = cases.iter().map(|case| {
+            let rows = end..end + case.n_samples();
+            end = rows.end;
+            let within = |fault: &Fault| {
+                let [from, to] = [fault.samples.start, fault.samples.end]
+                    .map(|at| at.clamp(rows.start, rows.end) - rows.start);
+                (from < to).then(|| Fault { samples: from..to, ..fault.clone() })
+            };
+            let found = found.iter().filter_map(within).collect();
+            Faults { found, unclipped: unclipped.clone() }
+        });
+        of_case.collect()
+    };
+    recordings.chunk_by(|a, b| are_of_one_table(a, b)).flat_map(of_table).collect()
+}
+
+/// Returns true if both recordings are load cases of one table.
+pub(super) fn are_of_one_table(a: &Recording, b: &Recording) -> bool {
+    let is_alike = a.axes() == b.axes() && a.n_gauges() == b.n_gauges();
+    a.is_static() && b.is_static() && is_alike && a.source() == b.source()
 }
 
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {

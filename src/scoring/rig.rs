@@ -14,10 +14,10 @@ use serde::Serialize;
 
 use crate::calibration::NormalEquations;
 use crate::recording::{Axis, Recording};
+use crate::scoring::faults::are_of_one_table;
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
 pub use crate::scoring::rig::columns::NoGauge;
-use crate::scoring::rig::fits::{Forward, Shape};
-pub use crate::scoring::rig::samples::ChannelFault;
+use crate::scoring::rig::fits::{Forward, Moments, Shape};
 
 /// Minimum number of units over all recordings. Their scatter is the measure of chance.
 const UNITS: usize = 12;
@@ -168,16 +168,28 @@ impl Rig {
             let own = self.total(|own| own == run);
             let units: Vec<&Unit> = self.units.iter().filter(|unit| unit.run == run).collect();
             let freedom = (units.len() as f64 - 1.0) / units.len() as f64;
-            let shown =
-                |sums: &Mat<f64>, gauge: usize| forward.shown(sums, &own, &self.shape, gauge);
-            let lines: Vec<_> = (0..n_gauges).map(|gauge| shown(&own, gauge)).collect();
-            for (unit, gauge) in units.iter().flat_map(|own| (0..n_gauges).map(move |at| (own, at)))
-            {
-                let of_unit = shown(&unit.sums, gauge).into_iter().zip(lines[gauge]);
-                for (sum, ((value, weight), (of_run, _))) in scatter[gauge].iter_mut().zip(of_unit)
-                {
-                    sum.0 += weight * (value - of_run).powi(2);
-                    sum.1 += freedom;
+            let mean = fits::column_means(&own);
+            let shown = |sums: &Mat<f64>| -> Vec<[(f64, f64); 2]> {
+                let (n, moments) =
+                    (sums[(0, 0)], Moments::about(sums, &mean, &forward, &self.shape));
+                let zeros = forward.zeros(sums, &self.shape).into_iter().enumerate();
+                let of_gauge = |(gauge, zero)| {
+                    let (sensitivity, weight) = moments.sensitivity(gauge, &forward);
+                    // Without a load, the sensitivity of the others is used.
+                    let is_loaded = weight > 1e-6 * n;
+                    [(zero, n), if is_loaded { (sensitivity, weight) } else { (0.0, 0.0) }]
+                };
+                zeros.map(of_gauge).collect()
+            };
+            let lines = shown(&own);
+            for own in units.iter().map(|own| shown(&own.sums)) {
+                for ((scatter, own), of_run) in scatter.iter_mut().zip(own).zip(&lines) {
+                    for (sum, ((value, weight), (of_run, _))) in
+                        scatter.iter_mut().zip(own.into_iter().zip(of_run))
+                    {
+                        sum.0 += weight * (value - of_run).powi(2);
+                        sum.1 += freedom;
+                    }
                 }
             }
             estimates.push(lines);
@@ -214,17 +226,12 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
 
 /// Combines the load cases of one table, if there are several tables or recordings.
 fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
-    let tables = order.chunk_by(|a, b| is_one_table(recordings[*a], recordings[*b]));
+    let tables = order.chunk_by(|a, b| are_of_one_table(recordings[*a], recordings[*b]));
     let tables: Vec<Vec<usize>> = tables.map(<[usize]>::to_vec).collect();
     match tables.len() {
         1 => order.into_iter().map(|own| vec![own]).collect(),
         _ => tables,
     }
-}
-
-/// Returns true if both are load cases of one table.
-fn is_one_table(a: &Recording, b: &Recording) -> bool {
-    a.is_static() && b.is_static() && a.source() == b.source()
 }
 
 /// Returns mean and standard deviation of each gauge, and its range in standard deviations.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::finding::{Face, Finding, Id, Verdict};
+use crate::questions::check::load_count::LoadCount;
 use crate::questions::check::rig::RigReport;
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
@@ -16,11 +17,8 @@ pub struct Sufficiency {
     /// Findings: faults of recordings first, then by severity, then by cost.
     pub reasons: Vec<Finding>,
     pub n_samples: u64,
-    /// Number of different loads; with features of the past, number of changes of the load.
-    pub load_cases: usize,
-    pub coefficients: usize,
-    /// Number of coefficients that the ridge leaves free, on the axis with most.
-    pub free_coefficients: f64,
+    #[serde(flatten)]
+    pub count: LoadCount,
     pub rank: usize,
     /// Condition number of the design.
     pub condition: Option<f64>,
@@ -80,8 +78,8 @@ impl Sufficiency {
     }
 
     pub fn rank_in_words(&self) -> String {
-        let rank = format!("Rank {} of {} features", self.rank, self.coefficients);
-        let rank = match self.rank < self.coefficients {
+        let rank = format!("Rank {} of {} features", self.rank, self.count.coefficients);
+        let rank = match self.rank < self.count.coefficients {
             true => format!("{rank}, the others repeating these or never changing"),
             false => rank,
         };

@@ -2,9 +2,7 @@
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
-use crate::questions::check::load_count::LoadCount;
 use crate::scoring::numbers::{percent, significant};
-use crate::shown::counted;
 
 /// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads
 /// per coefficient the ratio is five by the count alone.
@@ -27,21 +25,7 @@ use Verdict::{Doubtful, Enough, Insufficient};
 impl Sufficiency {
     /// Adds the findings that follow from its figures, puts all in order, and sets the verdict.
     pub fn judged(mut self, cross_validation: Option<&str>) -> Self {
-        let count = LoadCount {
-            cases: self.load_cases,
-            coefficients: self.coefficients,
-            free: self.free_coefficients,
-        };
-        let few = count.finding();
-        self.summary = match &few {
-            Some(Finding { seen, figures, .. }) if !figures.is_empty() => {
-                format!("{seen}: {figures}")
-            }
-            Some(few) => few.seen.clone(),
-            None => format!("{}, {}", count.words(), counted(self.n_samples as usize, "sample")),
-        };
         let mut found = std::mem::take(&mut self.reasons);
-        found.extend(few);
         found.extend(cross_validation.and_then(|by| self.no_better_than_mean(by)));
         found.extend(cross_validation.and_then(|by| self.larger_left_out(by)));
         found.extend(self.axes.iter().filter_map(AxisReach::one_sided));

@@ -1,9 +1,12 @@
 //! Number of loads for the coefficients: one rule for the fit and for the check.
 
+use serde::Serialize;
+
 use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
+use crate::shown::counted;
 
 /// Number of load cases per free coefficient below which errors on new loads are, by count alone, five times those of the fit.
 const FEWEST_CASES: f64 = 1.25;
@@ -12,36 +15,40 @@ const FEW_CASES: f64 = 2.0;
 /// Ratio of errors above which the expected ratio is not given.
 const TIMES: f64 = 100.0;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LoadCount {
     /// Number of different loads; with features of the past, number of changes of the load.
-    pub cases: usize,
+    pub load_cases: usize,
     pub coefficients: usize,
     /// Number of coefficients that the ridge leaves free, on the axis with most.
-    pub free: f64,
+    pub free_coefficients: f64,
 }
 
 impl LoadCount {
     pub fn of(calibration: &Calibration, coverage: &Coverage) -> Self {
         let columns = calibration.columns();
         let coefficients = columns.len();
-        let free = calibration.quality.free_coefficients.unwrap_or(coefficients as f64);
-        Self { cases: coverage.n_cases(&columns), coefficients, free }
+        let free = calibration.quality.free_coefficients;
+        Self {
+            load_cases: coverage.n_cases(&columns),
+            coefficients,
+            free_coefficients: free.unwrap_or(coefficients as f64),
+        }
     }
 
     pub fn words(&self) -> String {
-        let Self { cases, coefficients, .. } = self;
-        let few = self.free.ceil();
+        let Self { load_cases, coefficients, free_coefficients } = self;
+        let few = free_coefficients.ceil();
         let free = match few < *coefficients as f64 {
             true => format!(" ({few:.0} of them free)"),
             false => String::new(),
         };
-        let s = if *cases == 1 { "" } else { "s" };
-        format!("{coefficients} coefficients an axis{free} from {cases} load case{s}")
+        let cases = counted(*load_cases, "load case");
+        format!("{coefficients} coefficients an axis{free} from {cases}")
     }
 
     pub fn finding(&self) -> Option<Finding> {
-        let (n, p) = (self.cases as f64, self.free);
+        let (n, p) = (self.load_cases as f64, self.free_coefficients);
         if n > p.ceil() && n >= FEW_CASES * p {
             return None;
         }

@@ -9,6 +9,7 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, NextLoad, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
+use crate::questions::check::load_count::LoadCount;
 use crate::questions::check::rig::{RigReport, lag_of_fit};
 use crate::questions::dataset::{Dataset, Datasets, Key};
 use crate::questions::error::AnalysisError;
@@ -25,7 +26,7 @@ use crate::scoring::coverage::Coverage;
 use crate::scoring::information::Information;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
-use crate::shown::first_clauses;
+use crate::shown::{counted, first_clauses};
 
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults that are named.
@@ -125,7 +126,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let loads = training.iter().flat_map(|own| own.loads().chunks_exact(calibration.axes.len()));
     let spread = LoadSpread::of(loads, &coverage.trained);
     let axes = reaches(&calibration, coverage, &spread);
-    let names = calibration.feature_names();
+    let (n_samples, count) = (sums.train.n_samples(), LoadCount::of(&calibration, coverage));
     let axes_n = calibration.axes.len();
     let mut reasons = data.findings(&calibration, true);
     let unusable = asked.unusable.iter();
@@ -133,8 +134,6 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     reasons.extend(data.lag(progress)?.map(|own| lag_of_fit(own, &calibration)));
     reasons.extend(data.of_programmes(axes_n));
     reasons.extend(data.worse_at_start(&calibration)?);
-    // The count of the check has more details.
-    reasons.retain(|own| own.id != Id::FewLoads);
     let (faults, share) = faulty(asked, progress)?;
     if share > 0.0 {
         let severity = if share > FAULTY_SHARE { Doubtful } else { Enough };
@@ -146,31 +145,23 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         let seen = "all this is of the linear model on these features";
         reasons.push(Finding::new(Id::LinearOnly, Enough, seen));
     }
-    let proposed = proposals(&Proposing {
-        calibration: &calibration,
-        design: &design,
-        axes: &axes,
-        sums: &sums.train,
-        n_cases: coverage.cases.len(),
-        hanging: asked.hanging.as_ref(),
-        rig: data.rig(),
-    });
-    reasons.extend(proposed.unreached);
+    let usual = sums.train.n_samples() as f64 / coverage.cases.len().max(1) as f64;
+    let (next, next_note, unreached) =
+        proposals(&calibration, &axes, &sums.train, usual, asked.hanging.as_ref(), data.rig());
+    reasons.extend(unreached);
     let how = calibration.quality.cross_validation.as_ref().map(ToString::to_string);
     let not_covered = not_covered(&data.entries, axes_n, data.groups.by);
     let found = Sufficiency {
         verdict: Verdict::Enough,
-        summary: String::new(),
+        summary: format!("{}, {}", count.words(), counted(n_samples as usize, "sample")),
         reasons,
-        n_samples: sums.train.n_samples(),
-        load_cases: coverage.n_cases(&calibration.columns()),
-        coefficients: names.len(),
-        free_coefficients: calibration.quality.free_coefficients.unwrap_or(0.0),
+        n_samples,
+        count,
         rank: calibration.quality.rank,
         condition: calibration.quality.condition,
         faults,
-        next: proposed.next,
-        next_note: proposed.note,
+        next,
+        next_note,
         rig: data.rig().cloned().unwrap_or_default(),
         holds_for: shown_for(&axes, training.len(), how.as_deref(), &not_covered),
         axes,
@@ -262,54 +253,42 @@ impl Dataset {
     }
 }
 
-/// Inputs of the proposed loads.
-struct Proposing<'a> {
-    calibration: &'a Calibration,
-    design: &'a Design,
-    axes: &'a [AxisReach],
-    sums: &'a NormalEquations,
-    n_cases: usize,
-    hanging: Option<&'a HangingMass>,
-    rig: Option<&'a RigReport>,
-}
-
-struct Proposals {
-    next: Vec<NextLoad>,
-    note: String,
-    /// Finding about axes that no proposed load reaches.
-    unreached: Option<Finding>,
-}
-
-fn proposals(on: &Proposing<'_>) -> Proposals {
-    let columns = on.calibration.columns();
+/// Returns the loads to record next, each with the weight of a usual number of samples; how they were chosen, in words; and
+/// the finding about axes that no proposed load reaches.
+fn proposals(
+    calibration: &Calibration,
+    axes: &[AxisReach],
+    sums: &NormalEquations,
+    weight: f64,
+    hanging: Option<&HangingMass>,
+    rig: Option<&RigReport>,
+) -> (Vec<NextLoad>, String, Option<Finding>) {
+    let design = calibration.design();
+    let columns = calibration.columns();
     let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
-    let memoryless: Vec<usize> = on.design.all().into_iter().filter(|at| !is_past(at)).collect();
-    let (Some(rig), Some(information)) = (on.rig, Information::of(on.sums, &memoryless)) else {
-        return Proposals {
-            next: Vec::new(),
-            note: "No load moves, so nothing says what another one would show.".to_owned(),
-            unreached: None,
-        };
+    let memoryless: Vec<usize> = design.all().into_iter().filter(|at| !is_past(at)).collect();
+    let (Some(rig), Some(information)) = (rig, Information::of(sums, &memoryless)) else {
+        let note = "No load moves, so nothing says what another one would show.".to_owned();
+        return (Vec::new(), note, None);
     };
-    let moves: Vec<bool> = on.axes.iter().map(|own| rig.axes.contains(&own.axis)).collect();
+    let moves: Vec<bool> = axes.iter().map(|own| rig.axes.contains(&own.axis)).collect();
     let row = |load: &[f64]| {
-        let position = |axis: Axis| on.axes.iter().position(|own| own.axis == axis);
+        let position = |axis: Axis| axes.iter().position(|own| own.axis == axis);
         let gauges = rig.gauges_under(|axis| position(axis).map_or(0.0, |at| load[at]));
-        let mut row = vec![0.0; on.design.n_columns()];
-        let channels = on.design.features.auxiliary.iter();
+        let mut row = vec![0.0; design.n_columns()];
+        let channels = design.features.auxiliary.iter();
         let usual: Vec<f64> = channels.map(|channel| channel.reference).collect();
-        FeatureStream::new(on.design).raw_row(0.0, &gauges, &usual, |_| &gauges, &mut row);
-        on.design.standardise(&mut row);
+        FeatureStream::new(&design).raw_row(0.0, &gauges, &usual, |_| &gauges, &mut row);
+        design.standardise(&mut row);
         row
     };
-    let region = within(on.axes, &moves);
-    let loads: Vec<(Vec<f64>, Option<String>)> = match on.hanging {
+    let region = within(axes, &moves);
+    let loads: Vec<(Vec<f64>, Option<String>)> = match hanging {
         None => region.iter().map(|load| (load.clone(), None)).collect(),
-        Some(hanging) => hung(hanging, on.axes),
+        Some(hanging) => hung(hanging, axes),
     };
     let rows: Vec<Vec<f64>> = loads.iter().map(|(load, _)| row(load)).collect();
     let of_region: Vec<Vec<f64>> = region.iter().map(|load| row(load)).collect();
-    let weight = on.sums.n_samples() as f64 / on.n_cases.max(1) as f64;
     let found = information.next_best(&rows, &of_region, weight, PROPOSED);
     let next: Vec<NextLoad> = found
         .into_iter()
@@ -320,7 +299,7 @@ fn proposals(on: &Proposing<'_>) -> Proposals {
             variance_left: own.left,
         })
         .collect();
-    let mut note = match (on.hanging, loads.is_empty()) {
+    let mut note = match (hanging, loads.is_empty()) {
         (Some(_), true) => "No such mass and arm stays within these loads.".to_owned(),
         _ => format!(
             "Chosen one after the other so that the determinant of the design grows most (D-optimal), each counted as \
@@ -331,22 +310,21 @@ fn proposals(on: &Proposing<'_>) -> Proposals {
     if memoryless.len() < columns.len() {
         note.push_str(" Features with a memory are left aside: what they show depends on how a load is reached.");
     }
-    if on.axes.iter().zip(&moves).any(|(axis, moves)| *moves && !axis.rated) {
+    if axes.iter().zip(&moves).any(|(axis, moves)| *moves && !axis.rated) {
         note.push_str(" Where no rated load is entered, loads stay within those that there are.");
     }
     // No available mass reaches this axis; without an arm there is no moment.
     let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
-    let unreached = (0..on.axes.len()).filter(|axis| !reached(*axis));
-    let unreached: Vec<&str> = unreached.map(|axis| on.axes[axis].axis.symbol()).collect();
-    let unreached =
-        (on.hanging.is_some() && !loads.is_empty() && !unreached.is_empty()).then(|| {
-            let seen = format!("these masses and arms load nothing on {}", unreached.join(", "));
-            Finding::new(Id::Unreached, Enough, seen)
-        });
+    let unreached = (0..axes.len()).filter(|axis| !reached(*axis));
+    let unreached: Vec<&str> = unreached.map(|axis| axes[axis].axis.symbol()).collect();
+    let unreached = (hanging.is_some() && !loads.is_empty() && !unreached.is_empty()).then(|| {
+        let seen = format!("these masses and arms load nothing on {}", unreached.join(", "));
+        Finding::new(Id::Unreached, Enough, seen)
+    });
     if moves.contains(&false) {
         note.push_str(" Axes that never move come first of all, and are not among these.");
     }
-    Proposals { next, note, unreached }
+    (next, note, unreached)
 }
 
 /// Returns loads at the ends of each moving axis' range and halfway, one axis or two at a time.
@@ -494,7 +472,7 @@ mod tests {
     fn as_many_poses_as_coefficients_do_not_carry_the_model_and_many_do() {
         let few = of(poses(16, 20, 4), quadratic(0.0));
         assert_eq!(
-            (few.verdict, few.coefficients, few.load_cases),
+            (few.verdict, few.count.coefficients, few.count.load_cases),
             (Verdict::Insufficient, 15, 16)
         );
         assert!(abouts(&few, Verdict::Insufficient).contains(&Id::FewLoads), "{:#?}", few.reasons);
@@ -502,7 +480,8 @@ mod tests {
         assert_eq!(many.verdict, Verdict::Enough, "{:#?}", many.reasons);
         assert!(abouts(&many, Verdict::Doubtful).is_empty());
         let shrunk = of(poses(16, 20, 4), quadratic(1.0));
-        assert!(shrunk.free_coefficients < 13.0, "{}", shrunk.free_coefficients);
+        let free = shrunk.count.free_coefficients;
+        assert!(free < 13.0, "{free}");
     }
 
     /// 15 columns, of which a strong ridge leaves fewer than 13 free: 28 loads are enough for them.

@@ -14,7 +14,7 @@ use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::lag::{Lag, LagRun, lag_by_run, lags};
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig, Run, Where};
+use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
 use crate::shown::{first, first_clauses};
 
 /// Units that are often confused, with their factors.
@@ -97,9 +97,7 @@ impl RigReport {
         if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
-        findings.extend(
-            rig.channel_faults(training).iter().map(|own| channel_fault(own, &gauges, rig.axes())),
-        );
+        findings.extend(rig.channel_faults(training));
         findings.extend(alternating::finding(training));
         progress.check()?;
         let (answers, axes) = (rig.answers(), rig.axes().to_vec());
@@ -198,32 +196,6 @@ fn no_gauge(own: &NoGauge, gauges: &[String], names: &[String]) -> String {
         NoGauge::Clock(gauge) => format!("{} seems to be a clock", gauges[*gauge]),
         NoGauge::Copy(gauge, of) => {
             format!("{} is {} again, but for a factor and an offset", gauges[*gauge], gauges[*of])
-        }
-    }
-}
-
-fn channel_fault(own: &ChannelFault, gauges: &[String], axes: &[Axis]) -> Finding {
-    let doubtful = |id: Id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
-    match own {
-        ChannelFault::Hum { gauges: hum, hz, amplitude } => {
-            let names = first(NAMED, hum.iter().map(|gauge| &gauges[*gauge]));
-            let seen = format!("{names} hum at {} Hz, where no load moves", significant(*hz, 3));
-            let figures = format!("amplitude {} of the range", percent(*amplitude));
-            doubtful(Id::Hum, seen).with(figures).costing(*amplitude)
-        }
-        ChannelFault::Bent(gauge, bend) => {
-            let seen = format!("{} bends where the other gauges do not", gauges[*gauge]);
-            let figures = format!("by up to {} of its range", percent(*bend));
-            doubtful(Id::Bent, seen).with(figures).costing(*bend)
-        }
-        ChannelFault::ClippedReference { axis, load, visits, rise } => {
-            let (axis, load) = (axes[*axis], significant(*load, 4));
-            let (symbol, unit) = (axis.symbol(), axis.unit());
-            let seen =
-                format!("the reference of {symbol} stays at {load} {unit} while the gauges go on");
-            let figures =
-                format!("{visits} times, by {} of full scale in the mean", percent(*rise));
-            doubtful(Id::ReferenceClipped, seen).with(figures).costing(*rise)
         }
     }
 }

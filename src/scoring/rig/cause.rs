@@ -2,11 +2,10 @@
 //! matters and that chance does not explain.
 
 use faer::Mat;
-use faer::linalg::solvers::Solve as _;
 use rayon::prelude::*;
 
 use crate::recording::Axis;
-use crate::scoring::rig::fits::{self, Forward, Shape};
+use crate::scoring::rig::fits::{self, Forward, Moments, Shape, column_means};
 use crate::scoring::rig::{Rig, Unit, chance};
 
 /// Maximum held-out error with a correction, as a share of the error without it. For a fault that adds a quarter, the true
@@ -24,6 +23,8 @@ const BY_CHANCE_OF_RUNS: f64 = 0.1;
 const ENOUGH_RUNS: usize = 4;
 /// Number of corrections that are refitted and cross-validated: those that explain most in one step.
 const REFITTED: usize = 40;
+/// Size of a parameter for its first-order effect.
+const SMALL: f64 = 1e-7;
 /// Number of steps of a refit.
 const STEPS: usize = 6;
 /// Penalty of a parameter: half the logarithm of the number of units, over twice that number.
@@ -124,12 +125,6 @@ enum Zeros {
     Free,
     /// Scaled like the signal: the raw signal is multiplied by the gain.
     Scaled,
-}
-
-/// Sums of one side around a mean: of one and the loads, and of the gauges' residuals with these.
-struct Moments {
-    loads: Mat<f64>,
-    rest: Mat<f64>,
 }
 
 impl Rig {
@@ -259,15 +254,6 @@ impl Rig {
         all
     }
 
-    /// Returns the gauges whose sensitivity a fault changes.
-    fn gauges_of(&self, cause: &Cause) -> Vec<usize> {
-        match cause {
-            Cause::Gauge(gauge) => vec![*gauge],
-            Cause::AllGauges => (0..self.shape.n_gauges).collect(),
-            _ => Vec::new(),
-        }
-    }
-
     /// Returns the possible kinds of zeros. If the only gauge has a zero larger than its range, a tare looks like a scaled zero.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
         let is_ambiguous = self.shape.n_gauges == 1 && self.offset(0).abs() > self.spans[0];
@@ -310,57 +296,37 @@ impl Rig {
         all
     }
 
-    /// Returns the change of the gauges with each parameter of a fault, as coefficients of one and the loads.
+    /// Returns the change of the gauges with each parameter of a fault, as coefficients of one and the loads: what the
+    /// correction with a small parameter takes from gauges that follow the fit.
     fn ways(&self, cause: &Cause, fit: &Forward, zeros: Zeros) -> Vec<Mat<f64>> {
-        let shape = &self.shape;
-        let slope = |gauge: usize, axis: usize| fit.map[(gauge, 1 + axis)];
-        let of = |factor: &dyn Fn(usize, usize) -> f64| {
-            let at = |gauge: usize, column: usize| match column {
-                0 => 0.0,
-                _ => factor(gauge, column - 1),
-            };
-            Mat::from_fn(shape.n_gauges, 1 + shape.axes.len(), at)
+        let (shape, n_gauges) = (&self.shape, self.shape.n_gauges);
+        let n_parameters = match cause {
+            Cause::Rotation => turns(&shape.axes).len(),
+            _ => 1,
         };
-        let turned = |turn: &Mat<f64>| {
-            let by = |gauge: usize, axis: usize| {
-                (0..turn.nrows()).map(|from| slope(gauge, from) * turn[(from, axis)]).sum::<f64>()
+        let way = |parameter: usize| {
+            // An exchange is whole; the exchange of two gauges undoes itself, and so is the fault as well.
+            let size = match cause {
+                Cause::SwappedGauges(..) => -1.0,
+                Cause::SwappedAxes(..) => 1.0,
+                _ => SMALL,
             };
-            of(&by)
+            let mut step = vec![0.0; n_parameters];
+            step[parameter] = size;
+            let change = self.change(cause, &step, zeros, fit);
+            let gauges = change.subrows(shape.gauge(0), n_gauges);
+            let loads = change.subrows(shape.load(0), shape.axes.len());
+            let mut left = gauges - fit.map.subcols(1, shape.axes.len()) * loads;
+            for gauge in 0..n_gauges {
+                left[(gauge, 0)] -= fit.map[(gauge, 0)];
+            }
+            let followed = left.subcols(shape.gauge(0), n_gauges) * &fit.map;
+            Mat::from_fn(n_gauges, 1 + shape.axes.len(), |gauge, input| {
+                let column = if input > 0 { shape.load(input - 1) } else { 0 };
+                -(left[(gauge, column)] + followed[(gauge, input)]) / size
+            })
         };
-        match cause {
-            Cause::Gauge(_) | Cause::AllGauges => {
-                let mut way = Mat::zeros(shape.n_gauges, 1 + shape.axes.len());
-                for gauge in self.gauges_of(cause) {
-                    way.row_mut(gauge).copy_from(fit.map.row(gauge));
-                    way[(gauge, 0)] = match zeros {
-                        Zeros::Scaled => fit.map[(gauge, 0)] + self.offset(gauge),
-                        _ => 0.0,
-                    };
-                }
-                vec![way]
-            }
-            Cause::Axes(own) => {
-                vec![of(&|gauge, axis| if own.contains(&axis) { slope(gauge, axis) } else { 0.0 })]
-            }
-            Cause::Rotation => {
-                let about = turns(&shape.axes).into_iter();
-                about.map(|about| turned(&generator(shape, about))).collect()
-            }
-            Cause::SwappedGauges(a, b) => vec![of(&|gauge, axis| {
-                let other = match gauge {
-                    own if own == *a => *b,
-                    own if own == *b => *a,
-                    _ => return 0.0,
-                };
-                slope(other, axis) * self.scales[other].1 / self.scales[gauge].1
-                    - slope(gauge, axis)
-            })],
-            Cause::SwappedAxes(a, b) => {
-                let n = shape.axes.len();
-                vec![turned(&(exchanged(shape, *a, *b) - Mat::<f64>::identity(n, n)))]
-            }
-            Cause::Tare | Cause::Drift | Cause::Noise(_) | Cause::Unlike => Vec::new(),
-        }
+        (0..n_parameters).map(way).collect()
     }
 
     fn refits<'a>(&self, trial: &'a Trial) -> Vec<Refit<'a>> {
@@ -659,54 +625,9 @@ impl Rig {
     }
 }
 
-impl Moments {
-    fn about(sums: &Mat<f64>, mean: &[f64], fit: &Forward, shape: &Shape) -> Self {
-        let centred = |i: usize, j: usize| {
-            sums[(i, j)] - sums[(i, 0)] * mean[j] - mean[i] * sums[(0, j)]
-                + sums[(0, 0)] * mean[i] * mean[j]
-        };
-        let inputs = shape.inputs(false);
-        let n = inputs.len();
-        let loads = Mat::from_fn(n, n, |i, j| centred(inputs[i], inputs[j]));
-        let own = Mat::from_fn(shape.n_gauges, n, |i, j| centred(shape.gauge(i), inputs[j]));
-        let rest = own - &fit.map * &loads;
-        Self { loads, rest }
-    }
-
-    /// Returns the product of two changes over the loads, weighted by the variances of the gauges.
-    fn square(&self, one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
-        over_variances(one, &(other * &self.loads), variances)
-    }
-
-    /// Returns the step along these changes that explains most, and its squares over variance; `None` if undetermined.
-    fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
-        let n = ways.len();
-        let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));
-        let right = Mat::from_fn(n, 1, |i, _| over_variances(&ways[i], &self.rest, variances));
-        let largest = (0..n).map(|i| products[(i, i)]).fold(0.0, f64::max);
-        if n == 0 || largest.is_nan() || largest <= 1e-9 {
-            return None;
-        }
-        let nearly =
-            Mat::from_fn(n, n, |i, j| products[(i, j)] + if i == j { 1e-6 * largest } else { 0.0 });
-        let step = nearly.llt(faer::Side::Lower).ok()?.solve(&right);
-        let gain = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
-        Some(((0..n).map(|i| step[(i, 0)]).collect(), gain))
-    }
-}
-
 /// Returns true if a left-out error becomes smaller by enough without a fault.
 fn matters(with: f64, without: f64) -> bool {
     without < MATTERS * with && with - without > FALLS
-}
-
-/// Returns the sum of the products of two matrices' entries, by the variances of the gauges.
-fn over_variances(one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
-    let of_gauge = |gauge: usize| {
-        let row = (0..one.ncols()).map(|axis| one[(gauge, axis)] * other[(gauge, axis)]);
-        row.sum::<f64>() / variances[gauge]
-    };
-    (0..one.nrows()).map(of_gauge).sum()
 }
 
 /// Returns the loads that zeros of the gauges make, over full scale.
@@ -714,10 +635,6 @@ fn loads_of(back: &Mat<f64>, zeros: &[f64]) -> Vec<f64> {
     let of_axis =
         |axis: usize| zeros.iter().enumerate().map(|(at, zero)| back[(axis, at)] * zero).sum();
     (0..back.nrows()).map(of_axis).collect()
-}
-
-fn column_means(sums: &Mat<f64>) -> Vec<f64> {
-    (0..sums.ncols()).map(|at| sums[(0, at)] / sums[(0, 0)].max(f64::MIN_POSITIVE)).collect()
 }
 
 /// Returns the directions (x, y, z) about which a turn mixes axes.

@@ -4,7 +4,7 @@ use faer::Mat;
 
 use crate::recording::median;
 use crate::scoring::rig::Rig;
-use crate::scoring::rig::fits::{self, Forward};
+use crate::scoring::rig::fits::{self, Forward, Moments};
 
 /// Maximum residual of a gauge that is computed from the loads, as a share of its standard deviation, with several moving
 /// axes. Crosstalk, curvature and noise of a sensor leave more.
@@ -72,9 +72,9 @@ impl Rig {
         for gauge in 0..shape.n_gauges {
             let stands = |run: &usize| {
                 let own = self.total(|of| of == *run);
-                let [sum, squares, _] =
-                    forward.said(&own, shape, gauge).map(|all| all / own[(0, 0)]);
-                is_constant(&own, gauge) && squares - sum * sum > SHOULD_MOVE * SHOULD_MOVE
+                let moments = Moments::about(&own, &fits::column_means(&own), &forward, shape);
+                let predicted = moments.sensitivity(gauge, &forward).1 / own[(0, 0)];
+                is_constant(&own, gauge) && predicted > SHOULD_MOVE * SHOULD_MOVE
             };
             let run = (0..self.n_runs()).find(stands);
             if run.is_some() || is_constant(&all, gauge) {

@@ -199,37 +199,66 @@ impl Forward {
         };
         (0..shape.n_gauges).map(of_gauge).collect()
     }
+}
 
-    /// Returns the sum of the prediction from the slopes, its sum of squares, and its product with the gauge.
-    pub fn said(&self, sums: &Mat<f64>, shape: &Shape, gauge: usize) -> [f64; 3] {
-        let axes = 0..shape.axes.len();
-        let slope = |axis: usize| self.map[(gauge, 1 + axis)];
-        let along = |column: usize| -> f64 {
-            axes.clone().map(|axis| slope(axis) * sums[(shape.load(axis), column)]).sum()
+/// Sums of one side around a mean: of one and the loads, and of the gauges' residuals with these.
+pub(super) struct Moments {
+    loads: Mat<f64>,
+    rest: Mat<f64>,
+}
+
+impl Moments {
+    pub fn about(sums: &Mat<f64>, mean: &[f64], fit: &Forward, shape: &Shape) -> Self {
+        let centred = |i: usize, j: usize| {
+            sums[(i, j)] - sums[(i, 0)] * mean[j] - mean[i] * sums[(0, j)]
+                + sums[(0, 0)] * mean[i] * mean[j]
         };
-        let squares = axes.clone().map(|axis| slope(axis) * along(shape.load(axis))).sum();
-        [along(0), squares, along(shape.gauge(gauge))]
+        let inputs = shape.inputs(false);
+        let n = inputs.len();
+        let loads = Mat::from_fn(n, n, |i, j| centred(inputs[i], inputs[j]));
+        let own = Mat::from_fn(shape.n_gauges, n, |i, j| centred(shape.gauge(i), inputs[j]));
+        let rest = own - &fit.map * &loads;
+        Self { loads, rest }
     }
 
-    /// Returns zero and sensitivity (around the run's means) of a gauge in some samples of a run, each with its weight.
-    pub fn shown(
-        &self,
-        sums: &Mat<f64>,
-        run: &Mat<f64>,
-        shape: &Shape,
-        gauge: usize,
-    ) -> [(f64, f64); 2] {
-        let (n, at) = (sums[(0, 0)], shape.gauge(gauge));
-        let [sum, squares, product] = self.said(sums, shape, gauge);
-        let mean = self.said(run, shape, gauge)[0] / run[(0, 0)];
-        let own_mean = run[(0, at)] / run[(0, 0)];
-        let information = squares - 2.0 * mean * sum + n * mean * mean;
-        let product = product - mean * sums[(0, at)] - own_mean * (sum - n * mean);
-        let factor = match information > 1e-6 * n {
-            true => (product / information, information),
-            false => (0.0, 0.0),
-        };
-        // Without a load, the sensitivity of the others is used.
-        [((sums[(0, at)] - sum) / n - self.map[(gauge, 0)], n), factor]
+    /// Returns the product of two changes over the loads, weighted by the variances of the gauges.
+    pub fn square(&self, one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
+        over_variances(one, &(other * &self.loads), variances)
     }
+
+    /// Returns the step along these changes that explains most, and its squares over variance; `None` if undetermined.
+    pub fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let n = ways.len();
+        let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));
+        let right = Mat::from_fn(n, 1, |i, _| over_variances(&ways[i], &self.rest, variances));
+        let largest = (0..n).map(|i| products[(i, i)]).fold(0.0, f64::max);
+        if n == 0 || largest.is_nan() || largest <= 1e-9 {
+            return None;
+        }
+        let nearly =
+            Mat::from_fn(n, n, |i, j| products[(i, j)] + if i == j { 1e-6 * largest } else { 0.0 });
+        let step = nearly.llt(faer::Side::Lower).ok()?.solve(&right);
+        let gain = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
+        Some(((0..n).map(|i| step[(i, 0)]).collect(), gain))
+    }
+
+    /// Returns the sensitivity of a gauge relative to a fit, with its weight: the sum of squares of the predicted signal.
+    pub fn sensitivity(&self, gauge: usize, fit: &Forward) -> (f64, f64) {
+        let slopes = fit.map.row(gauge);
+        let weight = slopes * &self.loads * slopes.transpose();
+        (1.0 + self.rest.row(gauge) * slopes.transpose() / weight, weight)
+    }
+}
+
+/// Returns the sum of the products of two matrices' entries, by the variances of the gauges.
+fn over_variances(one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
+    let of_gauge = |gauge: usize| {
+        let row = (0..one.ncols()).map(|axis| one[(gauge, axis)] * other[(gauge, axis)]);
+        row.sum::<f64>() / variances[gauge]
+    };
+    (0..one.nrows()).map(of_gauge).sum()
+}
+
+pub(super) fn column_means(sums: &Mat<f64>) -> Vec<f64> {
+    (0..sums.ncols()).map(|at| sums[(0, at)] / sums[(0, 0)].max(f64::MIN_POSITIVE)).collect()
 }

@@ -3,11 +3,19 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use crate::finding::{Finding, Id, Verdict};
 use crate::recording::{Recording, median};
+use crate::scoring::faults::are_of_one_table;
+use crate::scoring::numbers::{percent, significant};
+use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward};
-use crate::scoring::rig::{Rig, is_one_table};
 use crate::scoring::straight_lines::{self, bend};
+use crate::shown::{counted, first};
 
+use Verdict::Doubtful;
+
+/// Maximum number of gauges that a finding names.
+const NAMED: usize = 6;
 /// Maximum number of samples of a recording for its spectrum.
 const SPECTRUM: usize = 1024;
 /// Minimum number of samples for a spectrum.
@@ -36,33 +44,6 @@ const BEYOND: f64 = 2.0;
 const RECURS_BY_CHANCE: f64 = 1e-4;
 /// Highest harmonic of the loads with large residuals of hysteresis.
 const HARMONIC: usize = 3;
-
-/// Fault of single channels.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ChannelFault {
-    /// A line in the spectra of gauges at a frequency (Hz) that loads do not have; amplitude as a share of the gauge's range.
-    Hum {
-        /// Positions of the gauges.
-        gauges: Vec<usize>,
-        /// Frequency, aliased by the sample rate (Hz).
-        hz: f64,
-        /// Largest amplitude, as a share of the range of its gauge.
-        amplitude: f64,
-    },
-    /// One gauge is nonlinear by this share of its range.
-    Bent(usize, f64),
-    /// The reference of an axis stays at a load (N, N·m) while the gauges continue.
-    ClippedReference {
-        /// Position among the moving axes.
-        axis: usize,
-        /// Load at which it stays.
-        load: f64,
-        /// Number of visits.
-        visits: usize,
-        /// Mean rise of the gauges during a visit, as a share of full scale.
-        rise: f64,
-    },
-}
 
 /// Residuals and predictions of the gauges by the fit to all recordings, in the gauge's scale.
 struct Rest {
@@ -117,19 +98,21 @@ impl Rig {
         self.runs.iter().map(of_run).collect()
     }
 
-    /// Returns the faults of single channels in these recordings.
-    pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
+    /// Returns the findings on single channels in these recordings.
+    pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
-        let mut found: Vec<ChannelFault> = self.hum(recordings, &rests).into_iter().collect();
+        let gauges = recordings[0].gauge_names();
+        let mut found: Vec<Finding> = self.hum(recordings, &rests).into_iter().collect();
         let clipped = self.clipped_reference(recordings);
         // Against a clipped reference, all gauges seem nonlinear.
-        found.extend(if clipped.is_empty() { self.bent(&rests) } else { None });
+        found.extend(if clipped.is_empty() { self.bent(&rests, gauges) } else { None });
         found.extend(clipped);
         found
     }
 
-    fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<ChannelFault> {
+    /// Returns the finding of gauges whose residuals have a line in their spectrum at a frequency that loads do not have.
+    fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
         let mut looked_at = 0;
         let mut lines: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new(); n_gauges];
@@ -171,11 +154,15 @@ impl Rig {
             gauges.iter().flat_map(|at| &lines[*at]).filter(|own| own.0 > SHARE).collect();
         let amplitude = lines.iter().map(|own| own.2).fold(0.0, f64::max);
         let hz = median(lines.iter().map(|own| own.1))?;
-        Some(ChannelFault::Hum { gauges, hz, amplitude })
+        let names = gauges.iter().map(|gauge| &recordings[0].gauge_names()[*gauge]);
+        let (names, hz) = (first(NAMED, names), significant(hz, 3));
+        let seen = format!("{names} hum at {hz} Hz, a frequency that the load does not have");
+        let figures = format!("amplitude {} of the gauge's range", percent(amplitude));
+        Some(Finding::new(Id::Hum, Doubtful, seen).with(figures).costing(amplitude))
     }
 
     /// Returns the gauge that is nonlinear unlike the others, by squares and cubes of its prediction, with held-out halves.
-    fn bent(&self, rests: &[Rest]) -> Option<ChannelFault> {
+    fn bent(&self, rests: &[Rest], gauges: &[String]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
         let of_gauge = |gauge: usize| {
             let all = |of: fn(&Rest) -> &[f64]| -> Vec<f64> {
@@ -213,21 +200,22 @@ impl Rig {
         let others = (0..n_gauges).filter(|own| *own != most);
         let others = others.map(|own| all[own].0).fold(0.0, f64::max);
         let is_bent = n_gauges > 2 && share > SHARE && bend > BENDS && share > OTHERS_BEND * others;
-        is_bent.then_some(ChannelFault::Bent(most, bend))
+        let seen = format!("{} is nonlinear, the other gauges are not", gauges[most]);
+        let figures = format!("by up to {} of its range", percent(bend));
+        is_bent.then(|| Finding::new(Id::Bent, Doubtful, seen).with(figures).costing(bend))
     }
 
     /// Returns the axes with a clipped reference: it stays at its maximum while the gauges rise and fall again, or returns to
     /// exactly that value although its other peaks all differ.
-    fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
+    fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
-        for axis in 0..shape.axes.len() {
+        for (at, axis) in shape.axes.iter().enumerate() {
             // Loads and their prediction from the gauges, over full scale.
-            let traces = recordings.chunk_by(|a, b| is_one_table(a, b)).map(|table| Trace {
+            let traces = recordings.chunk_by(|a, b| are_of_one_table(a, b)).map(|table| Trace {
                 is_static: table[0].is_static(),
-                samples: (table.iter().flat_map(|own| self.shown(own, axis, back.row(axis))))
-                    .collect(),
+                samples: (table.iter().flat_map(|own| self.shown(own, at, back.row(at)))).collect(),
             });
             let traces: Vec<Trace> = traces.collect();
             let all = || traces.iter().flat_map(|own| &own.samples);
@@ -253,12 +241,20 @@ impl Rig {
                     rise * (visits.len() as f64).sqrt() > RISES * error && rise > resolution;
                 let beyond = over(|own| (own.shown - own.load).powi(2)).sqrt();
                 if rises || (beyond > BEYOND * error && recurs(&peaks, end, resolution)) {
-                    found.push(ChannelFault::ClippedReference {
-                        axis,
-                        load: outward * end * shape.full_scale[axis],
-                        visits: visits.len(),
-                        rise: if rises { rise } else { beyond },
-                    });
+                    let rise = if rises { rise } else { beyond };
+                    let load = significant(outward * end * shape.full_scale[at], 4);
+                    let seen = format!(
+                        "the reference of {} stays at {load} {} while the gauges rise further",
+                        axis.symbol(),
+                        axis.unit()
+                    );
+                    let figures = format!(
+                        "{}, on average by {} of full scale",
+                        counted(visits.len(), "time"),
+                        percent(rise)
+                    );
+                    let found_here = Finding::new(Id::ReferenceClipped, Doubtful, seen);
+                    found.push(found_here.with(figures).costing(rise));
                 }
             }
         }
