@@ -1,9 +1,10 @@
-//! Faulty samples of a sensor, its logger or its reference: clipped, stuck, dropped out, spikes, overload.
+//! Finds faulty samples of gauges and of the reference: saturated, stuck, dropped out, spikes, overload.
 //!
-//! The expected value of a channel follows from the other channels: from the reference load for a gauge, from the gauges for
-//! a load, from the other gauges without a reference. So a sensor at rest is not taken for clipped, nor a blow for a spike.
+//! Each channel has an expected value from other channels: a gauge from the reference loads, a load from the gauges, and a
+//! gauge from the other gauges if there is no reference. So a sensor at rest does not count as saturated, and a blow does not
+//! count as a spike.
 //!
-//! **Shapes** samples are counted within the recording.
+//! **Shapes** positions of samples count from the start of the recording.
 
 mod fault;
 mod watched;
@@ -16,19 +17,19 @@ use crate::recording::{Judged, LeftOut, Recording, ValidRange};
 pub use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::faults::watched::{Expected, Own, Watched, joined, push_runs};
 
-/// Maximum share of samples at which an auxiliary channel drops out; a channel with more is a switch.
+/// Maximum share of samples in which an auxiliary channel drops out. A channel with more is a switch.
 const DROPOUT_SHARE: f64 = 0.05;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Faults in order of kind, channel and time.
     pub found: Vec<Fault>,
-    /// Range of each clipped gauge, as the logger writes it.
+    /// Lower and upper limit of each saturated gauge, in the values of the logger.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 
 impl Faults {
-    /// Samples that cannot be used, as separate rising ranges.
+    /// Returns the ranges of samples that cannot be used, in order of time and without overlap.
     pub fn samples(&self) -> Vec<Range<usize>> {
         let mut ranges: Vec<Range<usize>> =
             self.found.iter().map(|fault| fault.samples.clone()).collect();
@@ -40,7 +41,7 @@ impl Faults {
         self.samples().iter().map(ExactSizeIterator::len).sum()
     }
 
-    /// Returns each kind in words, with its samples and channels: `30 saturated (S3 S4)`.
+    /// Returns a text for each kind of fault, with the number of samples and the channels: `30 saturated (S3 S4)`.
     pub fn in_words(&self, recording: &Recording) -> Vec<String> {
         let kinds = self.found.chunk_by(|a, b| a.kind == b.kind);
         let words = kinds.map(|faults| {
@@ -62,7 +63,8 @@ impl Faults {
         words.collect()
     }
 
-    /// Returns the recording without unusable samples: none if no sample remains, several if history must not cross the gap.
+    /// Returns the recording without its unusable samples: as several recordings if history must not cross a gap, as none if
+    /// no sample remains.
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
@@ -160,7 +162,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     Faults { found, unclipped }
 }
 
-/// Finds dropouts of a slowly changing channel without an expected value.
+/// Finds dropouts of an auxiliary channel, which changes slowly and has no expected value.
 fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     let own = Own::of(recording, channel);
     let mut found = Vec::new();

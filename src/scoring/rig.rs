@@ -1,7 +1,8 @@
 //! Zero and sensitivity of each gauge in each recording, and the single fault that best explains why recordings disagree.
 //!
-//! The model is `gauge = zero + sensitivity · (A · load)`, with A fitted to the other recordings. It needs only the sums of
-//! contiguous units of each recording: one pass over the samples, then every fault is a refit of corrected sums.
+//! The model is `gauge = zero + sensitivity · (A · load)`, with A fitted to the other recordings. One pass over the samples
+//! gives the sums of contiguous parts of each recording (units). Each possible fault is then fitted to these sums, corrected
+//! for the fault.
 
 mod cause;
 mod chance;
@@ -19,11 +20,11 @@ pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
 pub use crate::scoring::rig::columns::NoGauge;
 use crate::scoring::rig::fits::{Forward, Moments, Shape};
 
-/// Minimum number of units over all recordings. Their scatter is the measure of chance.
+/// Minimum number of units in all recordings together. The scatter between units shows which differences arise by chance.
 const UNITS: usize = 12;
-/// Maximum number of runs. Consecutive recordings are combined if there are more.
+/// Maximum number of runs. If there are more recordings, consecutive recordings are combined into one run.
 const RUNS: usize = 24;
-/// Number of rows that are filled before they are multiplied.
+/// Number of samples that are collected before their products are added to the sums. Large blocks are faster.
 const BLOCK: usize = 128;
 
 /// Sums of one contiguous interval of samples: products of `[1, time, gauges, loads]`.
@@ -38,31 +39,33 @@ struct Unit {
 pub struct Rig {
     units: Vec<Unit>,
     shape: Shape,
-    /// Positions of the recordings of each run in the given list.
+    /// For each run, the positions of its recordings in the list given to [`Rig::of`].
     runs: Vec<Vec<usize>>,
     /// Mean and scale of each gauge. The sums contain gauges minus the mean, divided by the scale.
     scales: Vec<(f64, f64)>,
-    /// Range of each gauge, in its scale.
+    /// Largest minus smallest value of each gauge, divided by the gauge's scale.
     spans: Vec<f64>,
-    /// Noise of each gauge in each run, in its scale, and true for runs of load cases.
+    /// For each run, the noise of each gauge divided by the gauge's scale, and true if the run consists of static load cases.
     noise: Vec<(Vec<f64>, bool)>,
 }
 
 /// Zero and sensitivity of the gauges in one recording, or in consecutive recordings combined.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// Positions of the recordings.
+    /// Positions of the run's recordings in the list given to [`Rig::of`].
     pub recordings: Vec<usize>,
-    /// Zero of each gauge against the fit to the others, as a share of the gauge's range, with its standard error.
+    /// Difference between each gauge's zero in this run and in the fit to the other runs, as a share of the gauge's range,
+    /// with its standard error.
     pub zeros: Vec<Option<(f64, f64)>>,
-    /// Sensitivity of each gauge relative to the fit to the others, with its standard error.
+    /// Ratio of each gauge's sensitivity in this run to that in the fit to the other runs, with its standard error.
     pub sensitivities: Vec<Option<(f64, f64)>>,
     /// Held-out error over all axes, as a share of full scale.
     pub error: f64,
 }
 
 impl Rig {
-    /// Creates the sums of recordings with the same gauges and axes; `None` without a moving load or anything to compare.
+    /// Creates the sums of recordings that have the same gauges and axes. Returns `None` if no load moves, or if there are no
+    /// gauges.
     pub fn of(recordings: &[&Recording], full_scale: &[f64]) -> Option<Self> {
         let first = recordings.first()?;
         let n_gauges = first.n_gauges();
@@ -142,7 +145,7 @@ impl Rig {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
     }
 
-    /// Returns for each gauge, in the unit of the gauge: its zero, its slope along each axis (per N or N·m), and its RMS residual.
+    /// Returns for each gauge, in the gauge's unit: its zero, its slope along each axis (per N or N·m), and its RMS residual.
     pub fn answers(&self) -> Vec<(f64, Vec<f64>, f64)> {
         let total = self.total(|_| true);
         let forward = Forward::of(&total, &self.shape);
@@ -155,11 +158,12 @@ impl Rig {
         gauges.collect()
     }
 
-    /// Returns zeros and sensitivities of each run against the fit to the others.
+    /// Returns zeros and sensitivities of each run, compared with the fit to the other runs.
     pub fn table(&self) -> Vec<Run> {
         let n_gauges = self.shape.n_gauges;
         let errors = fits::left_out(&self.units, &self.shape);
-        // By run and gauge: zero and sensitivity with their weights, and the scatter of their units.
+        // For each run and gauge: zero and sensitivity with their weights. `scatter` holds the squared deviations of the
+        // units.
         let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
         let mut estimates = Vec::new();
         for run in 0..self.n_runs() {
@@ -175,7 +179,7 @@ impl Rig {
                 let zeros = forward.zeros(sums, &self.shape).into_iter().enumerate();
                 let of_gauge = |(gauge, zero)| {
                     let (sensitivity, weight) = moments.sensitivity(gauge, &forward);
-                    // Without a load, the sensitivity of the others is used.
+                    // If the load hardly moves in a run, the gauges' sensitivity is unknown and gets no weight.
                     let is_loaded = weight > 1e-6 * n;
                     [(zero, n), if is_loaded { (sensitivity, weight) } else { (0.0, 0.0) }]
                 };
@@ -194,7 +198,7 @@ impl Rig {
             }
             estimates.push(lines);
         }
-        // Zeros or sensitivities, divided by a scale.
+        // Returns zeros (0) or sensitivities (1) with standard errors, divided by a scale for each gauge.
         let known = |lines: &[[(f64, f64); 2]], at: usize, scale: &dyn Fn(usize) -> f64| {
             let of_gauge = |(gauge, line): (usize, &[(f64, f64); 2])| {
                 let ((value, weight), (squares, freedom)) = (line[at], scatter[gauge][at]);
@@ -224,7 +228,7 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
     order
 }
 
-/// Combines the load cases of one table, if there are several tables or recordings.
+/// Combines the load cases of each table into one list, if there are other tables or recordings to compare with.
 fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
     let tables = order.chunk_by(|a, b| are_of_one_table(recordings[*a], recordings[*b]));
     let tables: Vec<Vec<usize>> = tables.map(<[usize]>::to_vec).collect();
@@ -234,7 +238,7 @@ fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
     }
 }
 
-/// Returns mean and standard deviation of each gauge, and its range in standard deviations.
+/// Returns mean and standard deviation of each gauge, and each gauge's range in standard deviations.
 fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f64>) {
     let of_gauge = |gauge: usize| {
         let values = || {
@@ -243,7 +247,7 @@ fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f
         let n = values().count().max(1) as f64;
         let mean = values().sum::<f64>() / n;
         let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
-        // The mean of a constant has a rounding error.
+        // The standard deviation of a constant is not exactly zero, because its mean is rounded.
         let scale = if variance.sqrt() > 1e-9 * mean.abs() { variance.sqrt() } else { 1.0 };
         let ends = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(*value), high.max(*value))

@@ -1,4 +1,4 @@
-//! Findings on a fit that its scores do not show: properties of the sensor that the recordings do not determine.
+//! Findings about a fit that its errors do not show, such as properties of the sensor that the recordings do not determine.
 
 use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -18,7 +18,8 @@ use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
 
-/// Maximum range of an axis that stands still, as a share of its full scale, or of the largest range among axes of its unit.
+/// Maximum range of an axis whose load counts as constant, as a share of its full scale, or of the largest range among axes
+/// with the same unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
@@ -95,61 +96,63 @@ impl Dataset {
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
     }
 
-    /// Returns the finding of the largest play radius whose state is unknown in too many of a group's samples.
+    /// Returns the finding that the state of the largest play radius is unknown in too many samples of a group.
     fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
         let used = calibration.features.blocks.used();
         let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
         let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
         let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let unknown = Travels::of(self, &calibration.gauge_scale).unknown(block.travel(radius));
-        let seen =
-            format!("the state of {} with radius {radius} σ is unknown at first", block.name());
-        let figures = format!("in {} of the samples of a group", percent(unknown));
+        let seen = format!(
+            "the state of {} with radius {radius} σ is unknown at the start of a recording",
+            block.name()
+        );
+        let figures = format!("unknown in {} of the samples of a group", percent(unknown));
         let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
         (unknown > MOST_UNKNOWN).then_some(found)
     }
 
     fn few_recordings(&self) -> Option<Finding> {
-        // The parts that are left of a recording count as one.
+        // Intervals of one recording, without its faulty samples, count as one recording.
         let n = match self.groups.by == GroupedBy::Recording {
             true => self.training_groups().len(),
             false => in_role(&self.entries, Role::Train).len(),
         };
         let seen = format!("only {}", counted(n, "training recording"));
-        let figures = format!("{FEWEST_RECORDINGS} are left out in turn");
+        let figures = format!("cross-validation by recording needs {FEWEST_RECORDINGS}");
         let found = Finding::new(Id::FewRecordings, Doubtful, seen).with(figures);
         (n < FEWEST_RECORDINGS).then_some(found)
     }
 
     fn of_groups(&self) -> impl Iterator<Item = Finding> {
         let alone = |id: Id, lone: &LoneGroup| {
-            let seen = format!("only {} loads {}", lone.group, lone.axis.symbol());
+            let seen = format!("only {} has loads on {}", lone.group, lone.axis.symbol());
             Finding::new(id, Doubtful, seen)
         };
         let unused = self.groups.unused.iter().map(move |unused| match &unused.lone {
             Some(lone) => alone(Id::UnusedLoneGroup, lone),
             None => {
                 let seen =
-                    format!("only {} to train on", counted(unused.n, &unused.by.to_string()));
+                    format!("only {} for training", counted(unused.n, &unused.by.to_string()));
                 Finding::new(Id::FewGroups, Doubtful, seen)
             }
         });
         unused.chain(self.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
     }
 
-    /// Returns the finding of auxiliary channels whose values lie beyond those of the training.
+    /// Returns the finding of auxiliary channels whose values lie outside the range of the training recordings.
     fn auxiliary_beyond(&self, calibration: &Calibration, fitted: bool) -> Option<Finding> {
         let shown = self.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
         let beyond = shown.flat_map(|entry| calibration.auxiliary_beyond(&entry.recording));
         let channels = calibration.features.auxiliary.iter();
         let beyond = beyond.chain(channels.filter_map(AuxiliaryChannel::reference_beyond));
         let beyond: Vec<String> = beyond.collect();
-        let seen = "auxiliary channels beyond what was trained";
+        let seen = "auxiliary channels outside the range of the training recordings";
         let found = Finding::new(Id::AuxiliaryBeyond, Enough, seen).with(beyond.join("; "));
         (!beyond.is_empty()).then_some(found)
     }
 
-    /// Returns auxiliary channels that change but are not used.
+    /// Returns the finding of auxiliary channels that change but are not used by the calibration.
     fn auxiliary_left(&self, calibration: &Calibration) -> Option<Finding> {
         if !calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
@@ -196,26 +199,28 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
     let mut found = Vec::new();
     for (at, &axis) in axes.iter().enumerate() {
         let (symbol, MinMax { min: low, max: high }) = (axis.symbol(), coverage.trained[at]);
-        // The full scale of an axis is half of its range.
+        // Full scale is half of the range, so it is doubled here.
         let most = largest(axes, &spans, axis).max(2.0 * calibration.full_scale[at]);
         if spans[at] <= STANDS_STILL * most {
             let (severity, figures) = match low == high {
-                true => (Insufficient, format!("always {}", load(axis, low))),
+                true => (Insufficient, format!("the load is always {}", load(axis, low))),
                 false => {
                     let [moves, of] = [high - low, most].map(|own| load(axis, own));
                     let share = percent((high - low) / most);
-                    (Doubtful, format!("it moves by {moves}, {share} of {of}"))
+                    (Doubtful, format!("the load moves by {moves}, {share} of {of}"))
                 }
             };
-            let seen = format!("{symbol} hardly moves in training");
+            let seen = format!("{symbol} hardly moves in the training recordings");
             found.push(Finding::new(Id::Still, severity, seen).with(figures));
         }
         if let Some(outside) = coverage.outside[at] {
             let share = percent(outside.share);
-            let seen = format!("{share} of the test loads on {symbol} not trained");
+            let seen = format!(
+                "{share} of the test loads on {symbol} are outside the range of the training loads"
+            );
             let low = significant(low, 3);
             let [high, farthest] = [high, outside.farthest].map(|own| load(axis, own));
-            let figures = format!("outside {low} to {high} by up to {farthest}");
+            let figures = format!("the range is {low} to {high}, exceeded by up to {farthest}");
             let severity = if is_far(&outside) { Doubtful } else { Enough };
             found.push(Finding::new(Id::OutsideTrained, severity, seen).with(figures));
         }
@@ -227,7 +232,7 @@ fn is_far(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
 }
 
-/// Returns findings on the second stage, its kernel and the rank.
+/// Returns findings about the network or kernel, its ridge, and the rank of the features.
 fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
     let mut found = Vec::new();
     let (rank, n_features) = (calibration.quality.rank, calibration.columns().len());
@@ -241,23 +246,24 @@ fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
             GridEdge::Weakest => (Id::WeakestKernelRidge, "weakest"),
             GridEdge::Strongest => (Id::StrongestKernelRidge, "strongest"),
         };
-        let seen = format!("the kernel's ridge is the {which}");
+        let seen = format!("the kernel's ridge is the {which} candidate");
         Finding::new(id, Enough, seen).with(format!("{strength:e}"))
     }));
     let alone = calibration.linear_alone();
-    let seen = format!("no second stage on {}", symbols(&alone));
+    let seen = format!("no network or kernel on {}", symbols(&alone));
     found.extend((!alone.is_empty()).then(|| Finding::new(Id::LinearAlone, Enough, seen)));
     found
 }
 
-/// Returns the axes on which compensation increases the test error.
+/// Returns the finding of axes whose test error is larger with compensation.
 fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let quality = &calibration.quality;
     let before = quality.conventional.test_rmse.as_ref()?;
     let after = quality.compensated.test_rmse.as_ref()?;
     let worse = (0..calibration.axes.len()).filter(|at| after[*at] > before[*at]);
     let worse: Vec<Axis> = worse.map(|at| calibration.axes[at]).collect();
-    let seen = format!("compensated worse than conventional on test: {}", symbols(&worse));
+    let seen =
+        format!("the compensated test error exceeds the conventional one on {}", symbols(&worse));
     (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen))
 }
 

@@ -1,4 +1,4 @@
-//! Error of a calibration after a cold start, beside the conventional one.
+//! Compares the errors of a calibration and of the conventional calibration after a cold start.
 
 use std::sync::Arc;
 
@@ -14,12 +14,13 @@ use crate::scoring::numbers::significant;
 
 /// Number of cold starts in each training recording, evenly spread.
 const STARTS: usize = 8;
-/// Number of times that the time after a start is halved, until the calibration is worse in the remaining time.
+/// Maximum number of times that the compared time after a start is halved, to find a time in which the calibration is worse.
 const HALVINGS: i32 = 6;
 
 impl Dataset {
-    /// Returns how long (s) after a cold start the calibration errs more than the conventional one. The training recordings are
-    /// started anew at several samples each, like a robot that is switched on under load.
+    /// Returns the finding that the calibration errs more than the conventional one for some time after a cold start. To
+    /// measure it, the training recordings are started anew at several samples each, like a robot that is switched on under
+    /// load.
     ///
     /// # Errors
     /// [`AnalysisError`] if the calibration cannot be applied.
@@ -60,9 +61,9 @@ impl Dataset {
         Ok(worse.map(|(secs, ratio)| {
             let [secs, ratio] = [secs, ratio].map(|own| significant(own, 2));
             let seen = format!(
-                "on average worse than the conventional calibration over the first {secs} s after a cold start"
+                "on average worse than the conventional calibration in the first {secs} s after a cold start"
             );
-            let figures = format!("{ratio} times its error, {} starts", runs.len());
+            let figures = format!("{ratio} times the conventional error, in {} tried starts", runs.len());
             Finding::new(Id::ColdStart, Verdict::Doubtful, seen).with(figures)
         }))
     }

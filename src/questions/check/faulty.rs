@@ -1,4 +1,4 @@
-//! Faults of recordings, as they are shown.
+//! Finds faulty samples of recordings, for the window.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub struct FindFaults {
 pub struct FaultyRecording {
     /// Number of samples that cannot be used.
     pub n_samples: usize,
-    /// Description of each kind.
+    /// Text for each kind of fault.
     pub words: Vec<String>,
     /// Start and end of each fault, on the recording's own clock (s).
     pub intervals: Vec<(f64, f64)>,

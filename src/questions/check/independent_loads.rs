@@ -1,4 +1,4 @@
-//! Result of a check. A figure that the data do not determine is missing.
+//! Result of a check. A figure is `None` if the data do not determine it.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::scoring::numbers::significant;
 pub struct Sufficiency {
     /// Gravest severity of the reasons.
     pub verdict: Verdict,
-    /// Coefficients and load cases in words.
+    /// Text with the numbers of coefficients, load cases and samples.
     pub summary: String,
     /// Findings: faults of recordings first, then by severity, then by cost.
     pub reasons: Vec<Finding>,
@@ -27,7 +27,7 @@ pub struct Sufficiency {
     pub faults: Vec<String>,
     /// Loads to record next, the best first.
     pub next: Vec<NextLoad>,
-    /// Method by which these loads were chosen, or the reason why there are none.
+    /// Text about the method of choosing these loads, or the reason why there are none.
     pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording.
     pub rig: RigReport,
@@ -46,10 +46,11 @@ pub struct AxisReach {
     pub full_scale: f64,
     /// True if the full scale is a rated load that the user entered.
     pub rated: bool,
-    /// Range of expected loads: the rated range, else the recorded one.
+    /// Range of loads for which the calibration is meant: the rated range, or the recorded range without a rated load.
     pub region: (f64, f64),
     pub deviation: f64,
-    /// Variance of the load over the part that does not follow from the other axes; 1 if the axis moves independently.
+    /// Variance of the load divided by the variance of the part that does not follow from the other axes. It is 1 if the axis
+    /// moves independently.
     pub inflation: Option<f64>,
     pub train_rmse: Option<f64>,
     pub left_out_rmse: Option<f64>,
@@ -61,16 +62,16 @@ pub struct AxisReach {
 pub struct NextLoad {
     /// Load on each axis (N, N·m).
     pub load: Vec<f64>,
-    /// Mass, arm and orientation that make the load, in words.
+    /// Text about the mass, arm and orientation that make the load.
     pub how: Option<String>,
     /// Increase of the logarithm of the determinant of the design.
     pub gain: f64,
-    /// Remaining share of the variance of predictions, with this load and the loads before it.
+    /// Share of the predictions' variance that remains after this load and the loads before it are recorded.
     pub variance_left: f64,
 }
 
 impl Sufficiency {
-    /// Returns the findings as sentences, and the number of loads if no finding gives it.
+    /// Returns the findings as sentences. If no finding gives the number of loads, a sentence with this number is added.
     pub fn sentences(&self, face: Face) -> impl Iterator<Item = String> {
         let is_count = |own: &Finding| own.id == Id::FewLoads;
         let summary = (!self.reasons.iter().any(is_count)).then(|| self.summary.clone());
@@ -80,7 +81,7 @@ impl Sufficiency {
     pub fn rank_in_words(&self) -> String {
         let rank = format!("Rank {} of {} features", self.rank, self.count.coefficients);
         let rank = match self.rank < self.count.coefficients {
-            true => format!("{rank}, the others repeating these or never changing"),
+            true => format!("{rank}: the other features repeat these or never change"),
             false => rank,
         };
         match self.condition.filter(|_| self.rank > 1) {

@@ -1,29 +1,32 @@
-//! Findings about the model from the figures of a check, and the verdict.
+//! Derives findings about the model from the figures of a check, and the verdict.
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::scoring::numbers::{percent, significant};
 
-/// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads
-/// per coefficient the ratio is five by the count alone.
+/// Ratio of the held-out error to the error of the fit above which the held-out error is reported, if it also exceeds
+/// [`ERROR_MATTERS`]. With 1.25 load cases per coefficient, the number of loads alone gives a ratio of five.
 const RATIO_FAILS: f64 = 5.0;
-/// Minimum held-out error for a finding, as a share of full scale.
+/// Minimum held-out error that is reported, as a share of full scale.
 const ERROR_MATTERS: f64 = 0.01;
-/// Minimum held-out error that is no better than that of the mean load, as a share of the load's standard deviation.
+/// Held-out error from which the calibration counts as no better than always reporting the mean load, as a share of the
+/// load's standard deviation.
 const NO_BETTER: f64 = 0.9;
-/// Minimum ratio of a load's variance to the part that does not follow from the other axes, for axes that move together.
+/// Ratio of a load's variance to the variance of its independent part above which axes are reported as moving together.
 const INFLATION: f64 = 5.0;
-/// The same for axes that the loads do not separate: two axes with a correlation of 0.999.
+/// The same ratio above which the loads do not separate the axes at all. It corresponds to a correlation of 0.999 between two
+/// axes.
 const SAME: f64 = 500.0;
-/// Share of a rated load that the training loads have to reach.
+/// Share of the rated load that the training loads must reach on an axis.
 const REACHED: f64 = 0.8;
-/// Share of the larger side below which the other side of an axis counts as not loaded.
+/// Largest load in the lesser direction of an axis, as a share of that in the other direction, for which the axis counts as
+/// loaded in one direction only.
 pub(super) const ONE_WAY: f64 = 0.1;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
 impl Sufficiency {
-    /// Adds the findings that follow from its figures, puts all in order, and sets the verdict.
+    /// Adds the findings that follow from the figures, sorts all findings, and sets the verdict.
     pub fn judged(mut self, cross_validation: Option<&str>) -> Self {
         let mut found = std::mem::take(&mut self.reasons);
         found.extend(cross_validation.and_then(|by| self.no_better_than_mean(by)));
@@ -36,7 +39,8 @@ impl Sufficiency {
         self
     }
 
-    /// Returns the axes with their held-out errors: those whose error is no better than that of the mean load, or the others.
+    /// Returns axes with their held-out errors. With `is_lost`, these are the axes whose error is no better than that of the
+    /// mean load; without, the other axes.
     fn left_out(&self, is_lost: bool) -> impl Iterator<Item = (&AxisReach, f64)> {
         let errors = self.axes.iter().filter_map(|own| Some((own, own.left_out_rmse?)));
         errors.filter(move |(own, error)| {
@@ -44,19 +48,23 @@ impl Sufficiency {
         })
     }
 
-    /// Returns the axes whose held-out errors are no better than those of the mean load; `by` describes the held-out part.
+    /// Returns the finding of axes whose held-out errors are no better than that of the mean load. `by` describes the parts
+    /// that are held out.
     fn no_better_than_mean(&self, by: &str) -> Option<Finding> {
         let one = |(own, error): (&AxisReach, f64)| {
             let [error, mean] = [error, own.deviation].map(|value| own.load(value));
-            format!("{} errs by {error}, its mean alone by {mean}", own.axis.symbol())
+            format!(
+                "the error of {} is {error}, that of always reporting the mean load {mean}",
+                own.axis.symbol()
+            )
         };
         let all: Vec<String> = self.left_out(true).map(one).collect();
-        let seen = format!("left out {by}, {}", all.join("; "));
+        let seen = format!("cross-validated {by}, {}", all.join("; "));
         (!all.is_empty())
             .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
     }
 
-    /// Returns the finding of held-out errors that are many times those of the fit, with the largest ratio.
+    /// Returns the finding of axes whose held-out error is many times the error of the fit.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
         let times = self.left_out(false).filter_map(|(own, error)| {
             let least = 1e-9 * own.deviation;
@@ -68,7 +76,7 @@ impl Sufficiency {
         times.sort_by(|a, b| b.2.total_cmp(&a.2));
         let ((own, error, most), others) = times.split_first()?;
         let seen = format!(
-            "left out {by}, {} errs by {}, {} times the {} of the fit",
+            "cross-validated {by}, the error of {} is {}, {} times the {} of the fit",
             own.axis.symbol(),
             own.load(*error),
             significant(*most, 2),
@@ -83,7 +91,7 @@ impl Sufficiency {
         Some(found.costing(error / own.full_scale))
     }
 
-    /// Returns the finding of axes whose loads mostly follow from those of the others.
+    /// Returns the finding of axes whose loads follow mostly from the loads of other axes.
     fn move_together(&self) -> Option<Finding> {
         let tied = |own: &&AxisReach| own.inflation.is_some_and(|own| own >= INFLATION);
         let tied: Vec<&AxisReach> = self.axes.iter().filter(tied).collect();
@@ -91,10 +99,16 @@ impl Sufficiency {
             .filter_map(|own| {
                 let ((other, r), share) = (own.moves_with?, 1.0 - 1.0 / own.inflation?);
                 let (symbol, share, other) = (own.axis.symbol(), percent(share), other.symbol());
-                Some((symbol, format!("{share} of {symbol}, correlation {r:+.2} with {other}")))
+                Some((
+                    symbol,
+                    format!(
+                        "{share} of the variance of {symbol}, correlation {r:+.2} with {other}"
+                    ),
+                ))
             })
             .unzip();
-        let seen = format!("{} follow from the loads on other axes", symbols.join(", "));
+        let seen =
+            format!("the loads on {} follow from the loads on other axes", symbols.join(", "));
         let is_same = tied.iter().any(|own| own.inflation >= Some(SAME));
         let severity = if is_same { Insufficient } else { Doubtful };
         let found = Finding::new(Id::MovesTogether, severity, seen).with(figures.join("; "));
@@ -111,11 +125,11 @@ impl AxisReach {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
         let (some, other) = (up.max(down), up.min(down));
         let is_one_sided = self.rated && self.deviation > 0.0 && other <= ONE_WAY * some;
-        let way = if up > down { "upward" } else { "downward" };
+        let way = if up > down { "positive" } else { "negative" };
         is_one_sided.then(|| {
-            let seen = format!("{} is loaded {way} only", self.axis.symbol());
+            let seen = format!("{} is loaded in {way} direction only", self.axis.symbol());
             let figures = format!(
-                "{} to {} of ± {}",
+                "recorded {} to {}, rated ± {}",
                 significant(self.low, 3),
                 self.load(self.high),
                 self.load(self.full_scale)
@@ -138,7 +152,8 @@ impl AxisReach {
         let short: Vec<String> = (short.iter())
             .map(|(end, share)| format!("{} of {}", percent(*share), self.load(*end)))
             .collect();
-        let seen = format!("{} reaches {} only", self.axis.symbol(), short.join(" and "));
+        let seen =
+            format!("the load on {} reaches only {}", self.axis.symbol(), short.join(" and "));
         (!short.is_empty())
             .then(|| Finding::new(Id::NotReached, Doubtful, seen).costing(1.0 - least))
     }

@@ -1,4 +1,4 @@
-//! Number of loads for the coefficients: one rule for the fit and for the check.
+//! Compares the number of load cases with the number of coefficients, by the same rule for the fit and for the check.
 
 use serde::Serialize;
 
@@ -8,11 +8,11 @@ use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
-/// Number of load cases per free coefficient below which errors on new loads are, by count alone, five times those of the fit.
+/// Load cases per free coefficient below which the number alone makes errors on new loads five times those of the fit.
 const FEWEST_CASES: f64 = 1.25;
-/// Number of load cases per free coefficient below which errors on new loads are twice those of the fit.
+/// Load cases per free coefficient below which the number alone makes errors on new loads twice those of the fit.
 const FEW_CASES: f64 = 2.0;
-/// Ratio of errors above which the expected ratio is not given.
+/// Largest expected ratio of errors that is shown. A larger one means only that there are too few loads.
 const TIMES: f64 = 100.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -20,7 +20,7 @@ pub struct LoadCount {
     /// Number of different loads; with features of the past, number of changes of the load.
     pub load_cases: usize,
     pub coefficients: usize,
-    /// Number of coefficients that the ridge leaves free, on the axis with most.
+    /// Number of coefficients that the ridge leaves free, on the axis with the largest number.
     pub free_coefficients: f64,
 }
 
@@ -44,7 +44,7 @@ impl LoadCount {
             false => String::new(),
         };
         let cases = counted(*load_cases, "load case");
-        format!("{coefficients} coefficients an axis{free} from {cases}")
+        format!("{coefficients} coefficients per axis{free} from {cases}")
     }
 
     pub fn finding(&self) -> Option<Finding> {
@@ -59,11 +59,11 @@ impl LoadCount {
         // For random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
         let times = (n > p + 1.0).then(|| ((n - 1.0) / (n - p - 1.0) * n / (n - p)).sqrt());
         let figures = match times {
-            _ if n <= p.ceil() => "no more loads than coefficients".to_owned(),
+            _ if n <= p.ceil() => "there are no more load cases than coefficients".to_owned(),
             Some(times) if times < TIMES => {
                 let times = significant(times, 2);
                 format!(
-                    "by the count alone, errors on other loads are about {times} times those of the fit"
+                    "with so few loads, errors on other loads are expected to be about {times} times those of the fit"
                 )
             }
             _ => String::new(),

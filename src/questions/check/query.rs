@@ -1,10 +1,10 @@
-//! The check of training recordings for a model, from the sums of one pass.
+//! Checks training recordings for a model. It needs the sums of one pass over the samples.
 
 use crate::min_max::MinMax;
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings, NormalEquations, Regressor};
-use crate::features::{Column, Design, FeatureStream};
+use crate::features::{Column, FeatureStream};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, NextLoad, Sufficiency};
@@ -31,7 +31,7 @@ use crate::shown::{counted, first_clauses};
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults that are named.
 const FAULTY: usize = 3;
-/// Minimum share of faulty training samples for a finding.
+/// Share of faulty training samples above which the finding is serious.
 const FAULTY_SHARE: f64 = 0.05;
 /// Orientation in which the sensor's frame equals the world's.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -58,7 +58,7 @@ pub struct CheckData {
     pub range: ValidRange,
     /// Reasons why files were left out.
     pub unusable: Vec<String>,
-    /// Masses that make the proposed loads; `None` for any loads within the rated ones.
+    /// Masses and arms for the proposed loads. With `None`, any load within the rated loads is proposed.
     pub hanging: Option<HangingMass>,
     /// Dataset cache.
     pub datasets: Datasets,
@@ -97,7 +97,7 @@ impl Query for CheckData {
     }
 }
 
-/// Returns the findings on the rig and on the linear model, and the loads to record next.
+/// Returns findings about the rig and about the linear model, and the loads to record next.
 ///
 /// # Errors
 /// [`AnalysisError`] if there is nothing to fit.
@@ -137,12 +137,13 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let (faults, share) = faulty(asked, progress)?;
     if share > 0.0 {
         let severity = if share > FAULTY_SHARE { Doubtful } else { Enough };
-        let seen = format!("{} of the training samples are not to be trusted", percent(share));
+        let seen = format!("{} of the training samples are faulty", percent(share));
         let figures = first_clauses(FAULTY, &faults);
         reasons.push(Finding::new(Id::Faults, severity, seen).with(figures).costing(share));
     }
     if settings.regressor != Regressor::Linear {
-        let seen = "all this is of the linear model on these features";
+        let seen =
+            "this check judges the linear model on these features, not the network or kernel";
         reasons.push(Finding::new(Id::LinearOnly, Enough, seen));
     }
     let usual = sums.train.n_samples() as f64 / coverage.cases.len().max(1) as f64;
@@ -169,7 +170,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     Ok(found.judged(how.as_deref()))
 }
 
-/// Returns the faulty channels of each training recording in words, and the share of faulty samples.
+/// Returns a text about the faulty channels of each training recording, and the share of faulty samples.
 fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
     let found = (asked.datasets).faults(&asked.recordings, &asked.range, progress)?;
     let all = asked.recordings.entries().iter().zip(&found);
@@ -185,7 +186,8 @@ fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), 
     Ok((words, spoiled as f64 / n.max(1) as f64))
 }
 
-/// Returns a text: the loads for which the calibration is shown to hold, and the conditions that the recordings do not cover.
+/// Returns a text about the loads for which the calibration was tested, and about conditions that the recordings do not
+/// cover.
 fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str) -> String {
     let axis = |own: &AxisReach| {
         let [low, high] = [own.low, own.high].map(|end| significant(end, 3));
@@ -194,7 +196,7 @@ fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str)
     let loads: Vec<String> = axes.iter().map(axis).collect();
     let s = if n == 1 { "" } else { "s" };
     let how = how.unwrap_or("not cross-validated");
-    format!("Shown: {} in {n} training recording{s} ({how}). {not_covered}", loads.join(", "))
+    format!("Tested with {} in {n} training recording{s} ({how}). {not_covered}", loads.join(", "))
 }
 
 fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) -> Vec<AxisReach> {
@@ -253,8 +255,8 @@ impl Dataset {
     }
 }
 
-/// Returns the loads to record next, each with the weight of a usual number of samples; how they were chosen, in words; and
-/// the finding about axes that no proposed load reaches.
+/// Returns the loads to record next, a text about their choice, and a finding about axes that none of them loads. Each
+/// proposed load counts as `weight` samples.
 fn proposals(
     calibration: &Calibration,
     axes: &[AxisReach],
@@ -268,7 +270,7 @@ fn proposals(
     let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
     let memoryless: Vec<usize> = design.all().into_iter().filter(|at| !is_past(at)).collect();
     let (Some(rig), Some(information)) = (rig, Information::of(sums, &memoryless)) else {
-        let note = "No load moves, so nothing says what another one would show.".to_owned();
+        let note = "No load moves, so the effect of another load cannot be predicted.".to_owned();
         return (Vec::new(), note, None);
     };
     let moves: Vec<bool> = axes.iter().map(|own| rig.axes.contains(&own.axis)).collect();
@@ -300,34 +302,36 @@ fn proposals(
         })
         .collect();
     let mut note = match (hanging, loads.is_empty()) {
-        (Some(_), true) => "No such mass and arm stays within these loads.".to_owned(),
+        (Some(_), true) => "Every mass and arm exceeds the largest load of an axis.".to_owned(),
         _ => format!(
-            "Chosen one after the other so that the determinant of the design grows most (D-optimal), each counted as \
-             the load cases are in the mean ({} samples); the gauges under a load are those of a linear model of the same data.",
+            "Each load increases the determinant of the design most, given the loads before it (D-optimal). It counts as {} \
+             samples, the mean of the recorded load cases. A linear model of the same data predicts the gauges.",
             significant(weight, 2)
         ),
     };
     if memoryless.len() < columns.len() {
-        note.push_str(" Features with a memory are left aside: what they show depends on how a load is reached.");
+        note.push_str(" Features with a memory are ignored, because their values depend on how a load is reached.");
     }
     if axes.iter().zip(&moves).any(|(axis, moves)| *moves && !axis.rated) {
-        note.push_str(" Where no rated load is entered, loads stay within those that there are.");
+        note.push_str(" On axes without a rated load, the loads stay within the recorded range.");
     }
-    // No available mass reaches this axis; without an arm there is no moment.
+    // No available mass loads this axis. For example, there is no moment without an arm.
     let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
     let unreached = (0..axes.len()).filter(|axis| !reached(*axis));
     let unreached: Vec<&str> = unreached.map(|axis| axes[axis].axis.symbol()).collect();
     let unreached = (hanging.is_some() && !loads.is_empty() && !unreached.is_empty()).then(|| {
-        let seen = format!("these masses and arms load nothing on {}", unreached.join(", "));
+        let seen = format!("these masses and arms make no load on {}", unreached.join(", "));
         Finding::new(Id::Unreached, Enough, seen)
     });
     if moves.contains(&false) {
-        note.push_str(" Axes that never move come first of all, and are not among these.");
+        note.push_str(
+            " First record loads on the axes that never move. They are not in this list.",
+        );
     }
     (next, note, unreached)
 }
 
-/// Returns loads at the ends of each moving axis' range and halfway, one axis or two at a time.
+/// Returns loads at the ends of each moving axis' range and halfway to zero, on one axis or on two axes at a time.
 fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     let none: Vec<f64> = axes.iter().map(|own| 0.0_f64.clamp(own.region.0, own.region.1)).collect();
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
@@ -355,7 +359,8 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     loads
 }
 
-/// Returns the loads of masses on arms, with gravity along the axes or between them, up to the largest load of each axis.
+/// Returns the loads of masses on arms, with gravity along the axes or halfway between them. Loads above the largest load of
+/// an axis are omitted.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
     let ways = steps

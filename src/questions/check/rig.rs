@@ -1,4 +1,4 @@
-//! Findings of the rig, with a table and a figure of zeros and sensitivities.
+//! Findings about the rig, and tables and figures of the gauges' zeros and sensitivities.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,53 +17,54 @@ use crate::scoring::numbers::{percent, significant};
 use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
 use crate::shown::{first, first_clauses};
 
-/// Units that are often confused, with their factors.
+/// Units that are often confused: the factor between them, and a text.
 const UNITS: [(f64, &str); 6] = [
-    (4.448_221_6, "as of pounds-force taken for newtons"),
-    (9.806_65, "as of kilograms-force taken for newtons"),
-    (1000.0, "as of a unit a thousand times as large or as small"),
-    (8.850_746, "as of pound-inches taken for newton metres"),
-    (1.355_818, "as of pound-feet taken for newton metres"),
-    (100.0, "as of centimetres taken for metres"),
+    (4.448_221_6, "pounds-force taken for newtons would explain it"),
+    (9.806_65, "kilograms-force taken for newtons would explain it"),
+    (1000.0, "a unit that is a thousand times as large or as small would explain it"),
+    (8.850_746, "pound-inches taken for newton metres would explain it"),
+    (1.355_818, "pound-feet taken for newton metres would explain it"),
+    (100.0, "centimetres taken for metres would explain it"),
 ];
-/// Maximum relative deviation of a factor from that of a unit, or from −1.
+/// Maximum relative deviation of a factor from that of a unit or from −1, for which the unit or the sign is named.
 const NEAR: f64 = 0.03;
 const NAMED: usize = 6;
 /// Colours of gauges (Okabe and Ito 2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
-/// Minimum share of the squared error that a reported lag explains: without the lag the error is a tenth smaller (√0.8).
+/// Minimum share of the squared error that a reported lag explains. Removing this share makes the error a tenth smaller
+/// (√0.8).
 const LAG_SHARE: f64 = 0.2;
-/// [`LAG_SHARE`] where less than half of the gauges lag: hysteresis alone reaches 0.3 on single gauges.
+/// The same minimum if less than half of the gauges lag. On single gauges, hysteresis alone explains up to 0.3.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
-/// Smallest lag that is reported, in samples. Lags are measured to a tenth of a sample, so this is two errors.
+/// Smallest lag that is reported (samples). Its uncertainty is a tenth of a sample, so this is twice the uncertainty.
 const SMALLEST_LAG: f64 = 0.2;
 const LAG_SAMPLES: f64 = 0.2;
-/// Number of samples beyond which lags are measured on the first recordings only.
+/// Maximum number of samples in which lags are measured. Of more recordings, only the first ones are used.
 const LAG_LONGEST: usize = 200_000;
 
 /// Zeros and sensitivities of the gauges in each recording, with the findings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RigReport {
-    /// One row for each recording, or for consecutive ones, in order of time.
+    /// Rows of the table, in order of time. A row is one recording, or several consecutive recordings.
     pub runs: Vec<Run>,
-    /// Names of the recordings of each row.
+    /// Name of each row.
     pub names: Vec<String>,
     /// Names of the gauges.
     pub gauges: Vec<String>,
     /// Faults of the rig, and columns that are no gauges.
     #[serde(skip)]
     pub findings: Vec<Finding>,
-    /// Linear response of each gauge to the loads: zero, slope of each moving axis, residual.
+    /// Linear response of each gauge to the loads: zero, slope along each axis of `axes`, and RMS residual.
     #[serde(skip)]
     pub answers: Vec<(f64, Vec<f64>, f64)>,
-    /// Axes of these slopes.
+    /// Axes of the slopes in `answers`.
     #[serde(skip)]
     pub axes: Vec<Axis>,
 }
 
 impl RigReport {
-    /// Creates the result for training recordings, given the full scale of each axis.
+    /// Creates the report for training recordings, given the full scale of each axis; `None` if no load moves.
     pub fn of(
         training: &[&Recording],
         full_scale: &[f64],
@@ -93,7 +94,7 @@ impl RigReport {
             let seen = first_clauses(NAMED, no_gauges);
             findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
         }
-        // Samples that occur twice would be predicted from themselves.
+        // With repeated samples, held-out samples would be predicted from their own copies.
         if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
@@ -104,7 +105,7 @@ impl RigReport {
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
     }
 
-    /// Returns the value of each gauge under a load by its linear response, in the gauge's unit.
+    /// Returns the value of each gauge under a load, predicted by its linear response, in the gauge's unit.
     pub fn gauges_under(&self, load: impl Fn(Axis) -> f64) -> Vec<f64> {
         let of_gauge = |(zero, slopes, _): &(f64, Vec<f64>, f64)| {
             let parts = slopes.iter().zip(&self.axes).map(|(slope, axis)| slope * load(*axis));
@@ -121,20 +122,20 @@ impl RigReport {
                 let (value, error) = (100.0 * (value - from), 100.0 * error);
                 Cell::number(value, format!("{value:+.2} ± {error:.2}"))
             });
-            Cell::known(cell, "the loads of this recording do not tell")
+            Cell::known(cell, "the loads of this recording do not determine it")
         };
         let gauges = || self.gauges.iter().enumerate();
         let head = |(_, name): &(usize, &String)| Column::numbers(name.as_str()).unit("%");
         let zeros = Table::of(rows())
             .words("Recording", |(name, _)| name.as_str())
             .columns(gauges(), head, |(_, run), (gauge, _)| estimate(run.zeros[*gauge], 0.0))
-            .column(Column::numbers("left out").unit("%"), |(_, run)| {
+            .column(Column::numbers("held-out error").unit("%"), |(_, run)| {
                 Cell::digits(Some(100.0 * run.error), 3)
             })
-            .about("Error of the present gauges alone, this recording left out, over full scale")
+            .about("Error of the conventional calibration in this recording when it is fitted to the other recordings, as a share of full scale")
             .table(
-                "Zeros against the other recordings",
-                "Share of how far the gauge moves, with one standard error.",
+                "Zeros compared with the other recordings",
+                "Change of each gauge's zero as a share of the gauge's range, with one standard error.",
             );
         let sensitivities = Table::of(rows())
             .words("Recording", |(name, _)| name.as_str())
@@ -142,8 +143,8 @@ impl RigReport {
                 estimate(run.sensitivities[*gauge], 1.0)
             })
             .table(
-                "Sensitivities against the other recordings",
-                "Difference from the fit to the others, with one standard error.",
+                "Sensitivities compared with the other recordings",
+                "Relative change of each gauge's sensitivity, with one standard error.",
             );
         if self.runs.len() > 1 { vec![zeros, sensitivities] } else { Vec::new() }
     }
@@ -173,7 +174,7 @@ impl RigReport {
                 }
             });
             Figure {
-                title: format!("{what} of each gauge against the other recordings"),
+                title: format!("{what} of each gauge compared with the other recordings"),
                 across: Scale::new("Recording", (0.5, self.runs.len() as f64 + 0.5)),
                 lines: lines.collect(),
                 up,
@@ -187,15 +188,15 @@ impl RigReport {
 fn no_gauge(own: &NoGauge, gauges: &[String], names: &[String]) -> String {
     match own {
         NoGauge::Reference(gauge) => {
-            format!("{} follows from the reference to rounding", gauges[*gauge])
+            format!("{} equals a combination of the reference loads", gauges[*gauge])
         }
         NoGauge::Constant(gauge, run) => {
             let place = run.map_or("all recordings", |run| &names[run]);
-            format!("{} has one value throughout {place}", gauges[*gauge])
+            format!("{} has the same value in all samples of {place}", gauges[*gauge])
         }
         NoGauge::Clock(gauge) => format!("{} seems to be a clock", gauges[*gauge]),
         NoGauge::Copy(gauge, of) => {
-            format!("{} is {} again, but for a factor and an offset", gauges[*gauge], gauges[*of])
+            format!("{} repeats {} with another factor and offset", gauges[*gauge], gauges[*of])
         }
     }
 }
@@ -221,7 +222,7 @@ impl Contradiction {
                 (Id::AllGaugesChanged, by("the sensitivity of all gauges".to_owned()))
             }
             Cause::Axes(own) => {
-                (Id::ReferenceScale, by(format!("what the gauges show of {}", axes(own))))
+                (Id::ReferenceScale, by(format!("the load on {} that the gauges show", axes(own))))
             }
             Cause::Rotation => {
                 let degrees = significant(value.to_degrees(), 2);
@@ -238,7 +239,10 @@ impl Contradiction {
             Cause::Noise(own) => {
                 let names = first(NAMED, own.iter().map(|gauge| &gauges[*gauge]));
                 let times = significant(value, 2);
-                (Id::Noisy, format!("the noise of {names} is {times} times that in any other"))
+                (
+                    Id::Noisy,
+                    format!("the noise of {names} is {times} times that in any other recording"),
+                )
             }
             Cause::Unlike => (Id::Odd, "contradicts the others".to_owned()),
         };
@@ -254,7 +258,7 @@ impl Contradiction {
         let [with, without] = [self.with, self.without].map(|own| significant(100.0 * own, 2));
         let unit = self.unit().filter(|_| value > 0.0).map(|own| format!("{own}; "));
         let figures = format!(
-            "{}with it {with} % of full scale are left out, without it {without} %",
+            "{}held-out error {with} % of full scale with this fault, {without} % without it",
             unit.unwrap_or_default()
         );
         Finding::new(id, Verdict::Doubtful, format!("{place}{what}"))
@@ -262,7 +266,7 @@ impl Contradiction {
             .costing(self.with - self.without)
     }
 
-    /// Returns the confusion of units, or the opposite sign, that explains a factor.
+    /// Returns the text about confused units that explains a factor, or an empty text for an opposite sign.
     fn unit(&self) -> Option<&'static str> {
         let factor = *self.values.first()?;
         let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
@@ -293,7 +297,7 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     (!pairs.is_empty()).then_some(found)
 }
 
-/// Returns the finding of [`lag`] with its cost as a share of full scale, for the fit of a calibration.
+/// Returns the finding of a [`lag`] with its cost converted to a share of full scale, for the errors of a calibration.
 pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
     let errors = calibration.quality.compensated.train_rmse.iter().flatten();
     let of_scale = errors.zip(&calibration.full_scale).filter(|(_, full_scale)| **full_scale > 0.0);
@@ -301,7 +305,7 @@ pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding 
     found.clone().costing(found.cost * error)
 }
 
-/// Returns the finding of gauges that are behind or ahead of the reference; its cost is a share of the error.
+/// Returns the finding of gauges that lag behind the reference or are ahead of it. Its cost is a share of the error.
 pub(crate) fn lag(
     training: &[&Recording],
     progress: &Progress,
@@ -361,11 +365,11 @@ pub(crate) fn lag(
         significant(worst.samples.abs(), 2)
     );
     let mut figures = format!(
-        "{} of the squared error of a calibration without a past goes away with it",
+        "it explains {} of the squared error of a conventional calibration",
         percent(worst.explained_error_share)
     );
     if !others.is_empty() {
-        figures += &format!("; it differs: {}", first(NAMED, others.into_iter()));
+        figures += &format!("; other lags: {}", first(NAMED, others.into_iter()));
     }
     let cost = 1.0 - (1.0 - worst.explained_error_share).max(0.0).sqrt();
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures).costing(cost)))

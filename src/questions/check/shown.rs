@@ -16,19 +16,21 @@ pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
 fn axes(of: &Sufficiency) -> Table {
     Table::of(&of.axes)
         .words("Axis", |own| own.axis.label())
-        .digits("from", 4, |own| Some(own.low))
-        .digits("to", 4, |own| Some(own.high))
+        .digits("smallest load", 4, |own| Some(own.low))
+        .digits("largest load", 4, |own| Some(own.high))
         .digits("full scale", 4, |own| (own.full_scale > 0.0).then_some(own.full_scale))
-        .words("which is", |own| if own.rated { "rated" } else { "from the loads" })
-        .digits("fit", 4, |own| own.train_rmse)
-        .about("RMSE on the training samples")
-        .digits("left out", 4, |own| own.left_out_rmse)
-        .about("RMSE by cross-validation")
-        .words("moves with", |own| match own.moves_with {
+        .words("full scale from", |own| if own.rated { "rated load" } else { "recorded loads" })
+        .digits("fit RMSE", 4, |own| own.train_rmse)
+        .about("RMS error on the training samples")
+        .digits("cross-validation RMSE", 4, |own| own.left_out_rmse)
+        .about("RMS error on held-out samples")
+        .words("correlated with", |own| match own.moves_with {
             Some((other, r)) => format!("{} ({r:+.2})", other.symbol()),
             None => String::new(),
         })
-        .about("Axis with whose training load it correlates most, and the correlation")
+        .about(
+            "Axis whose training loads correlate most with those of this axis, and the correlation",
+        )
         .table("Training loads and errors", "")
 }
 
@@ -43,8 +45,8 @@ fn next(of: &Sufficiency) -> Table {
         )
         .digits("gain", 3, |(_, own)| Some(own.gain))
         .about("Increase of the logarithm of the determinant of the design")
-        .column(Column::numbers("variance left"), |(_, own)| share(own.variance_left))
-        .about("Remaining share of the mean variance of predictions over these loads, with this load and those above")
+        .column(Column::numbers("remaining variance"), |(_, own)| share(own.variance_left))
+        .about("Share of the predictions' mean variance that remains after this load and the loads above it are recorded")
         .columns(
             hangs.then_some("how"),
             |name| Column::words(*name),

@@ -33,9 +33,9 @@ impl Channel {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FaultKind {
-    /// The channel stays at the limit of the logger while the load moves on.
+    /// The channel stays at the limit of the logger while the load changes further.
     Saturated,
-    /// The channel repeats one value, or shows noise around one, while the load moves.
+    /// The channel repeats one value, or shows only noise, while the load moves.
     Stuck,
     /// Some samples show a value far from all others, such as zero.
     Dropout,

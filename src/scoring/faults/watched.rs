@@ -1,4 +1,4 @@
-//! One channel and its expected values: finds where it is clipped, stuck or dropped out, and where it jumps.
+//! Compares one channel with its expected values, and finds where it is saturated, stuck, dropped out, or jumps.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -8,34 +8,35 @@ use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::quantile::quantile;
 use crate::scoring::straight_lines;
 
-/// Maximum number of samples from which the expected value is fitted, spread evenly.
+/// Maximum number of samples for the fit of the expected value. They are spread evenly over the recording.
 const LOOKED_AT: usize = 4096;
-/// Smallest expected movement of a moving channel, as a share of its range and in standard deviations of the fit.
+/// Smallest expected movement for which a channel that repeats one value is stuck: as a share of its range, and in standard
+/// deviations of the fit.
 const MOVES: (f64, f64) = (0.1, 6.0);
-/// Minimum number of equal values in a row of a stuck channel.
+/// Minimum number of equal values in a row for which a channel can be stuck.
 const STUCK_SAMPLES: usize = 10;
-/// Minimum number of equal values in a row for load cases, which all differ.
+/// Minimum number of equal values in a row for which a channel of static load cases, whose loads all differ, can be stuck.
 const STUCK_CASES: usize = 4;
-/// Minimum number of samples at the exact extreme of a channel with noise of more than three steps. One more repeats it with a
-/// chance of about a tenth, so a channel without a limit does so once in a hundred thousand times.
+/// Minimum number of samples exactly at the extreme of a channel whose noise exceeds three steps of the converter. Without a
+/// limit, each further sample repeats the extreme with a chance of about a tenth, so six are one in a hundred thousand.
 const REPEATS: usize = 6;
-/// Maximum deviation from the expected value of a sample that is no outlier, as a share of the channel's span.
+/// Maximum deviation from the expected value for a sample that still belongs to the fit, as a share of the channel's range.
 const NEAR: f64 = 0.1;
-/// Number of fits of the expected value, each without the outliers of the one before.
+/// Number of fits of the expected value. Each fit leaves out the outliers of the fit before.
 const FITS: usize = 3;
-/// Smallest jump, relative to the usual step and to the range.
+/// Smallest jump of a spike or dropout: as a multiple of the usual step between samples, and as a share of the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
-/// Smallest share of a real jump that the other channels show.
+/// Share of a jump that the expected value must show too, for the jump to be real.
 const SHOWN_BY_OTHERS: f64 = 0.3;
 /// Smallest deviation of a dropout from the expected value, as a share of the span and in standard deviations.
 const ELSEWHERE: (f64, f64) = (0.5, 20.0);
-/// Largest deviation after a spike from the value before it, as a share of the spike.
+/// Maximum deviation after a spike from the value before it, as a share of the spike's height.
 const BACK_AGAIN: f64 = 0.25;
 /// Maximum length of a spike (samples).
 const SPIKE_SAMPLES: usize = 3;
-/// Maximum length of a dropout (samples); a longer one is stuck.
+/// Maximum length of a dropout (samples) with jumps at both ends. A longer one is stuck.
 const DROPOUT_SAMPLES: usize = 50;
-/// Frequency of a clipped extreme, relative to that of each neighbouring value.
+/// Minimum ratio of the number of samples at a saturated extreme to the number at each neighbouring value.
 const PILES_UP: usize = 3;
 
 /// Properties of a single channel.
@@ -44,7 +45,7 @@ pub(super) struct Own {
     pub channel: Channel,
     pub low: f64,
     pub high: f64,
-    /// Range of nearly all values, without outliers.
+    /// Range of the values without the lowest and highest 2 %.
     pub span: f64,
     /// Median step from sample to sample.
     pub step: f64,
@@ -52,9 +53,9 @@ pub(super) struct Own {
     noise: f64,
     /// Smallest step that is not zero.
     pub resolution: f64,
-    /// Extremes that are much more frequent than their neighbours, so that the logger may end there.
+    /// Extremes that are much more frequent than their neighbouring values. The logger may end there.
     piles_up: Vec<f64>,
-    /// Runs of one repeated value.
+    /// Intervals in which the channel repeats one value.
     flat: Vec<Range<usize>>,
 }
 
@@ -125,7 +126,7 @@ fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 /// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
 pub(super) struct Expected {
-    /// Other channels, with the mean that is subtracted and the factor.
+    /// For each other channel: the mean that is subtracted, and the factor.
     by: Vec<(Channel, f64, f64)>,
     constant: f64,
     /// Standard deviation of the fit, robust against outliers.
@@ -133,7 +134,7 @@ pub(super) struct Expected {
 }
 
 impl Expected {
-    /// Fits to samples that are not clipped or stuck.
+    /// Fits the expected value to samples that are neither at an extreme nor stuck.
     pub fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
         let is_flat = |k: usize| {
@@ -145,7 +146,8 @@ impl Expected {
             !own.piles_up.contains(&value) && !is_flat(*k)
         };
         let fewest = 2 * (by.len() + 1);
-        // Samples that may be clipped or stuck would distort the line. A load that is set in steps stands still most of the time.
+        // Saturated or stuck samples would distort the fit. For a load they are included, because a load that is set in steps
+        // stands still most of the time.
         let is_load = matches!(own.channel, Channel::Load(_));
         let mut samples: Vec<usize> = all().filter(|k| is_load || is_inside(k)).collect();
         if samples.len() < fewest {
@@ -166,7 +168,7 @@ impl Expected {
         Self::fitted(recording, own, &scaled, samples)
     }
 
-    /// Fits by least squares several times, each time without the outliers of the previous fit.
+    /// Fits by least squares [`FITS`] times, each time without the outliers of the previous fit.
     fn fitted(
         recording: &Recording,
         own: &Own,
@@ -197,7 +199,7 @@ impl Expected {
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
             let sigma = 1.4826 * median(samples.iter().map(off))?;
-            // While a load stands still its error is small, and its hysteresis elsewhere is no outlier.
+            // The median error is small if a load mostly stands still. Its hysteresis while it moves is no outlier.
             let farthest = (4.0 * sigma).max(NEAR * own.span);
             let near: Vec<usize> = samples.iter().copied().filter(|k| off(k) <= farthest).collect();
             let squares: f64 = near.iter().map(|k| off(k).powi(2)).sum();
@@ -219,7 +221,7 @@ impl Expected {
         self.constant + by.sum::<f64>()
     }
 
-    /// Returns the expected movement in a run of samples, from some of them, without the extreme tenth.
+    /// Returns the range of the expected values in an interval, without the extreme tenths, from at most 256 samples.
     fn spread(&self, recording: &Recording, samples: impl ExactSizeIterator<Item = usize>) -> f64 {
         let every = samples.len().div_ceil(256).max(1);
         let values = samples.step_by(every).map(|k| self.at(recording, k));
@@ -233,7 +235,7 @@ impl Expected {
     }
 }
 
-/// A channel under test.
+/// Channel that is compared with its expected values.
 pub(super) struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
@@ -249,7 +251,8 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Returns true if the channel should move but does not, apart from the outer samples, where a late reference may move.
+    /// Returns true if the channel should move but does not. The outer samples do not count, because a late reference may
+    /// move there.
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
@@ -260,7 +263,7 @@ impl Watched<'_> {
         })
     }
 
-    /// Finds clipped samples, and returns the range of the logger.
+    /// Finds saturated samples. Returns the limits of the logger, as far as they are known.
     pub fn clipped(
         &self,
         entered: Option<&GaugeRange>,
@@ -290,8 +293,8 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns true if the logger ends at an extreme: the value is repeated exactly, and the channel should move there,
-    /// mostly beyond it.
+    /// Returns true if the logger ends at an extreme: the channel repeats this value exactly, and its expected values move
+    /// and lie mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own { resolution, span, noise, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
@@ -311,7 +314,7 @@ impl Watched<'_> {
         is_farther && (spread > moves || repeats_in_noise)
     }
 
-    /// Finds intervals in which the channel repeats one value although it should move or have another value.
+    /// Finds intervals in which the channel repeats one value although it should move, or should have another value.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
         for run in &self.own.flat {
             if is_known(found, run) {
@@ -325,7 +328,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns true if the channel jumps to one value far from the expected one, and jumps back.
+    /// Returns true if the channel jumps to one value far from its expected value, and back again.
     fn is_elsewhere(&self, run: &Range<usize>) -> bool {
         let Some(expected) = self.expected else {
             return false;
@@ -334,7 +337,7 @@ impl Watched<'_> {
         let every = run.len().div_ceil(256).max(1);
         let off = run.clone().step_by(every);
         let off = median(off.map(|k| (value - expected.at(self.recording, k)).abs()));
-        // Flicker of a converter by a step or two is no dropout.
+        // A converter that flickers by a step or two has not dropped out.
         let least = (ELSEWHERE.0 * self.own.span)
             .max(ELSEWHERE.1 * expected.sigma)
             .max(4.0 * self.own.resolution.min(self.own.high - self.own.low));
@@ -352,7 +355,8 @@ impl Watched<'_> {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
         let resolution = if *span > 0.0 { 4.0 * resolution } else { 0.0 };
-        // Noise of the other channels must not hide that they jump, too.
+        // The usual step is at least that of the expected value: otherwise the noise of the other channels would hide that
+        // these jump, too.
         let expected_step = self.expected.and_then(|expected| {
             let at = |k: usize| expected.at(self.recording, k);
             let steps = looked_at(self.n()).filter(|k| *k > 0);
@@ -384,7 +388,7 @@ impl Watched<'_> {
             }
             k += 1;
         }
-        // A recurring value stands for a missing one. Without any other change, the jumps may be those of a switch.
+        // A value that recurs stands for a missing value. If the channel never changes otherwise, it may be a switch.
         let n_steps = (1..self.n()).filter(|k| self.value(*k) != self.value(k - 1)).count();
         let is_switch = n_steps <= 2 * away.len();
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
@@ -404,7 +408,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns the sample at which a channel that jumped before sample `k` is back.
+    /// Returns the sample at which a channel that jumped at sample `k` has returned to its value before.
     fn back_again(&self, k: usize, jump: f64) -> Option<usize> {
         let before = self.value(k - 1);
         let is_back = |at: &usize| (self.value(*at) - before).abs() <= BACK_AGAIN * jump.abs();
@@ -416,7 +420,7 @@ impl Watched<'_> {
     }
 }
 
-/// Joins ranges, sorted by their starts, that touch.
+/// Joins ranges that touch or overlap. They must be sorted by their starts.
 pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in ranges {
@@ -428,14 +432,14 @@ pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     joined
 }
 
-/// Returns true if these samples already have a fault in `found`, which holds the faults of one channel.
+/// Returns true if `found` already contains a fault of this channel over all these samples.
 fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
     let is_all =
         |fault: &Fault| fault.samples.start <= samples.start && samples.end <= fault.samples.end;
     found.iter().any(is_all)
 }
 
-/// Adds each run of samples that are true as a fault.
+/// Adds a fault for each interval in which `samples` is true.
 pub(super) fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,

@@ -1,5 +1,5 @@
-//! Faults of a rig as corrections. A refitted correction is named only if it reduces the held-out error by an amount that
-//! matters and that chance does not explain.
+//! Searches the fault that explains why recordings disagree. Each possible fault has a correction. A fault is reported only
+//! if its fitted correction reduces the held-out error by more than [`MATTERS`], and by more than chance explains.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -8,33 +8,38 @@ use crate::recording::Axis;
 use crate::scoring::rig::fits::{self, Forward, Moments, Shape, column_means};
 use crate::scoring::rig::{Rig, Unit, chance};
 
-/// Maximum held-out error with a correction, as a share of the error without it. For a fault that adds a quarter, the true
-/// correction leaves 0.8, and an estimated one up to a twentieth more.
+/// Maximum held-out error after a correction, as a share of the error before. If a fault adds a quarter to the error, the
+/// true correction leaves 1 / 1.25 = 0.8 of the error, and an estimated correction up to a twentieth more.
 const MATTERS: f64 = 0.84;
-/// Minimum change of the load by a tare, relative to the change that reduces the error enough. Estimates are smaller by chance.
+/// Minimum change of the load by a reported tare, as a share of the change that would explain the reduction of the error. An
+/// estimated change is smaller than the true one by chance, so the share is below one.
 const SHIFT: f64 = 0.8;
-/// Minimum reduction of the held-out error, as a share of full scale: one step of a reference with 16 bits.
+/// Minimum reduction of the held-out error by a reported fault, as a share of full scale: one step of a 16-bit reference.
 const FALLS: f64 = 1.5e-5;
-/// Maximum probability that one of all tried corrections is found by chance, with the scatter of units.
+/// Maximum probability that any of the tried corrections reduces the error by chance, estimated from the scatter of units.
 const BY_CHANCE: f64 = 0.005;
-/// The same with the scatter of whole recordings, if there are enough of them.
+/// Maximum probability of chance as estimated from the scatter of whole runs, used with at least [`ENOUGH_RUNS`] runs.
 const BY_CHANCE_OF_RUNS: f64 = 0.1;
-/// Minimum number of runs for the scatter of whole recordings.
+/// Minimum number of runs for an estimate of chance from the scatter of whole runs.
 const ENOUGH_RUNS: usize = 4;
-/// Number of corrections that are refitted and cross-validated: those that explain most in one step.
+/// Number of corrections that are fitted completely and cross-validated. They are those with the largest gain in a first
+/// linear step.
 const REFITTED: usize = 40;
-/// Size of a parameter for its first-order effect.
+/// Parameter for the numerical derivative of a correction.
 const SMALL: f64 = 1e-7;
-/// Number of steps of a refit.
+/// Number of Gauss-Newton steps in the fit of a correction.
 const STEPS: usize = 6;
-/// Penalty of a parameter: half the logarithm of the number of units, over twice that number.
+/// Penalty for each parameter of a correction, in the logarithm of the error: half the logarithm of the number of units,
+/// divided by twice that number (Bayesian information criterion).
 const PARAMETER: f64 = 0.033;
-/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a
-/// quarter, its mean square is 3.25 times as large, and the noise, which is a part of it, increases by more.
+/// Minimum ratio of a gauge's noise in one run to its noise in each other run, for a finding. If the noise of one of four
+/// runs increases the total error by a quarter, the mean square error of that run is 3.25 times as large, and the noise is
+/// only a part of the error.
 const NOISIER: f64 = 1.8;
-/// Maximum factor of one gauge's sensitivity, and inverse of the minimum. Beyond it, the gauge would have no weight.
+/// Maximum factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
+/// weight.
 const MOST_OF_GAUGE: f64 = 20.0;
-/// Minimum share of an exchange of two columns that the data show if it is one.
+/// Share of an exchange of two columns that the data must show, where 1 is a complete exchange.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
 /// Kind of a fault.
@@ -44,11 +49,11 @@ pub enum Cause {
     Tare,
     /// The zeros of the gauges change in proportion to time.
     Drift,
-    /// One gauge has another sensitivity.
+    /// The sensitivity of one gauge is different.
     Gauge(usize),
-    /// All gauges have another sensitivity by one factor, or the reference has another scale.
+    /// The sensitivity of all gauges is different by one factor, or the reference has another scale.
     AllGauges,
-    /// These axes of the reference, by their positions among the moving axes, have another scale.
+    /// These axes of the reference have another scale. Axes are positions among the moving axes.
     Axes(Vec<usize>),
     /// The frame of the reference is turned.
     Rotation,
@@ -58,7 +63,7 @@ pub enum Cause {
     SwappedAxes(usize, usize),
     /// These gauges have more noise.
     Noise(Vec<usize>),
-    /// The run contradicts the others without a pattern.
+    /// The run contradicts the other runs, and no other kind of fault explains it.
     Unlike,
 }
 
@@ -68,7 +73,7 @@ impl Cause {
     }
 }
 
-/// Runs with a fault.
+/// Runs that have a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Where {
     /// This run and all after it.
@@ -79,58 +84,58 @@ pub enum Where {
     All,
 }
 
-/// Fault that explains a contradiction.
+/// Fault that explains why runs contradict each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    /// Kind.
+    /// Kind of the fault.
     pub cause: Cause,
-    /// Runs with the fault.
+    /// Runs that have the fault.
     pub place: Where,
-    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as
-    /// a share of full scale.
+    /// Factor of the sensitivity or of the reference's scale, or angle of the turned frame (rad). For a tare or a drift: the
+    /// change of the load on each axis, as a share of full scale.
     pub values: Vec<f64>,
-    /// Held-out error with the fault, as a share of full scale.
+    /// Held-out error of the data as they are, as a share of full scale.
     pub with: f64,
-    /// Held-out error after the correction.
+    /// Held-out error after the correction of the fault, as a share of full scale.
     pub without: f64,
 }
 
-/// Correction that is tried on one set of runs.
+/// Possible fault of a set of runs, whose correction is tried.
 struct Trial {
     place: Where,
     is_here: Vec<bool>,
     cause: Cause,
-    /// Sum of squares over variance that one step explains.
+    /// Reduction of the gauges' squared residuals, divided by their variances, by one linear step of the correction.
     gain: f64,
 }
 
-/// Refitted trial.
+/// Trial with its fitted correction.
 struct Refit<'a> {
     trial: &'a Trial,
     parameters: f64,
     values: Vec<f64>,
     error: f64,
-    /// True for a gain that leaves the zeros free.
+    /// True if the fault changes the sensitivity and the correction also fits new zeros.
     frees_zeros: bool,
-    /// Probabilities of chance, by the scatter of units and of runs.
+    /// Probabilities that chance explains the correction, from the scatter of units and of runs.
     chances: [f64; 2],
 }
 
-/// Zeros of gauges whose sensitivity is different.
+/// What the correction of a changed sensitivity assumes about the gauges' zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Zeros {
-    /// Equal to the other zeros: the gain was changed around the zero, or the reference is wrong.
+    /// The zeros are the same as in the other runs: the gain was changed around the zero, or the reference is wrong.
     Kept,
-    /// Free, because the recording was tared anew.
+    /// The zeros are fitted anew, because the recording may have been tared again.
     Free,
-    /// Scaled like the signal: the raw signal is multiplied by the gain.
+    /// The zeros are multiplied by the gain like the signal, because the gain acts on the raw signal.
     Scaled,
 }
 
 impl Rig {
-    /// Returns the fault that explains most of the held-out error, if one explains enough.
+    /// Returns the fault that explains most of the held-out error, or `None` if no fault explains enough.
     pub fn contradiction(&self) -> Option<Contradiction> {
-        // In one recording, hysteresis that builds up looks like a drift.
+        // A single recording is not judged: hysteresis that builds up looks like a drift of the zeros.
         if self.n_runs() < 2 {
             return None;
         }
@@ -146,7 +151,7 @@ impl Rig {
         order.truncate(REFITTED);
         let refits = order.par_iter().flat_map_iter(|own| self.refits(own));
         let refits: Vec<Refit<'_>> = refits.collect();
-        // Zeros that differ are a tare: a gain that frees them must explain more than they do.
+        // A changed sensitivity with new zeros must explain more than new zeros alone, which are a tare.
         let exceeds_tare = |own: &Refit<'_>| {
             let is_tare =
                 |tried: &&Trial| tried.place == own.trial.place && tried.cause == Cause::Tare;
@@ -174,22 +179,31 @@ impl Rig {
         best.map(found).or_else(|| self.unlike(&errors, with))
     }
 
-    /// Returns false for a tare that changes the load by too little.
+    /// Returns false if the fault is a tare that changes the load by too little to be reported. If `m` of `n` held-out parts
+    /// are tared, a change of the load adds `m (n − m) / (n − 1)²` of its square to the squared error.
     fn is_shift(&self, own: &Refit<'_>) -> bool {
+        if own.trial.cause != Cause::Tare {
+            return true;
+        }
+        let by_unit = self.n_runs() < fits::FEWEST_RUNS;
+        let n = if by_unit { self.units.len() } else { self.n_runs() } as f64;
+        let is_here = &own.trial.is_here;
+        let m = n * is_here.iter().filter(|here| **here).count() as f64 / is_here.len() as f64;
+        let added = m * (n - m) / (n - 1.0).powi(2);
+        let smallest = ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT * own.error;
         let squares: f64 = own.values.iter().map(|value| value * value).sum();
-        let shift = (squares / own.values.len() as f64).sqrt();
-        own.trial.cause != Cause::Tare
-            || shift > self.smallest_shift(&own.trial.is_here) * own.error
+        squares > own.values.len() as f64 * smallest * smallest
     }
 
-    /// Returns each set of runs that can differ from the others: all from one on, or one alone.
+    /// Returns the sets of runs that may have a fault: all runs from one run on, or one run alone.
     fn places(&self) -> Vec<Where> {
         let n = self.n_runs();
         let alone = if n > 2 { 1..n.saturating_sub(1) } else { 0..0 };
         (1..n).map(Where::From).chain(alone.map(Where::One)).collect()
     }
 
-    /// Returns the runs that are corrected: the smaller side.
+    /// Returns true for each unit that is corrected, and true if these units come before the given runs. The smaller side of
+    /// a change is corrected, because the fit to the larger side is more accurate.
     fn corrected(&self, place: Where) -> (Vec<bool>, bool) {
         let n = self.n_runs();
         let is_in = |run: usize| match place {
@@ -207,7 +221,8 @@ impl Rig {
         fits::sum(own.map(|(own, _)| own), &self.shape)
     }
 
-    /// Returns the fit to the runs that are not corrected. For axes that they do not load, the others are used.
+    /// Returns the fit to the units that are not corrected. Axes that these units do not load are fitted to the corrected
+    /// units.
     fn first_fit(&self, others: &Mat<f64>, own: &Mat<f64>) -> Forward {
         let shape = &self.shape;
         let loads = |sums: &Mat<f64>| -> f64 {
@@ -221,7 +236,7 @@ impl Rig {
         let shape = &self.shape;
         let (is_here, _) = self.corrected(place);
         let [own, others] = [true, false].map(|side| self.side(&self.units, &is_here, side));
-        // Fewer load cases than coefficients fit any correction.
+        // With fewer samples than coefficients, any correction would fit.
         if own[(0, 0)] < (shape.n_gauges + 2) as f64 {
             return Vec::new();
         }
@@ -254,7 +269,8 @@ impl Rig {
         all
     }
 
-    /// Returns the possible kinds of zeros. If the only gauge has a zero larger than its range, a tare looks like a scaled zero.
+    /// Returns the assumptions about zeros that are tried for a fault. If the only gauge has a zero larger than its range, a
+    /// tare looks like a scaled zero.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
         let is_ambiguous = self.shape.n_gauges == 1 && self.offset(0).abs() > self.spans[0];
         match cause {
@@ -296,8 +312,8 @@ impl Rig {
         all
     }
 
-    /// Returns the change of the gauges with each parameter of a fault, as coefficients of one and the loads: what the
-    /// correction with a small parameter takes from gauges that follow the fit.
+    /// Returns how each parameter of a fault changes the gauges, as coefficients of one and the loads. It is the negative
+    /// change of the residuals by the fault's correction, for gauges that follow the fit.
     fn ways(&self, cause: &Cause, fit: &Forward, zeros: Zeros) -> Vec<Mat<f64>> {
         let (shape, n_gauges) = (&self.shape, self.shape.n_gauges);
         let n_parameters = match cause {
@@ -305,7 +321,7 @@ impl Rig {
             _ => 1,
         };
         let way = |parameter: usize| {
-            // An exchange is whole; the exchange of two gauges undoes itself, and so is the fault as well.
+            // An exchange has no size. Exchanging two gauges again undoes the exchange, so the correction equals the fault.
             let size = match cause {
                 Cause::SwappedGauges(..) => -1.0,
                 Cause::SwappedAxes(..) => 1.0,
@@ -339,7 +355,7 @@ impl Rig {
         }
     }
 
-    /// Refits zeros that change with time, or with a step in place of time.
+    /// Fits the correction of a drift, or of a tare, whose step takes the place of the time.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {
@@ -411,7 +427,7 @@ impl Rig {
             false => own.clone(),
         });
         let units: Vec<Unit> = corrected.collect();
-        // For an exchange: its share that the units show before it.
+        // For an exchange: the share of it that each unit shows in the uncorrected data.
         let shown = if steps == 0 { &self.units } else { &units };
         let ways = self.ways(cause, &fit, zeros);
         let means = [false, true].map(|side| match zeros {
@@ -422,7 +438,7 @@ impl Rig {
             Cause::Rotation => angles.clone(),
             _ => vec![factor - 1.0],
         };
-        // Parameters of the fault from one unit, and their weight.
+        // Returns the parameters of the fault as one unit shows them, and their weight.
         let of_unit = |(own, here): (&Unit, &bool)| {
             let moments = Moments::about(&own.sums, &means[usize::from(*here)], &fit, shape);
             let Some((mut step, _)) = moments.step(&ways, &variances) else {
@@ -456,7 +472,7 @@ impl Rig {
         })
     }
 
-    /// Returns the change of the sample columns with one step of a correction.
+    /// Returns the matrix that applies one step of a correction to the columns of a sample.
     fn change(&self, cause: &Cause, step: &[f64], zeros: Zeros, fit: &Forward) -> Mat<f64> {
         let shape = &self.shape;
         let n_axes = shape.axes.len();
@@ -480,7 +496,7 @@ impl Rig {
                 gauge_from(*gauge, *gauge, factor, zero * (1.0 - factor));
                 scaled(&[])
             }
-            // The loads are corrected, so that errors stay shares of the same full scale.
+            // The loads are corrected in place of the gauges, so that errors remain shares of the same full scale.
             Cause::AllGauges => {
                 for gauge in (0..shape.n_gauges).filter(|_| zeros == Zeros::Scaled) {
                     let zero = fit.map[(gauge, 0)] + self.offset(gauge);
@@ -505,7 +521,7 @@ impl Rig {
         change
     }
 
-    /// Returns the gauges that have more noise in one run than in each of the others, with the largest ratio.
+    /// Returns the gauges with more noise in one run than in each other run, and the largest ratio of the noise.
     fn noisier(&self, run: usize) -> Option<(Vec<usize>, f64)> {
         let ratio = |gauge: usize| {
             let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
@@ -517,7 +533,7 @@ impl Rig {
         (!gauges.is_empty()).then(|| (gauges, ratios.into_iter().fold(0.0, f64::max)))
     }
 
-    /// Returns the held-out error without one run.
+    /// Returns the held-out error of the other runs, without this run.
     fn error_without(&self, run: usize) -> f64 {
         let others = self.units.iter().filter(|unit| unit.run != run);
         let others = others
@@ -525,8 +541,8 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// Returns the run with more noise, or with an unusually large error under usual loads. Fewer than four runs do not show
-    /// which run it is.
+    /// Returns a run with more noise than the others, or with an unusually large error under usual loads. With fewer than
+    /// four runs, it is not clear which run is the unusual one.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
         if n < ENOUGH_RUNS {
@@ -537,7 +553,7 @@ impl Rig {
         let worst = (0..n).max_by(|a, b| error(*a).total_cmp(&error(*b)))?;
         let worst = noisiest.unwrap_or(worst);
         let noisy = self.noisier(worst);
-        // With usual noise, the noisy run has the error of the others.
+        // Without its extra noise, the noisy run would have the error of the other runs.
         let without = match noisy {
             Some(_) => fits::mean_error(errors, &self.units, |own| own != worst),
             None => self.error_without(worst),
@@ -550,7 +566,7 @@ impl Rig {
             let weights = vec![1.0; self.units.len()];
             let chances =
                 self.chances(logarithms, weights, self.units.iter().map(is_worst).collect());
-            // Loads beyond those of the other runs are predicted by extrapolation.
+            // A run with larger loads than the others is excluded, because its error is one of extrapolation.
             let reach = |wanted: bool, axis: usize| {
                 let sums = self.total(|run| (run == worst) == wanted);
                 sums[(self.shape.load(axis), self.shape.load(axis))] / sums[(0, 0)]
@@ -593,26 +609,8 @@ impl Rig {
         (0..self.n_runs()).map(of_run).unzip()
     }
 
-    /// Returns for each run whether it contains one of these units.
-    fn runs_here(&self, is_here: &[bool]) -> Vec<bool> {
-        let of_run =
-            |run| self.units.iter().zip(is_here).any(|(unit, here)| unit.run == run && *here);
-        (0..self.n_runs()).map(of_run).collect()
-    }
-
-    /// Returns the smallest change of the load by a tare that is named, relative to the error without the tare. If `n` parts
-    /// are held out in turn and `m` have the tare, a change adds `m (n − m) / (n − 1)²` of its square.
-    fn smallest_shift(&self, is_here: &[bool]) -> f64 {
-        let parts = match self.n_runs() < fits::FEWEST_RUNS {
-            true => is_here.to_vec(),
-            false => self.runs_here(is_here),
-        };
-        let (n, m) = (parts.len() as f64, parts.iter().filter(|here| **here).count() as f64);
-        let added = m * (n - m) / (n - 1.0).powi(2);
-        ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT
-    }
-
-    /// Returns the probability that values of units follow a line in `x` by chance, by the scatter of units and of runs.
+    /// Returns the probability that the values of units follow a straight line in `x` by chance, from the scatter of units
+    /// and from that of runs.
     fn chances(&self, values: Vec<Vec<f64>>, weights: Vec<f64>, x: Vec<f64>) -> [f64; 2] {
         let of_units = chance::of_slope(&values, &weights, &x);
         if self.n_runs() < ENOUGH_RUNS {
@@ -625,19 +623,19 @@ impl Rig {
     }
 }
 
-/// Returns true if a left-out error becomes smaller by enough without a fault.
+/// Returns true if the correction of a fault reduces the held-out error by enough for a finding.
 fn matters(with: f64, without: f64) -> bool {
     without < MATTERS * with && with - without > FALLS
 }
 
-/// Returns the loads that zeros of the gauges make, over full scale.
+/// Returns the loads, as shares of full scale, that these zeros of the gauges would show.
 fn loads_of(back: &Mat<f64>, zeros: &[f64]) -> Vec<f64> {
     let of_axis =
         |axis: usize| zeros.iter().enumerate().map(|(at, zero)| back[(axis, at)] * zero).sum();
     (0..back.nrows()).map(of_axis).collect()
 }
 
-/// Returns the directions (x, y, z) about which a turn mixes axes.
+/// Returns the directions (x, y, z) for which a turn of the frame about the direction mixes measured axes.
 fn turns(axes: &[Axis]) -> Vec<usize> {
     let has = |at: usize| axes.contains(&Axis::ALL[at]);
     let others = |about: usize| [(about + 1) % 3, (about + 2) % 3];
@@ -648,7 +646,7 @@ fn turns(axes: &[Axis]) -> Vec<usize> {
     (0..3).filter(mixes).collect()
 }
 
-/// Returns the change of loads, as shares of full scale, with a small turn about a direction: `about × load`.
+/// Returns the matrix that changes loads, as shares of full scale, by a small turn about a direction: `about × load`.
 fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| {
@@ -663,7 +661,8 @@ fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     })
 }
 
-/// Returns a turn by angles (rad) about the directions of [`turns`]: the exponential series, for angles below one.
+/// Returns the matrix of a turn by angles (rad) about the directions of [`turns`], by the exponential series. The angles must
+/// be below one.
 fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     let n = shape.axes.len();
     let all = turns(&shape.axes).into_iter().zip(angles);
@@ -676,7 +675,7 @@ fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     })
 }
 
-/// Returns the exchange of two columns of loads, as they are in the file.
+/// Returns the matrix that exchanges two axes of the loads. The loads are shares of full scale, the file's columns are not.
 fn exchanged(shape: &Shape, a: usize, b: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| match (i, j) {

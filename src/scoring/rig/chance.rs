@@ -1,14 +1,14 @@
-//! Probability that a difference between two sides arises by chance, given the scatter of their parts.
+//! Probability that two groups of parts of the data differ by chance, given the scatter of the parts.
 
 use statrs::function::beta::checked_beta_reg;
 
-/// Minimum number of parts for a test of a difference.
+/// Minimum number of parts of the data for a test of their difference.
 const FEWEST: usize = 3;
 
-/// Returns the probability that values follow a line in `x` this closely by chance; 1 with too few parts. For `x` of zeros
-/// and ones, it is the probability that the weighted means of two sides differ this much.
+/// Returns the probability that values follow a straight line in `x` this closely by chance, or 1 with too few parts. If `x`
+/// is 0 or 1, it is the probability that the weighted means of the two groups differ this much.
 ///
-/// It is an F test, with the effective number of directions of the scatter around the line (Satterthwaite).
+/// It is an F test whose degrees of freedom allow for values that scatter together (Satterthwaite).
 ///
 /// **Shapes** one row of values and one weight for each part.
 pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
@@ -48,7 +48,7 @@ pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
     beyond_f(explained / trace, directions, directions * freedom)
 }
 
-/// Returns the probability of an F above this one with these degrees of freedom.
+/// Returns the probability that an F-distributed value with these degrees of freedom is larger than `f`.
 fn beyond_f(f: f64, d1: f64, d2: f64) -> f64 {
     checked_beta_reg(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * f)).unwrap_or(1.0)
 }

@@ -1,4 +1,4 @@
-//! Columns that are loaded as gauges but are none: the reference, a clock, a repeated gauge, a constant.
+//! Finds columns that were loaded as gauges but are something else: the reference, a clock, a copy of a gauge, or a constant.
 
 use faer::Mat;
 
@@ -6,31 +6,35 @@ use crate::recording::median;
 use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward, Moments};
 
-/// Maximum residual of a gauge that is computed from the loads, as a share of its standard deviation, with several moving
-/// axes. Crosstalk, curvature and noise of a sensor leave more.
+/// Maximum residual of a column that is computed from the loads, as a share of its standard deviation, with several moving
+/// axes. Crosstalk, nonlinearity and noise of a real gauge leave a larger residual.
 const EXACT: f64 = 3e-4;
-/// The same with one moving axis: good load cells leave some thousandths.
+/// Maximum residual of a column that is computed from the loads, if one axis moves. Good load cells have residuals of some
+/// thousandths.
 const EXACT_ON_ONE: f64 = 3e-5;
-/// Minimum ratio of the other gauges' residuals to this residual.
+/// Minimum ratio of the median residual of the real gauges to the residual of a column that is computed from the loads.
 const OTHERS_LEAVE: f64 = 10.0;
-/// Maximum residual of a gauge that repeats another one, as a share of its standard deviation.
+/// Maximum residual of a column that repeats another gauge, as a share of its standard deviation.
 const SAME: f64 = 1e-5;
-/// Maximum deviation of a clock from a straight line over time. A load deviates by more than ten times this.
+/// Maximum deviation of a clock from a straight line in time, as a share of its standard deviation. Loads must deviate by ten
+/// times as much, or clocks are not searched.
 const CLOCK: f64 = 5e-3;
 
-/// Minimum standard deviation of a moving gauge in a run, relative to that of all its samples; rounding is smaller.
+/// Standard deviation of a gauge below which it counts as constant, as a share of the gauge's standard deviation in all
+/// recordings. Rounding stays below.
 const MOVES: f64 = 1e-6;
-/// Minimum standard deviation that the loads predict for a gauge that is reported as constant.
+/// Minimum standard deviation that the loads predict for a gauge before its constant value is reported, as a share of the
+/// gauge's standard deviation.
 const SHOULD_MOVE: f64 = 0.1;
-/// Minimum number of samples of a constant gauge.
+/// Minimum number of samples with one value before a gauge is reported as constant.
 const FEWEST_SAMPLES: f64 = 10.0;
 
-/// Position of a column among the gauges, and its suspected kind.
+/// Column that is probably no gauge, by its position among the gauges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoGauge {
     /// Computed from the reference.
     Reference(usize),
-    /// A clock.
+    /// Increases steadily with time, like a clock.
     Clock(usize),
     /// Repeats an earlier gauge.
     Copy(usize, usize),
@@ -39,7 +43,8 @@ pub enum NoGauge {
 }
 
 impl Rig {
-    /// Returns the columns that are no gauges; none if all follow from the reference, because the data are then computed.
+    /// Returns the columns that are probably no gauges. If all columns follow from the reference, the gauges were computed
+    /// from the loads, and none is returned.
     pub fn no_gauges(&self) -> Vec<NoGauge> {
         let shape = &self.shape;
         let all = self.total(|_| true);
@@ -53,7 +58,8 @@ impl Rig {
         let exact = if shape.axes.len() > 1 { EXACT } else { EXACT_ON_ONE };
         let usual = median(left.iter().copied().filter(|own| *own > exact)).unwrap_or(0.0);
         let is_exact = |gauge: usize| left[gauge] <= exact;
-        // Smallest share of a column that a straight line in time leaves in a run.
+        // Returns the share of a column's standard deviation that a straight line in time leaves, in the run with the largest
+        // share.
         let off_time = |at: usize| {
             let of_run = |run: usize| {
                 let own = self.total(|of| of == run);

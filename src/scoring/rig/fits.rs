@@ -1,4 +1,4 @@
-//! Least squares from the sums of units: held-out loads from gauges, and gauges from loads.
+//! Least squares from the sums of units: loads fitted to gauges and judged on held-out units, and gauges fitted to loads.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
@@ -6,14 +6,14 @@ use faer::{Mat, MatRef, Side};
 use crate::recording::Axis;
 use crate::scoring::rig::Unit;
 
-/// Addition to the diagonal of sums of columns of unit length, so that repeated columns do no harm.
+/// Number added to the diagonal of the normal equations of scaled columns, so that they can be solved with repeated columns.
 const NOTHING: f64 = 1e-9;
-/// Minimum variance of a gauge in a weighting, relative to that of its whole signal.
+/// Minimum residual variance with which a gauge is weighted, as a share of the variance of its signal.
 const EXACT: f64 = 1e-10;
-/// Minimum number of runs that are held out in turn; with fewer, units are held out.
+/// Minimum number of runs for which runs are held out in turn. With fewer runs, units are held out in turn.
 pub(super) const FEWEST_RUNS: usize = 3;
 
-/// Columns of the sums: one, time, gauges, and loads over full scale.
+/// Columns of the sums: one, time, gauges, and loads divided by full scale.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
     pub n_gauges: usize,
@@ -34,7 +34,7 @@ impl Shape {
         2 + self.n_gauges + axis
     }
 
-    /// Returns the columns one, time if it is included, and loads.
+    /// Returns the positions of the columns one, time (if included) and loads.
     pub fn inputs(&self, with_time: bool) -> Vec<usize> {
         [0].into_iter().chain(with_time.then_some(1)).chain(self.loads()).collect()
     }
@@ -47,7 +47,7 @@ impl Shape {
         self.gauge(0)..self.load(0)
     }
 
-    /// Returns the change that leaves the columns as they are.
+    /// Returns the matrix that leaves the columns of a sample unchanged.
     pub fn unchanged(&self) -> Mat<f64> {
         Mat::identity(self.width(), self.width())
     }
@@ -59,12 +59,13 @@ impl Unit {
     }
 }
 
-/// Returns the sums of changed columns. Each row of `change` is one changed column.
+/// Returns the sums of columns that were changed by a matrix: each row of `change` makes one new column from the old ones.
 pub(super) fn changed(sums: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
     change * sums * change.transpose()
 }
 
-/// Returns the factors of `inputs` that fit `outputs` best, one row for each input.
+/// Returns the coefficients of the least-squares fit of the columns `outputs` to the columns `inputs`, one row for each
+/// input.
 fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: std::ops::Range<usize>) -> Mat<f64> {
     let length = |at: usize| sums[(at, at)].max(f64::MIN_POSITIVE).sqrt();
     let lengths: Vec<f64> = inputs.iter().map(|at| length(*at)).collect();
@@ -82,7 +83,7 @@ fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: std::ops::Range<usiz
     Mat::from_fn(n, outputs.len(), |i, j| found[(i, j)] / lengths[i])
 }
 
-/// Returns the squared residual of an output in some sums.
+/// Returns the sum of squared residuals of an output with these coefficients of the inputs.
 fn residual(
     sums: MatRef<'_, f64>,
     inputs: &[usize],
@@ -100,7 +101,7 @@ fn residual(
     (sums[(output, output)] + explained).max(0.0)
 }
 
-/// Returns the sums of products of two columns around their means.
+/// Returns the sum of products of two columns, each minus its mean.
 pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
     sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
 }
@@ -109,7 +110,7 @@ pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> M
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
 
-/// Returns the sums of squared held-out errors of each unit over all axes, each over full scale.
+/// Returns the sum of squared held-out errors of each unit, as shares of full scale, averaged over the axes.
 pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
     let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
@@ -135,25 +136,25 @@ fn with_one(columns: std::ops::Range<usize>) -> Vec<usize> {
     [0].into_iter().chain(columns).collect()
 }
 
-/// Returns the root mean square over the units of some runs.
+/// Returns the root mean square error over the units of some runs.
 pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) -> bool) -> f64 {
     let own = || units.iter().zip(errors).filter(|(unit, _)| wanted(unit.run));
     let n: f64 = own().map(|(unit, _)| unit.sums[(0, 0)]).sum();
     (own().map(|(_, error)| error).sum::<f64>() / n.max(1.0)).sqrt()
 }
 
-/// Returns the map from gauges to loads without the constant: one row for each axis.
+/// Returns the matrix of the least-squares fit from gauges to loads, without its constant: one row for each axis.
 pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
     let found = solved(sums.as_ref(), &with_one(shape.gauges()), shape.loads());
     Mat::from_fn(shape.axes.len(), shape.n_gauges, |axis, gauge| found[(1 + gauge, axis)])
 }
 
-/// Map of `gauge = map · [1, load]`.
+/// Least-squares fit of the gauges to the loads: `gauge = map · [1, load]`.
 #[derive(Clone, Debug)]
 pub(super) struct Forward {
     /// One row for each gauge: its zero, then its slopes.
     pub map: Mat<f64>,
-    /// Drift of each gauge over the whole time; empty if not fitted.
+    /// Drift of each gauge from the first to the last sample; empty if no drift is fitted.
     pub drift: Vec<f64>,
 }
 
@@ -162,7 +163,7 @@ impl Forward {
         Self::fitted(sums, shape, false)
     }
 
-    /// Fits with a drift of each gauge over the whole time.
+    /// Fits also a drift of each gauge that is proportional to time.
     pub fn with_drift(sums: &Mat<f64>, shape: &Shape) -> Self {
         Self::fitted(sums, shape, true)
     }
@@ -190,7 +191,7 @@ impl Forward {
         (0..shape.n_gauges).map(of_gauge).collect()
     }
 
-    /// Returns the mean residual of each gauge in these samples.
+    /// Returns the mean residual of each gauge over these sums.
     pub fn zeros(&self, sums: &Mat<f64>, shape: &Shape) -> Vec<f64> {
         let of_gauge = |gauge: usize| {
             let said = shape.inputs(false).into_iter().enumerate();
@@ -201,7 +202,8 @@ impl Forward {
     }
 }
 
-/// Sums of one side around a mean: of one and the loads, and of the gauges' residuals with these.
+/// Sums of products around a mean: of the columns one and loads with each other, and of the gauges' residuals with these
+/// columns.
 pub(super) struct Moments {
     loads: Mat<f64>,
     rest: Mat<f64>,
@@ -221,12 +223,13 @@ impl Moments {
         Self { loads, rest }
     }
 
-    /// Returns the product of two changes over the loads, weighted by the variances of the gauges.
+    /// Returns the sum over the samples of the products of two changes of the gauges, divided by the variances of the gauges.
     pub fn square(&self, one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
         over_variances(one, &(other * &self.loads), variances)
     }
 
-    /// Returns the step along these changes that explains most, and its squares over variance; `None` if undetermined.
+    /// Returns the least-squares parameters of these changes, and the reduction of the squared residuals divided by the
+    /// variances; `None` if the data do not determine the parameters.
     pub fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
         let n = ways.len();
         let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));
@@ -242,7 +245,8 @@ impl Moments {
         Some(((0..n).map(|i| step[(i, 0)]).collect(), gain))
     }
 
-    /// Returns the sensitivity of a gauge relative to a fit, with its weight: the sum of squares of the predicted signal.
+    /// Returns the ratio of a gauge's sensitivity to that of a fit, and its weight: the sum of squares of the predicted
+    /// signal.
     pub fn sensitivity(&self, gauge: usize, fit: &Forward) -> (f64, f64) {
         let slopes = fit.map.row(gauge);
         let weight = slopes * &self.loads * slopes.transpose();
@@ -250,7 +254,7 @@ impl Moments {
     }
 }
 
-/// Returns the sum of the products of two matrices' entries, by the variances of the gauges.
+/// Returns the sum of the products of the entries of two matrices, each row divided by the variance of its gauge.
 fn over_variances(one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
     let of_gauge = |gauge: usize| {
         let row = (0..one.ncols()).map(|axis| one[(gauge, axis)] * other[(gauge, axis)]);

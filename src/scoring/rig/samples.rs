@@ -1,4 +1,4 @@
-//! Faults that need the samples of a rig: hum, a nonlinear gauge, a clipped reference, and noise of one recording.
+//! Finds faults that the sums do not show: hum, a nonlinear gauge, a clipped reference, and more noise in one recording.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,36 +16,40 @@ use Verdict::Doubtful;
 
 /// Maximum number of gauges that a finding names.
 const NAMED: usize = 6;
-/// Maximum number of samples of a recording for its spectrum.
+/// Number of samples of a recording from which its spectrum is computed, at most.
 const SPECTRUM: usize = 1024;
-/// Minimum number of samples for a spectrum.
+/// Minimum number of samples of a recording for a spectrum.
 const FEWEST_SAMPLES: usize = 128;
-/// Minimum number of samples for a nonlinearity.
+/// Minimum number of samples for a judgement of nonlinearity.
 const FEWEST_CASES: usize = 16;
-/// Maximum number of recordings with a spectrum.
+/// Maximum number of recordings of which spectra are computed, to save time.
 const SPECTRA: usize = 4;
-/// Minimum share of a hum or a nonlinearity in the residual of a gauge. Without it the residual is a tenth smaller (√0.8).
+/// Minimum share of a gauge's squared residual that a reported hum or nonlinearity explains. Removing this share makes the
+/// residual a tenth smaller (√0.8).
 const SHARE: f64 = 0.2;
-/// Share of the power of a load that lies below its highest frequency.
+/// Share of a load's power that lies below the highest frequency that counts as the load's own.
 const OF_LOAD: f64 = 0.99;
-/// Minimum nonlinearity of a faulty gauge, as a share of its range. Makers of ordinary sensors state up to half a percent.
+/// Minimum nonlinearity of a gauge that is reported, as a share of its range. Makers specify up to half a percent for
+/// ordinary sensors.
 const BENDS: f64 = 0.005;
-/// Minimum ratio of the share that a nonlinearity explains of one gauge to any other's. If all have it, it is the sensor's.
+/// Minimum ratio of the share of the squared residual that a nonlinearity explains on one gauge to that on any other gauge.
+/// If all gauges are nonlinear, it is a property of the sensor.
 const OTHERS_BEND: f64 = 4.0;
-/// Minimum mean rise of the gauges while a load stays at its maximum, times the root of the number of visits, over the fit's
-/// error. Errors alone lower the middle of a visit by 0.8 and scatter by 1.2, so three is exceeded once in a thousand times.
+/// Minimum rise of the gauges while the reference stays at its maximum: its mean, times the root of the number of visits,
+/// divided by the error of the fit. Without clipping, the mean is −0.8 and the scatter 1.2, so 3 is exceeded once in a
+/// thousand cases.
 const RISES: f64 = 3.0;
-/// Minimum number of peaks in the outer half of a load's range for the scatter of peaks.
+/// Minimum number of other peaks in the outer half of a load's range, from which their scatter is estimated.
 const FEWEST_PEAKS: usize = 5;
-/// Minimum root mean square of the gauges' excess beyond a limit, over the error of the fit. Hysteresis at the largest load
-/// causes 1.4 times the error.
+/// Minimum excess (RMS) of the predicted over the recorded load at its maximum, divided by the error of the fit. Hysteresis
+/// at the largest load causes up to 1.4.
 const BEYOND: f64 = 2.0;
-/// Maximum probability that a load without a limit returns to exactly its maximum this often.
+/// Maximum probability that a load which is not clipped returns to exactly its maximum as often as observed.
 const RECURS_BY_CHANCE: f64 = 1e-4;
-/// Highest harmonic of the loads with large residuals of hysteresis.
+/// Harmonics of the load's frequencies up to this one do not count as hum, because hysteresis causes them.
 const HARMONIC: usize = 3;
 
-/// Residuals and predictions of the gauges by the fit to all recordings, in the gauge's scale.
+/// Predictions of the gauges by the fit to all recordings, and the residuals, divided by the gauge's scale.
 struct Rest {
     /// `n_samples × n_gauges`.
     left: Vec<f64>,
@@ -73,7 +77,8 @@ impl Rig {
         Rest { left, fitted }
     }
 
-    /// Returns the noise of each gauge in each run, in its scale, independent of the load; for load cases, the residual.
+    /// Returns the noise of each gauge in each run, divided by the gauge's scale, from the bend of three successive samples.
+    /// For load cases, it is the residual of the fit.
     pub(super) fn noise(&self, recordings: &[&Recording]) -> Vec<Vec<f64>> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let n = self.shape.n_gauges;
@@ -98,7 +103,7 @@ impl Rig {
         self.runs.iter().map(of_run).collect()
     }
 
-    /// Returns the findings on single channels in these recordings.
+    /// Returns findings about single channels in these recordings.
     pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
@@ -111,7 +116,8 @@ impl Rig {
         found
     }
 
-    /// Returns the finding of gauges whose residuals have a line in their spectrum at a frequency that loads do not have.
+    /// Returns the finding of gauges that hum: a line in the spectrum of the residuals at a frequency that the loads do not
+    /// have.
     fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
         let mut looked_at = 0;
@@ -161,7 +167,8 @@ impl Rig {
         Some(Finding::new(Id::Hum, Doubtful, seen).with(figures).costing(amplitude))
     }
 
-    /// Returns the gauge that is nonlinear unlike the others, by squares and cubes of its prediction, with held-out halves.
+    /// Returns the finding of a gauge that is nonlinear while the other gauges are not. Its residuals follow the square and
+    /// cube of its prediction, fitted to one half of the samples and judged on the other.
     fn bent(&self, rests: &[Rest], gauges: &[String]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
         let of_gauge = |gauge: usize| {
@@ -205,14 +212,14 @@ impl Rig {
         is_bent.then(|| Finding::new(Id::Bent, Doubtful, seen).with(figures).costing(bend))
     }
 
-    /// Returns the axes with a clipped reference: it stays at its maximum while the gauges rise and fall again, or returns to
-    /// exactly that value although its other peaks all differ.
+    /// Returns findings of axes whose reference is clipped: it stays at its maximum while the gauges rise and fall again, or
+    /// it returns to exactly its maximum although all its other peaks differ.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
         for (at, axis) in shape.axes.iter().enumerate() {
-            // Loads and their prediction from the gauges, over full scale.
+            // Recorded and predicted loads as shares of full scale.
             let traces = recordings.chunk_by(|a, b| are_of_one_table(a, b)).map(|table| Trace {
                 is_static: table[0].is_static(),
                 samples: (table.iter().flat_map(|own| self.shown(own, at, back.row(at)))).collect(),
@@ -261,7 +268,7 @@ impl Rig {
         found
     }
 
-    /// Returns the load of an axis and its prediction from the gauges, over full scale, sample by sample.
+    /// Returns for each sample the load of an axis and its prediction from the gauges, as shares of full scale.
     fn shown(
         &self,
         of: &Recording,
@@ -279,25 +286,25 @@ impl Rig {
     }
 }
 
-/// Loads of one axis in a recording or a table of load cases, with the predictions from the gauges.
+/// Recorded and predicted loads of one axis, in a recording or a table of load cases.
 struct Trace {
     is_static: bool,
     samples: Vec<(f64, f64)>,
 }
 
-/// Load at which an axis reverses, or a load case.
+/// Load at which an axis reverses its direction, or a static load case.
 struct Peak {
     load: f64,
-    /// Prediction from the gauges.
+    /// Load that the gauges predict.
     shown: f64,
-    /// True if the load stays there for at least three samples, or is a load case.
+    /// True if the load stays there for at least three samples, or is a static load case.
     stays: bool,
-    /// Rise and fall of the gauges meanwhile.
+    /// Rise of the predicted load while the recorded load stays.
     rise: f64,
 }
 
 impl Trace {
-    /// Returns the peaks in a direction, with `mean` subtracted from the prediction.
+    /// Returns the peaks in one direction of the load. `mean` is subtracted from the predictions.
     fn peaks(&self, outward: f64, mean: f64) -> Vec<Peak> {
         let stays: Vec<&[(f64, f64)]> = match self.is_static {
             true => self.samples.chunks(1).collect(),
@@ -321,8 +328,8 @@ impl Trace {
     }
 }
 
-/// Returns true if a load returns to exactly its maximum more often than chance explains, although its other peaks all differ.
-/// Nominal loads also recur at other values.
+/// Returns true if a load returns to exactly its maximum more often than chance explains, although its other peaks all
+/// differ. Loads that are set to nominal values also repeat their smaller values.
 fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
     let again = peaks
         .iter()
@@ -340,7 +347,7 @@ fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
         && expected.powi(again as i32) < RECURS_BY_CHANCE
 }
 
-/// Returns the excess of the middle half of the values over both ends. Without a rise it is negative, because of noise.
+/// Returns the mean of the middle half of the values minus the larger end value. For noise alone, this is negative.
 fn rise(values: Vec<f64>) -> f64 {
     let n = values.len();
     let skipped = (n / 4).max(1);
@@ -348,12 +355,12 @@ fn rise(values: Vec<f64>) -> f64 {
     inner.iter().sum::<f64>() / inner.len() as f64 - values[0].max(values[n - 1])
 }
 
-/// Returns the standard deviation of normal values with these magnitudes.
+/// Returns the standard deviation of normally distributed values from their magnitudes.
 fn deviation(sizes: impl Iterator<Item = f64>) -> f64 {
     median(sizes).unwrap_or(0.0) / 0.6745
 }
 
-/// Returns the powers at whole numbers of periods in `n` samples, up to half of them, under a Hann window.
+/// Returns the power spectrum of `n` samples under a Hann window; the position is the number of periods in all samples.
 fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     let mean = (0..n).map(&value).sum::<f64>() / n as f64;
     let windowed: Vec<f64> = (0..n)
@@ -370,7 +377,7 @@ fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..n / 2).map(power).collect()
 }
 
-/// Returns the position below which nearly all of the power lies.
+/// Returns the position in a spectrum below which nearly all power lies.
 fn highest(powers: &[f64]) -> usize {
     let all: f64 = powers.iter().sum();
     let mut below = 0.0;
