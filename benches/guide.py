@@ -92,8 +92,8 @@ class Page:
         error = {(point["f_th"], point["t_th"]): math.hypot(*point["test_rmse"][:3]) for point in found["points"]}
         best = min((at for at in error if at[1] == 15), key=error.get)[0]
         width = found["mean_hysteresis"]
-        self.fill("is least at # N", f"{best:g}")
-        self.fill("recordings is # N over # reversals", f"{width['value']:.2f}", str(width["n_reversals"]))
+        self.fill("is lowest at # N", f"{best:g}")
+        self.fill("recordings is # N (# reversals)", f"{width['value']:.2f}", str(width["n_reversals"]))
         self.fill("falls from # N at 1 s to # N", f"{error[3, 1]:.3f}", f"{error[3, 10]:.3f}")
 
     def bench_sentences(self):
