@@ -1,4 +1,4 @@
-//! `--traces`: the traces of the window as a table.
+//! `--traces`, which writes the traces of the window as a table.
 
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
@@ -9,7 +9,7 @@ fn rms(values: &[f64]) -> f64 {
     (squares / values.len() as f64).sqrt()
 }
 
-/// The errors in the table of the test recording equal those that the fit reports.
+/// The RMSE of the test rows in the table equals the test RMSE of the fit.
 #[test]
 fn traces_have_the_errors_that_the_fit_reported() {
     let workshop = Workshop::with_recordings();
