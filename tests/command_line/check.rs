@@ -87,7 +87,6 @@ fn axes_that_no_mass_loads_are_named() {
     assert_eq!(unreached(&["--arm", "0.1"]), None);
 }
 
-/// The verdict includes samples beyond the given limits.
 #[test]
 fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     let workshop = Workshop::with_recordings();

@@ -178,7 +178,7 @@ fn the_three_clocks_treat_pauses_alike() {
     }
 }
 
-/// `apply --tare` and an exported `tare` give the same loads, for calibrations of tared and of untared gauges.
+/// The calibrations are of tared and of untared gauges.
 #[test]
 fn a_tare_in_c_is_that_of_apply() {
     if !is_there("cc", &["--version"]) {
