@@ -1,8 +1,8 @@
 //! Bouc-Wen benchmark of nonlinear system identification. The program chooses a model that computes the displacement of an
 //! oscillator with hysteresis from the force.
 //!
-//! `cargo bench --bench bouc_wen` integrates the oscillator and searches a model on multisines. It prints the model's RMS errors on
-//! an unseen multisine and an unseen swept sine, beside published errors.
+//! `cargo bench --bench bouc_wen` integrates the oscillator and searches a model on multisines. The bench prints the model's RMS
+//! errors on an unseen multisine and an unseen swept sine, beside published errors.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

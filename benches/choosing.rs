@@ -1,5 +1,5 @@
-//! Quality of the search for the best model, on simulated sensors for which no rule was tuned. It compares the proposed model with the
-//! candidate that has the lowest error on unseen recordings.
+//! Quality of the search for the best model, on simulated sensors for which no rule was tuned. The bench compares the proposed model
+//! with the candidate that has the lowest error on unseen recordings.
 //!
 //! `cargo bench --bench choosing` prints the table of the guide. A number after `--` is a seed for other sensors of the same kinds.
 

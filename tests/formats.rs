@@ -137,7 +137,7 @@ fn check_mcap(folder: &Path) {
         let text = "left out: /joints (sensor_msgs/msg/JointState), /note (std_msgs/msg/String)";
         assert!(messages.contains(text), "{messages}");
         if name == "plain.mcap" {
-            // The reference ends one sample earlier. It is linear in time, so interpolation is exact.
+            // The reference ends one sample earlier. The reference is linear in time, so interpolation is exact.
             assert!(messages.contains("no reference at"), "{messages}");
             assert_eq!(recording.n_samples(), N - 1);
             assert_eq!(recording.loads()[6..12], [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]);
@@ -523,7 +523,7 @@ fn newly_generated_files_read_like_the_stored_ones() {
     }
 }
 
-/// The reference has every second sample. It is linear in time, so interpolation is exact.
+/// The reference has every second sample. The reference is linear in time, so interpolation is exact.
 #[test]
 fn arrays_on_two_clocks_are_joined() {
     let (recording, messages) = sound(&fixture("two_clocks.npz"));

@@ -20,7 +20,7 @@ impl Screen {
         let context = egui::Context::default();
         let shell = Shell::new(&context, Vec::new(), Box::new(NativeDialogs));
         let mut screen = Self { context, shell };
-        // The built-in sensor loads first. Its data must be replaced before the measurement.
+        // The built-in sensor loads first. The recordings of `set` must replace the built-in sensor before the measurement.
         screen.settle();
         screen.shell.send(Edit::Replace(std::sync::Arc::new(set)));
         screen.shell.send(Action::Show(View::All));

@@ -1,4 +1,4 @@
-//! Temperature as an auxiliary channel. It is read, fitted and reported, and `apply` requires it.
+//! Temperature as an auxiliary channel. The temperature is read, fitted and reported, and `apply` requires it.
 
 use std::fmt::Write as _;
 use std::fs;

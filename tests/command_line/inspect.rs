@@ -254,7 +254,7 @@ fn each_of_several_files_has_its_heading() {
     assert!(stderr(&refused).contains("--write-map needs a single file"));
 }
 
-/// The second clock counts whole seconds. It is proposed neither as the time nor as a gauge.
+/// The second clock, which counts whole seconds, is proposed neither as the time nor as a gauge.
 #[test]
 fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
     let workshop = Workshop::new();

@@ -1,4 +1,4 @@
-//! `metrology`, which computes figures such as hysteresis. They equal the figures of an independent implementation, in every format.
+//! `metrology`, which computes figures such as hysteresis. In every format the figures equal those of an independent implementation.
 
 use std::fs;
 use std::path::Path;

@@ -200,7 +200,7 @@ fn a_folder_names_its_recordings_and_keep_going_skips_a_bad_file() {
     assert!(stderr(&none).contains("the folder holds no recordings"), "{}", stderr(&none));
 }
 
-/// The folder is called `e`. This letter is also part of words in the message, and of other file names.
+/// The folder is called `e`. The letter e is also part of words in the message, and of other file names.
 #[test]
 fn the_error_of_a_bad_file_names_its_folder() {
     let workshop = Workshop::with_recordings();

@@ -27,7 +27,7 @@ fn with_pauses() -> Samples {
     samples
 }
 
-/// Returns a calibration with the distance over all axes, each divided by its full scale. Its history skips samples.
+/// Returns a calibration with the distance over all axes, each divided by its full scale. The history skips samples.
 fn by_full_scale() -> Calibration {
     let mut features = FeatureSettings {
         look_backs: vec![Thresholds { f_th: 0.3, t_th_secs: 8.0 }],

@@ -52,7 +52,7 @@ fn every_calibration_gives_the_same_loads_in_octave() {
     }
 }
 
-/// A tare subtracts the mean gauges. It refuses gauges that are not numbers.
+/// A tare subtracts the mean gauges. The tare refuses gauges that are not numbers.
 #[test]
 fn a_tared_sensor_shows_no_load_in_octave() {
     if !octave_is_there() {

@@ -1,4 +1,4 @@
-//! Exported code of each language is built and run on a recording. Its loads are compared with the loads of the program.
+//! Exported code of each language is built and run on a recording. The printed loads are compared with the loads of the program.
 
 mod c;
 mod cal;

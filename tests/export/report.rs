@@ -14,7 +14,7 @@ use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 const HOSTILE: &str =
     "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
 
-/// Returns a recording of two gauges that lag behind one force. Its names contain markup that must be escaped.
+/// Returns a recording of two gauges that lag behind one force. The names in the recording contain markup that must be escaped.
 fn hostile(seed: f64, n: usize) -> Recording {
     let times: Vec<f64> = (0..n).map(|k| k as f64 / 10.0).collect();
     let mut lagging = 0.0_f64;

@@ -31,8 +31,8 @@ static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
 /// Index of the built-in recording on which the exported code runs.
 const RUN: usize = 11;
 
-/// Recording on which the exported code runs. It has the full sample rate, but only every fourth sample was fitted. So it has more
-/// samples than any ring buffer of 15 s.
+/// Recording on which the exported code runs. Only every fourth of its samples was fitted. So the recording has more samples than
+/// any ring buffer of 15 s.
 pub static RECORDING: LazyLock<Recording> = LazyLock::new(|| {
     let entry = simulated::recordings(7).entries()[RUN].clone();
     assert!(entry.recording.n_samples() > 1200);
@@ -88,8 +88,8 @@ fn settings(regressor: Regressor) -> FitSettings {
     }
 }
 
-/// Returns a calibration with auxiliary channels and other blocks. Its gauges drift with temperature and supply voltage, directly and
-/// through a low-pass.
+/// Returns a calibration with auxiliary channels and other blocks. The gauges drift with temperature and supply voltage, directly
+/// and through a low-pass.
 pub fn drifting(regressor: Regressor) -> Calibration {
     let mut set = RecordingSet::default();
     for (at, entry) in RECORDINGS.entries().iter().enumerate() {

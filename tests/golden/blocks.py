@@ -17,8 +17,8 @@ def lagged(times, gauges, lag):
 
 
 def low_passed(times, gauges, tau):
-    """Returns a first-order low-pass of the gauges, which are constant between samples. Its deviation from the gauges is weighted by the
-    share of the initial state that has decayed."""
+    """Returns a first-order low-pass of the gauges, which are constant between samples. The difference between low-pass and gauges is
+    weighted by the share of the initial state that has decayed."""
     out = gauges.copy()
     for k in range(1, len(times)):
         share = 1.0 - np.exp(-(times[k] - times[k - 1]) / tau)

@@ -41,8 +41,8 @@ def reversals(x, band):
 
 
 class Branch:
-    """A branch of a loop, with the samples `own`. Its curve goes through averages over hundredths of the load range, and through the samples
-    of smallest and largest load."""
+    """A branch of a loop, with the samples `own`. The curve of a branch goes through averages over hundredths of the load range, and through
+    the samples of smallest and largest load."""
 
     def __init__(self, recording, x, outputs, own, rising):
         self.recording, self.own, self.rising = recording, own, rising

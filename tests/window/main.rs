@@ -32,7 +32,7 @@ use loopscope::recording;
 use loopscope::recording::Axis;
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
-/// Time after which a test fails because the window hangs. It is long enough for slow machines.
+/// Time after which a test fails because the window hangs, long enough for slow machines.
 const DEADLINE: Duration = Duration::from_secs(180);
 
 /// Window with its shell. The shell is created in the first frame, because it needs egui's context.
