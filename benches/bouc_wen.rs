@@ -1,8 +1,8 @@
-//! The Bouc-Wen benchmark of nonlinear system identification: the program chooses a model that computes the displacement of an
-//! oscillator with hysteresis from the force on it.
+//! Bouc-Wen benchmark of nonlinear system identification. The program chooses a model that computes the displacement of an
+//! oscillator with hysteresis from the force.
 //!
-//! `cargo bench --bench bouc_wen` integrates the oscillator, searches a model on multisines, and prints its RMS errors on an
-//! unseen multisine and an unseen swept sine, beside published errors.
+//! `cargo bench --bench bouc_wen` integrates the oscillator and searches a model on multisines. The bench prints the model's RMS
+//! errors on an unseen multisine and an unseen swept sine, beside published errors.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -16,9 +16,9 @@ use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 /// Sample rate after decimation (Hz).
 const RATE: f64 = 750.0;
 const STEPS: usize = 20;
-/// Samples of a multisine.
+/// Number of samples of a multisine.
 const SAMPLES: usize = 8_192;
-/// Factor from metres to millimetres, the unit of the written displacements.
+/// Factor from metres to millimetres, the unit of the displacements in the recordings.
 const MILLIMETRES: f64 = 1e3;
 
 /// Mass (kg), damping (N s/m) and stiffness (N/m) of the oscillator.
@@ -31,7 +31,7 @@ const BETA: f64 = 1e3;
 const GAMMA: f64 = 0.8;
 const DELTA: f64 = -1.1;
 
-/// xorshift64*, which gives the same numbers on every machine.
+/// Generator of random numbers (xorshift64*). The numbers are the same on every machine.
 struct Numbers(u64);
 
 impl Numbers {
@@ -47,13 +47,13 @@ impl Numbers {
     }
 }
 
-/// Returns the derivatives of displacement, velocity and hysteretic force.
+/// Returns the time derivatives of displacement, velocity and hysteretic force.
 fn change([y, v, z]: [f64; 3], force: f64) -> [f64; 3] {
     let acceleration = (force - DAMPING * v - STIFFNESS * y - z) / MASS;
     [v, acceleration, ALPHA * v - BETA * (GAMMA * v.abs() * z + DELTA * v * z.abs())]
 }
 
-/// Returns displacements (m) at each [`STEPS`]-th step, by Runge and Kutta's method.
+/// Returns the displacement (m) after every [`STEPS`] steps of Runge and Kutta's method.
 fn displacements(forces: &[f64]) -> Vec<f64> {
     let dt = 1.0 / (RATE * STEPS as f64);
     let mut state = [0.0; 3];
@@ -77,14 +77,14 @@ fn displacements(forces: &[f64]) -> Vec<f64> {
     kept
 }
 
-/// Returns one period of a multisine of random phases from 5 to 150 Hz with 50 N rms, at the rate of the integration.
+/// Returns one period of a multisine of 5 to 150 Hz with random phases and 50 N rms, at the sample rate of the integration.
 fn multisine(numbers: &mut Numbers) -> Vec<f64> {
     let n = SAMPLES * STEPS;
     let mut forces = vec![0.0; n];
     let lines = (1..SAMPLES / 2).map(|line| (line, line as f64 * RATE / SAMPLES as f64));
     for (line, _) in lines.filter(|(_, hertz)| (5.0..=150.0).contains(hertz)) {
         let phase = TAU * numbers.share();
-        // A rotation per step replaces a cosine.
+        // Each step rotates a complex number, which is faster than a cosine.
         let (mut re, mut im) = (phase.cos(), phase.sin());
         let (cos, sin) =
             ((TAU * line as f64 / n as f64).cos(), (TAU * line as f64 / n as f64).sin());
@@ -107,7 +107,7 @@ fn recording(name: String, forces: &[f64], displacements: Vec<f64>) -> Recording
         .expect("the parts make a valid recording")
 }
 
-/// Returns the second of two periods, in which the effect of the start has decayed.
+/// Returns the second of two periods of a multisine. In the second period the effect of the start has decayed.
 fn steady(numbers: &mut Numbers, noise: f64, name: String) -> Recording {
     let forces = multisine(numbers);
     let all = displacements(&[forces.clone(), forces.clone()].concat());

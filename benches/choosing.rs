@@ -1,7 +1,7 @@
-//! Quality of the search for the best model, on sensors for which no rule was tuned: the error of the proposed
-//! model on unseen recordings, beside the error of the candidate that is best on them.
+//! Quality of the search for the best model, on simulated sensors for which no rule was tuned. The bench compares the proposed model
+//! with the candidate that has the lowest error on unseen recordings.
 //!
-//! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of these kinds.
+//! `cargo bench --bench choosing` prints the table of the guide. A number after `--` is a seed for other sensors of the same kinds.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use loopscope::progress::Progress;
 use loopscope::questions::{Search, WITHIN, find_best};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-/// Generator of random numbers (xorshift64*), which are the same on every machine.
+/// Generator of random numbers (xorshift64*). The numbers are the same on every machine.
 struct Numbers(u64);
 
 impl Numbers {
@@ -32,7 +32,7 @@ impl Numbers {
         low + (high - low) * self.share()
     }
 
-    /// Returns a normal number of variance one.
+    /// Returns a normally distributed number with mean 0 and variance 1.
     fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.share().max(1e-300).ln()).sqrt();
         radius * (TAU * self.share()).cos()
@@ -43,13 +43,13 @@ impl Numbers {
 #[derive(Clone, Copy)]
 enum Past {
     None,
-    /// Half-width of the loop, strain of the turnover.
+    /// Half-width of the loop, and strain at which the loop turns over.
     BoucWen(f64, f64),
-    /// Weights of elements that slip at increasing strains.
+    /// Weight of elements that slip at increasing strains.
     Slip(f64),
-    /// Share, time constants (s).
+    /// Share of the signal that creeps, and time constants (s).
     Creep(f64, [f64; 2]),
-    /// First-order delay (s).
+    /// Time constant of a first-order low-pass (s).
     Delay(f64),
 }
 
@@ -60,9 +60,9 @@ enum Motion {
     Smooth,
     /// Steps and dwells.
     Stairs,
-    /// Loads from zero up and back, repeatedly, never below zero.
+    /// Repeated presses: the load rises from zero and returns to zero.
     Presses,
-    /// Like [`Motion::Smooth`], but loaded from the first sample.
+    /// Like [`Motion::Smooth`], but with an offset, so that the first sample is already loaded.
     Loaded,
 }
 
@@ -239,7 +239,7 @@ impl Memory {
     }
 }
 
-/// Returns the load of one axis over time, within ±1, or within 0 to 1.
+/// Returns the load of one axis for each sample, with a size of about 1. Presses are never negative.
 fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
     match kind {
         Motion::Smooth | Motion::Loaded => {
@@ -288,7 +288,7 @@ fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
     }
 }
 
-/// Returns one recording. Loads before its start are included in the history of the gauges.
+/// Returns one recording. The gauges also depend on loads before its start.
 fn recording(
     sensor: &Sensor,
     compliance: &[f64],
@@ -357,7 +357,7 @@ fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
     set
 }
 
-/// Returns the root of the mean squared error over the axes, relative to that of the conventional calibration.
+/// Returns the root of the mean squared error of all axes, divided by the same root for the conventional calibration.
 fn relative(rmse: &[f64], conventional: &[f64]) -> f64 {
     let ratios = rmse.iter().zip(conventional).map(|(own, other)| (own / other).powi(2));
     (ratios.sum::<f64>() / rmse.len() as f64).sqrt()

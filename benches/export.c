@@ -1,6 +1,6 @@
 /*
- * Times updates of an exported header, in microseconds: mean and worst, at a rate and of a signal that are given. Of each update
- * the shortest of five passes counts, since other programs interrupt.
+ * Prints the mean and the longest time of an update of an exported header (microseconds). The arguments are the sample rate and the
+ * kind of signal. For each update the shortest of five passes counts, because other programs interrupt the measurement.
  */
 #define _POSIX_C_SOURCE 199309L
 #include HEADER
@@ -20,7 +20,7 @@ static double now(void)
     return 1e6 * (double)at.tv_sec + 1e-3 * (double)at.tv_nsec;
 }
 
-/* Numbers from -1 to 1 that are always the same. */
+/* Returns a pseudo-random number from -1 to 1. The sequence is the same in every run. */
 static double noise(void)
 {
     static unsigned long long state = 88172645463325252ull;
@@ -30,7 +30,8 @@ static double noise(void)
     return (double)(state >> 11) / 4503599627370496.0 - 1.0;
 }
 
-/* What a gauge shows: slow loads; 67 Hz that move the load by F_th from peak to peak; noise of as much; a step each second. */
+/* Returns the signal of a gauge: 'v' is 67 Hz that move the load by F_th from peak to peak, 'n' is noise of the same size, 's' is a
+ * step each second, and any other letter is a slow load. */
 static double gauge(char signal, double time, int g)
 {
     static double step[TIMED_GAUGES], until;

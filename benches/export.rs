@@ -1,5 +1,5 @@
-//! Time of one update of an exported C header, and the memory of its state, at 1 and 10 kHz, for calm, vibrating, noisy and
-//! stepwise signals. If the compiler is installed, also the needs of a Cortex-M4F: `cargo bench --bench export`.
+//! Time of one update of an exported C header, and memory of its state (`cargo bench --bench export`). Signals are calm, vibrating,
+//! noisy and stepwise, at 1 and 10 kHz. If the compiler is installed, also program size and memory on a Cortex-M4F.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -58,7 +58,7 @@ fn main() {
 
 fn write_header(calibration: &Calibration, directory: &Path) {
     write_calibration(calibration, &directory.join("timed.h")).expect("the header can be written");
-    // The load moves by F_th from peak to peak.
+    // With these amplitudes of the gauges, the load moves by F_th from peak to peak.
     let scale = &calibration.gauge_scale;
     let force = calibration.axes.iter().zip(&calibration.conventional.matrix);
     let force = force.filter(|(axis, _)| axis.is_force()).map(|(_, row)| {
@@ -95,7 +95,7 @@ fn compile(directory: &Path, real: &str) {
     assert!(compiled.is_ok_and(|status| status.success()), "the header compiles");
 }
 
-/// Returns the sizes of program and memory in float (bytes), and whether double arithmetic is used.
+/// Returns a text with the sizes of program and memory in float (bytes), and the number of functions of double arithmetic.
 fn on_arm(directory: &Path) -> String {
     let source = "#include \"timed.h\"\nstatic timed_state state;\n\
         timed_status step(unsigned ticks, const float *gauges, float *load) {\n\

@@ -1,4 +1,4 @@
-"""Measures the figures of the guide's page on the built-in sensor, and writes them into the page.
+"""Measures all figures of the guide's page on the built-in sensor, and writes the figures into this page.
 
     python3 benches/guide.py target/release/loopscope              all figures; the networks take most of an hour
     python3 benches/guide.py target/release/loopscope --quick      without networks
@@ -21,7 +21,7 @@ NETWORK, HYBRID = ["--regressor", "network"], ["--regressor", "hybrid-network"]
 PLAY = ["--look-back", "3", "--play", "--ridge", "auto"]
 FEW_EPOCHS = [*TENTH, "--epochs", "400"]
 EVERY_BLOCK = ["--look-back", "3,8", "--fixed-lag", "--creep", "--play", "--polynomial", "3", "--ridge", "auto"]
-# First cell of each row: the arguments of its fits, and its columns (all samples, every tenth).
+# First cell of each table row: the arguments of its fits, and the arguments of its two columns (all samples, every tenth sample).
 ROWS = {
     "linear, no past": (NO_PAST, [ALL, TENTH]),
     "linear, squares and products, no past": ([*NO_PAST, "--polynomial", "2"], [ALL, TENTH]),
@@ -37,14 +37,14 @@ FORCES = "#, #, # N"
 
 
 class Page:
-    """The page, and the program that measures it."""
+    """Text of the guide's page, and the program that measures the figures."""
 
     def __init__(self, program):
         self.program = program
         self.text = PAGE.read_text()
 
     def fill(self, template, *values):
-        """Replaces the numbers in the one place that reads like the template, in which # stands for a number."""
+        """Replaces the numbers in the text that matches the template, where # stands for a number. The text must match exactly once."""
         pieces = [r"\s+".join(map(re.escape, piece.split(" "))) for piece in template.split("#")]
         found = list(re.finditer(r"(-?\d[\d.]*)".join(pieces), self.text))
         if len(found) != 1 or len(pieces) != len(values) + 1:
@@ -59,11 +59,11 @@ class Page:
         return json.loads(done.stdout)
 
     def forces(self, *arguments, scores="test_rmse", of="compensated"):
-        """Returns the errors of the forces by a fit with these arguments (N)."""
+        """Returns the RMSE of the three forces after a fit with these arguments (N)."""
         return [f"{error:.3f}" for error in self.printed("fit", *arguments)[of][scores][:3]]
 
     def bench(self, *arguments):
-        """Returns the figures of Fx on the bench by a fit with these arguments: uncompensated, compensated (N)."""
+        """Returns the figures of Fx on the bench recordings after a fit with these arguments: uncompensated, compensated (N)."""
         with tempfile.TemporaryDirectory() as folder:
             report = Path(folder) / "report.html"
             subprocess.run([self.program, "report", *arguments, "--out", report], check=True, capture_output=True)
@@ -92,8 +92,8 @@ class Page:
         error = {(point["f_th"], point["t_th"]): math.hypot(*point["test_rmse"][:3]) for point in found["points"]}
         best = min((at for at in error if at[1] == 15), key=error.get)[0]
         width = found["mean_hysteresis"]
-        self.fill("is least at # N", f"{best:g}")
-        self.fill("recordings is # N over # reversals", f"{width['value']:.2f}", str(width["n_reversals"]))
+        self.fill("is lowest at # N", f"{best:g}")
+        self.fill("recordings is # N (# reversals)", f"{width['value']:.2f}", str(width["n_reversals"]))
         self.fill("falls from # N at 1 s to # N", f"{error[3, 1]:.3f}", f"{error[3, 10]:.3f}")
 
     def bench_sentences(self):

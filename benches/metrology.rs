@@ -1,4 +1,5 @@
-//! Time of the metrology table, and of the data of the loop pane for one axis: the built-in sensor with 243,000 samples.
+//! Times to compute the metrology table, and the data of the loop pane for one axis. The samples are the 243,000 of the built-in
+//! sensor.
 
 use std::hint::black_box;
 use std::sync::Arc;

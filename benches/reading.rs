@@ -1,6 +1,6 @@
 //! Time to read a text file as a recording: 243,000 rows of a time, six gauges and six axes.
 //!
-//! To test other readers on the same file, `cargo bench --no-default-features --bench reading -- --keep FILE` writes it.
+//! `cargo bench --no-default-features --bench reading -- --keep FILE` writes the file, to time other readers.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,7 +11,7 @@ use loopscope::progress::Progress;
 
 const N_ROWS: usize = 243_000;
 
-/// Returns slow sums of sines with six decimals, as a logger would write them.
+/// Returns the text of a recording: slow sums of sines with six decimals, as a logger would write them.
 fn text() -> String {
     let mut text = String::from("t,S1,S2,S3,S4,S5,S6,Fx,Fy,Fz,Tx,Ty,Tz\n");
     for row in 0..N_ROWS {

@@ -1,6 +1,6 @@
-//! Time of one step of a slider on the built-in sensor: search, sums, solution, all scores, and the traces on screen.
+//! Time of one slider step on the built-in sensor: search, sums, solution, all errors, and the traces on screen.
 //!
-//! Also the time of the search alone, at 20 Hz and at 1 kHz, from its best to its worst threshold.
+//! Also the time of the look-back search alone, at 20 Hz and at 1 kHz, for thresholds from the fastest to the slowest.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -36,7 +36,7 @@ fn slider_step(c: &mut Criterion) {
     group.finish();
 }
 
-/// Measures the same step with every block: 106 columns of six gauges.
+/// Measures a step with every feature block: 106 columns for six gauges.
 fn every_block(c: &mut Criterion) {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let mut settings = FitSettings::default();
@@ -61,7 +61,7 @@ fn every_block(c: &mut Criterion) {
     group.finish();
 }
 
-/// Returns a load that turns slowly, as `n × 3` rows at `rate_hz`, with their times.
+/// Returns times, and a force vector that turns slowly, as `n × 3` row-major numbers at `rate_hz`.
 fn turning_load(n: usize, rate_hz: f64) -> (Vec<f64>, Vec<f64>) {
     let times: Vec<f64> = (0..n).map(|k| k as f64 / rate_hz).collect();
     let loads = times

@@ -1,4 +1,4 @@
-//! Time to choose thresholds on the built-in sensor (202,500 training and 40,500 test samples), from recordings to answer.
+//! Time from the recordings to the chosen thresholds, on the built-in sensor (202,500 training and 40,500 test samples).
 
 use std::sync::Arc;
 

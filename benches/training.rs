@@ -1,6 +1,6 @@
 //! Time of an epoch of the paper's network: 12 inputs, three layers of 100 units, 6 targets, batches of 100.
 //!
-//! One network is trained at the size of the paper's patterns B and A, then two on two threads, whose time shows the gain.
+//! One network trains with as many samples as the paper's patterns B and A. Then two networks train on two threads, to show the gain.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use loopscope::progress::Progress;
 const N_INPUTS: usize = 12;
 const N_TARGETS: usize = 6;
 
-/// Returns smooth targets of slowly varying inputs.
+/// Returns samples with slowly varying inputs, and targets that are smooth functions of the inputs.
 fn samples(n: usize) -> Samples {
     let mut samples = Samples::new(N_INPUTS, N_TARGETS);
     samples.reserve(n);

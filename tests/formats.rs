@@ -1,5 +1,5 @@
-//! Reads recordings that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one in LabVIEW's form
-//! (`tests/formats/generate.py`). The numbers equal the formulas of the generator, and damaged files never panic.
+//! Reads recordings that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one file like LabVIEW's
+//! (`tests/formats/generate.py`). The numbers equal the formulas of the generator, and damaged files cause no panic.
 //!
 //! Sample k of 40 is at k / 64 s. Gauge j is j + k / 4, and axis a is 10 a − k / 2.
 
@@ -29,7 +29,7 @@ fn error(path: &Path) -> String {
     read(path, None, &[], &Progress::default()).unwrap_err().to_string()
 }
 
-/// Returns the only recording of a file, and its warnings.
+/// Reads a file. Returns its only recording, and its warnings as one text.
 fn sound(path: &Path) -> (Recording, String) {
     let mut loaded = loaded(path);
     let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
@@ -45,7 +45,7 @@ fn load(k: usize, a: usize) -> f64 {
     10.0 * (a + 1) as f64 - k as f64 / 2.0
 }
 
-/// Checks every number of a recording that has all samples and starts at `start_secs`.
+/// Checks every number of a complete recording that starts at `start_secs`.
 #[track_caller]
 fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis]) {
     assert_eq!(recording.n_samples(), N);
@@ -73,7 +73,7 @@ fn check_numpy(folder: &Path) {
     let (packed, messages) = sound(&folder.join("packed.npz"));
     check(&packed, 0.0, 6, &Axis::ALL);
     assert_eq!(messages, "");
-    // Aligned records: the padding between fields is not a field.
+    // The records are aligned. The padding between fields must not be read as a field.
     for name in ["records.npy", "records.npz"] {
         let (records, messages) = sound(&folder.join(name));
         assert_eq!(records.gauges(), plain.gauges(), "{name}");
@@ -137,7 +137,7 @@ fn check_mcap(folder: &Path) {
         let text = "left out: /joints (sensor_msgs/msg/JointState), /note (std_msgs/msg/String)";
         assert!(messages.contains(text), "{messages}");
         if name == "plain.mcap" {
-            // The reference ends one sample earlier. It is linear, so interpolation is exact.
+            // The reference ends one sample earlier. The reference is linear in time, so interpolation is exact.
             assert!(messages.contains("no reference at"), "{messages}");
             assert_eq!(recording.n_samples(), N - 1);
             assert_eq!(recording.loads()[6..12], [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]);
@@ -147,14 +147,14 @@ fn check_mcap(folder: &Path) {
     }
 }
 
-/// Reads by the proposed map, with these parts of the file in it.
+/// Reads a file by the proposed map, after the parts in this map are replaced by `parts`.
 fn read_parts(path: &Path, parts: &[&str]) -> Result<Loaded, String> {
     let found = inspect(path, Known::Nothing, &Progress::default()).unwrap();
     let mut text = found.map.table.text.clone();
     text.parts = parts.iter().map(|part| (*part).to_owned()).collect();
     let found = inspect(path, Known::Layout(&text), &Progress::default());
     let map = found.map_err(|error| error.to_string())?.map;
-    // The written map is read again.
+    // The map must read back after it was written.
     let mut json = Vec::new();
     map.write_json(&mut json).unwrap();
     let map = ColumnMap::from_json(&json).unwrap();
@@ -236,7 +236,7 @@ fn check_workbooks(folder: &Path) {
     assert!(differ.contains("have different names"), "{differ}");
     let (recording, messages) = sound(&folder.join("dates.xlsx"));
     assert_eq!(messages, "");
-    // The day starts at midnight before 6 March 2024 in UTC.
+    // 1,709,683,200 s after 1970, UTC, it is midnight between 5 and 6 March 2024.
     assert_eq!(
         [0, 1, 2, 3, 4].map(|k| recording.clock_time(k)),
         [-0.5, -0.375, -0.25, -0.125, 0.0].map(|t| 1_709_683_200.0 + t)
@@ -250,7 +250,7 @@ fn check_labview(folder: &Path) {
     assert_eq!((recording.gauge_units()[5].as_str(), messages.as_str()), ("mV/V", ""));
 }
 
-/// Checks that the topics named as reference and gauges are read, unless other topics are chosen.
+/// Checks that the topics whose names fit reference and gauges are read, unless other topics are chosen.
 #[cfg(feature = "mcap")]
 fn check_several_topics(folder: &Path) {
     let path = folder.join("several.mcap");
@@ -296,7 +296,7 @@ fn one_pair_of_several_topics_is_read_and_the_others_are_named() {
     check_several_topics(&fixture(""));
 }
 
-/// Returns one matrix as `save -v4` writes it: five integers, the name, the numbers column by column.
+/// Returns the bytes of one matrix as `save -v4` writes it: five integers, the name, and the numbers column by column.
 fn mat4(is_big_endian: bool, kind: u32, shape: [u32; 2], name: &str, data: &[Vec<u8>]) -> Vec<u8> {
     let first = kind + if is_big_endian { 1000 } else { 0 };
     let integers = [first, shape[0], shape[1], 0, name.len() as u32 + 1];
@@ -335,7 +335,7 @@ fn matlab_version_4_is_read_in_all_kinds_and_byte_orders() {
             let n = N as u32;
             let note = "5 March 2024".bytes().map(|code| double(f64::from(code)));
             let time = rows().map(|k| double(k / 64.0)).collect();
-            // Gauges are whole numbers, once in each number type.
+            // Gauges are whole numbers. The file is tested once with each number type.
             let gauges = (0..2).flat_map(|j| rows().map(move |k| bytes(k * 3.0 + f64::from(j))));
             let mut content = [
                 write(1, [1, 12], "recorded_on", note.collect()),
@@ -365,7 +365,7 @@ fn matlab_version_4_is_read_in_all_kinds_and_byte_orders() {
     assert!(error(&path).contains("the file ends inside S"));
 }
 
-/// Each error names a way to convert the file with its own tools.
+/// Each error names a way to convert the file with the tools of its format.
 #[test]
 fn unsupported_formats_are_refused_with_an_alternative() {
     let folder = tempfile::tempdir().unwrap();
@@ -402,7 +402,7 @@ fn lines_of_json_are_samples() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.txt");
     let line = |k: usize| match k {
-        // The lines have NaN as Python writes it, a missing key, a damaged line, and a blank line.
+        // Some lines have NaN as Python writes it, a missing key, damaged text, or no text.
         3 => r#"{"time": "2024-03-05T10:00:03Z", "S": [NaN, 1], "is_on": true}"#.to_owned(),
         4 => r#"{"time": "2024-03-05T10:00:04Z", "is_on": true}"#.to_owned(),
         5 => r#"{"time": "2024-03-05T10:00:05Z", "S": [2.5,"#.to_owned(),
@@ -439,7 +439,7 @@ fn lines_of_json_are_samples() {
     error(&path);
 }
 
-/// Files that this program writes are not recordings, on one line or on many.
+/// JSON files that this program writes are not recordings, whether on one line or on many lines.
 #[test]
 fn json_documents_are_not_lines_of_samples() {
     let folder = tempfile::tempdir().unwrap();
@@ -523,7 +523,7 @@ fn newly_generated_files_read_like_the_stored_ones() {
     }
 }
 
-/// The reference has every second sample. It is linear, so interpolation is exact.
+/// The reference has every second sample. The reference is linear in time, so interpolation is exact.
 #[test]
 fn arrays_on_two_clocks_are_joined() {
     let (recording, messages) = sound(&fixture("two_clocks.npz"));
@@ -569,7 +569,7 @@ fn a_map_chooses_among_arrays_as_among_columns_of_text() {
     assert_eq!(loaded.recordings[0].loads()[0], -10_000.0);
 }
 
-/// The same array listed twice must not panic as gauges, nor give an axis of zeros.
+/// An array that is listed twice must neither cause a panic as gauges, nor give an axis of zeros.
 #[test]
 fn an_array_that_a_map_lists_by_name_and_by_number_is_refused() {
     for name in ["plain.npz", "plain.mat"] {
@@ -630,7 +630,7 @@ fn npy(header: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
 }
 
-/// Declared sizes larger than any memory give an error, without allocating that memory.
+/// Files declare sizes larger than any memory. The reader must return an error without an allocation of this size.
 #[test]
 fn declared_sizes_are_checked() {
     let folder = tempfile::tempdir().unwrap();
@@ -712,7 +712,7 @@ fn fixtures() -> Vec<PathBuf> {
     paths
 }
 
-/// Checks that only crates that read a format panic, never the readers of this project.
+/// Checks that an error is not a panic of this project's own readers. Only the crates for some formats may panic.
 #[track_caller]
 fn check_no_defect(fixture: &Path, error: &ReadError) {
     let by_crate = ["parquet", "h5", "xlsx"];
@@ -731,11 +731,11 @@ fn a_file_that_is_cut_short_is_reported() {
         for part in 1..24 {
             fs::write(&path, &content[..content.len() * part / 24]).unwrap();
             match read(&path, None, &[], &Progress::default()) {
-                // A file without its end, as a killed recorder leaves it, and complete matrices are read.
+                // A killed recorder leaves a file without its end. Complete matrices of this file are read.
                 Ok(loaded) => {
                     let messages: Vec<String> =
                         loaded.warnings.iter().map(ToString::to_string).collect();
-                    // The remaining rows of a text are read, and the complete datasets of HDF5.
+                    // Of a damaged text, the remaining rows are read; of HDF5, the complete datasets.
                     let may_be_whole = ["mat", "lvm", "h5"];
                     let ending = fixture.extension().and_then(|ending| ending.to_str());
                     let is_whole = ending.is_some_and(|ending| may_be_whole.contains(&ending));
@@ -768,7 +768,7 @@ fn mutated_files_never_panic() {
         for _ in 0..100 {
             let mut content = sound.clone();
             for _ in 0..=next(4) {
-                // Sizes and kinds are mostly at the start and at the end of a file.
+                // Most sizes and types are stored at the start and at the end of a file.
                 let at = match next(3) {
                     0 => next(content.len().min(400)),
                     1 => content.len() - 1 - next(content.len().min(400)),
@@ -825,7 +825,7 @@ fn workbook(path: &Path, rows: &str, strings: &str) {
     archive.finish().unwrap();
 }
 
-/// The memory for a workbook depends on its filled cells, not on their positions or on shared texts.
+/// The memory for a workbook must depend only on the number of its filled cells.
 #[cfg(feature = "xlsx")]
 #[test]
 fn distant_cells_and_shared_texts_take_no_extra_memory() {
@@ -853,7 +853,7 @@ fn distant_cells_and_shared_texts_take_no_extra_memory() {
     workbook(&path, &table, &lie);
     assert!(error(&path).contains("4294967295 texts"), "{}", error(&path));
 
-    // Numbers on a diagonal: few cells in a table of 40,000 rows and 4,096 columns.
+    // The numbers are on a diagonal, so a table of 40,000 rows and 4,096 columns has few filled cells.
     let letter = |at: usize| char::from(b'A' + (at % 26) as u8);
     let cell = |k: usize| {
         let column: String = [k % 5000 / 676, k % 676 / 26, k % 26].map(letter).iter().collect();
@@ -863,7 +863,7 @@ fn distant_cells_and_shared_texts_take_no_extra_memory() {
     assert!(error(&path).contains("Data would unpack to more than"), "{}", error(&path));
 }
 
-/// Writes an archive of arrays.
+/// Writes an `.npz` archive of these arrays.
 fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
     let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
     let options =
@@ -878,7 +878,6 @@ fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
     archive.finish().unwrap();
 }
 
-/// A pause ends a recording in arrays as in text.
 #[test]
 fn presses_in_arrays_are_recordings_and_bursts_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -899,7 +898,7 @@ fn presses_in_arrays_are_recordings_and_bursts_are_reported() {
     }
 }
 
-/// The crate that reads Parquet panics on some damaged files. This becomes an error of the file.
+/// The crate that reads Parquet panics on some damaged files.
 #[cfg(feature = "parquet")]
 #[test]
 fn a_panic_of_a_reader_is_an_error_of_the_file() {
@@ -916,7 +915,7 @@ fn a_panic_of_a_reader_is_an_error_of_the_file() {
     assert_eq!((output.status.code(), messages.lines().count()), (Some(1), 1), "{messages}");
 }
 
-/// With more arrays than a table may have columns, the time still grows only in proportion.
+/// There are more arrays than a table may have columns. The time must grow only in proportion to their number.
 #[test]
 fn thousands_of_arrays_are_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();

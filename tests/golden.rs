@@ -11,14 +11,14 @@ use program::{fit, numbers, succeed};
 use serde_json::Value;
 use table::Table;
 
-/// Largest relative difference from the NumPy figures; the largest observed is 8e-10.
+/// Maximum relative difference from the NumPy figures. The largest observed difference is 8e-10.
 const TOLERANCE: f64 = 1e-8;
 
 fn golden() -> PathBuf {
     [env!("CARGO_MANIFEST_DIR"), "tests", "golden"].iter().collect()
 }
 
-/// Returns the cases of one kind (`fits` or `applied`) and sensor.
+/// Returns the expected results of one kind (`fits` or `applied`) for one sensor.
 fn cases(kind: &str, sensor: &str) -> Vec<Value> {
     let text = std::fs::read_to_string(golden().join("expected.json")).unwrap();
     let mut all: Value = serde_json::from_str(&text).unwrap();
@@ -33,7 +33,7 @@ fn words(value: &Value) -> Vec<&str> {
     words.map(|word| word.as_str().unwrap()).collect()
 }
 
-/// Checks that each number equals the expected one within the tolerance times its scale.
+/// Checks that each number differs from the expected number by at most the tolerance times its scale.
 #[track_caller]
 fn assert_near(actual: &[f64], expected: &[f64], scale: impl Fn(usize) -> f64, what: &str) {
     assert_eq!(actual.len(), expected.len(), "{what}");
@@ -69,7 +69,7 @@ fn assert_fits_agree(sensor: &str) {
     }
 }
 
-/// Applies the file that the fit wrote. Each load must be within the tolerance times full scale.
+/// Applies the calibration file that the fit wrote. Each load may differ by the tolerance times full scale.
 fn assert_applied_loads_agree(sensor: &str) {
     for case in cases("applied", sensor) {
         let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Recordings of real sensors, read by column maps. They are no part of this project, so the tests run only where they exist.
+//! Tests on recordings of real sensors, read by column maps. The recordings are not part of this project; without them, the tests do
+//! nothing.
 
 #[path = "support/program.rs"]
 mod program;
@@ -32,7 +33,7 @@ fn recordings_of(sensor: &str) -> Option<PathBuf> {
     None
 }
 
-/// Returns the fit to the files of a folder, read by one of the maps beside this test.
+/// Returns the report of a fit to the files of a folder, read by a map from `tests/column_maps`.
 fn fit_by(map: &str, folder: &Path, arguments: &[&str]) -> Value {
     let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
     let map = maps.join(map);
@@ -50,7 +51,8 @@ fn assert_test_rmse(report: &Value, calibration: &str, expected: &[f64]) {
     }
 }
 
-/// Returns the errors on the last 40 % of a recording that has resistances and force on two clocks in one file.
+/// Returns the report of a fit that tests on the last 40 % of a recording. The file has resistances and force, each with its own
+/// clock.
 fn stretch_report(name: &str, thresholds: &[&str]) -> Option<Value> {
     let folder = recordings_of("stretch")?;
     let split = ["--train", name, "--split", "0.6"];
@@ -76,7 +78,7 @@ fn look_back_mends_a_third_of_the_error_of_a_stretch_sensor_in_sawtooth() {
     }
 }
 
-/// Fifteen channels are in one file, and the load is in another. A load of −1 is a missing value.
+/// Fifteen channels are in one file, and the load is in another file. A load of −1 is a missing value.
 #[test]
 fn look_back_mends_a_fifth_of_the_error_of_a_magnetic_skin() {
     let Some(folder) = recordings_of("eflesh") else {
@@ -109,7 +111,7 @@ fn look_back_does_little_for_a_metal_sensor() {
     assert_test_rmse(&report, "compensated", &compensated);
 }
 
-/// Returns the recordings of files, read by one of the maps beside this test.
+/// Returns the recordings of files, read by a map from `tests/column_maps`.
 fn recordings_by(map: &str, folder: &Path, files: &[&str]) -> RecordingSet {
     let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
     let map = ColumnMap::read(&maps.join(map)).unwrap();
@@ -123,7 +125,7 @@ fn recordings_by(map: &str, folder: &Path, files: &[&str]) -> RecordingSet {
     set
 }
 
-/// Returns all available real recordings, by sensor.
+/// Returns the names of the sensors with all their available recordings.
 fn all_real() -> Vec<(&'static str, RecordingSet)> {
     let mut all = Vec::new();
     if let Some(folder) = recordings_of("stretch") {
@@ -150,7 +152,7 @@ fn all_real() -> Vec<(&'static str, RecordingSet)> {
 
 type Step = [[f64; 2]; 2];
 
-/// Line segments by the pixel squares near them.
+/// Line segments, listed for each square of a grid that they come near.
 struct Near(std::collections::HashMap<[i64; 2], Vec<Step>>);
 
 impl Near {
@@ -170,7 +172,7 @@ impl Near {
         near
     }
 
-    /// Returns the distance to the nearest line segment, if it is smaller than a square.
+    /// Returns the distance to the nearest line segment (pixels). Distances beyond the side of a square may be too large.
     fn distance(&self, place: [f64; 2]) -> f64 {
         let square = place.map(|at| (at / 4.0).floor() as i64);
         let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [square[0] + x, square[1] + y]));
@@ -189,8 +191,8 @@ impl Near {
 /// Measured points of each recording: horizontal and vertical values.
 type Measured = Vec<Vec<[f64; 2]>>;
 
-/// Checks a plot, whole and zoomed to a tenth. Each measured point is within a pixel of a drawn point, and each drawn point
-/// within a pixel of a measured one.
+/// Checks the drawn points of a plot, whole and zoomed to a tenth. Each measured point is within a pixel of a drawn point, and each
+/// drawn point is within a pixel of a measured point.
 fn assert_to_the_pixel(
     name: &str,
     measured: &Measured,
@@ -212,7 +214,7 @@ fn assert_to_the_pixel(
         };
         let mut drawn: Vec<Step> = strokes.iter().flat_map(|points| steps(points)).collect();
         for density in &densities {
-            // A cell is half a pixel and is represented by its two diagonals.
+            // Density is drawn in cells of half a pixel. Two diagonals represent a cell.
             drawn.extend(density.touched().flat_map(|(middle, _)| {
                 let [x, y] = place(&middle);
                 [0.25, -0.25].map(|up| [[x - 0.25, y - up], [x + 0.25, y + up]])
@@ -237,7 +239,7 @@ fn assert_to_the_pixel(
     }
 }
 
-/// Returns every real sensor with its fit.
+/// Returns every available sensor with its fit.
 fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>>)> {
     all_real().into_iter().map(|(name, set)| {
         let recordings = Arc::new(set);
@@ -259,7 +261,7 @@ fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f
     values.iter().skip(at).step_by(n_columns).copied()
 }
 
-/// Draws loops of every axis of every real recording, whole and zoomed to a tenth.
+/// Checks the loops of every axis of every recording.
 #[test]
 fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
@@ -298,7 +300,7 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Draws cross-plots of every real recording: a gauge over time, the next gauge, and the load; an output over the load.
+/// Checks four plots of every recording: a gauge against time, against the next gauge and against the load; an output against the load.
 #[test]
 fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
@@ -349,7 +351,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Half and twice the default reversal threshold change the figures of each real recording little.
+/// Compares the figures with half and twice the default reversal threshold.
 #[test]
 fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
     for (name, request, _) in all_fitted() {
@@ -374,7 +376,7 @@ fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
                         basis.reversal_threshold_halved.map(|other| other / value.value),
                         basis.reversal_threshold_doubled.map(|other| other / value.value),
                     );
-                    // The ends of the largest cycle may come from another cycle, which hardly changes a mean.
+                    // With another threshold, the ends of the largest cycle may come from another cycle. A mean hardly changes.
                     if row.definition.id == "hysteresis_mean_width" {
                         for other in
                             [basis.reversal_threshold_halved, basis.reversal_threshold_doubled]

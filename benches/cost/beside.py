@@ -1,8 +1,8 @@
-"""One step of a slider as NumPy does it, beside `cargo bench --bench cost`: the look-back as a plain loop compiled from C, then
-[S, S_past], normal equations, and the root mean squared error of all samples, without cross-validation and without pictures.
+"""Times one slider step in NumPy, to compare it with `cargo bench --bench cost`. A step is the look-back (a plain loop compiled from C),
+the columns [S, S_past], normal equations, and the RMSE of all samples. It has neither cross-validation nor plots.
 
-    python3 benches/cost/beside.py 100000 1000000          the recordings of that bench, at 1 kHz
-    python3 benches/cost/beside.py --rate 20 243000        as slow as the built-in sensor
+    python3 benches/cost/beside.py 100000 1000000          recordings with the sizes of that bench, at 1 kHz
+    python3 benches/cost/beside.py --rate 20 243000        at the sample rate of the built-in sensor
 """
 
 import ctypes

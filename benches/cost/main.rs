@@ -1,6 +1,6 @@
-//! Time of the first fit and of a slider step over the number of samples, all of them on screen, and the memory used.
+//! Times of the first fit and of a slider step, and memory, for growing numbers of samples. All samples are on screen.
 //!
-//! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples. Other numbers can be given after `--`.
+//! `cargo bench --bench cost` measures 10⁵ to 3·10⁷ samples. Arguments after `--` are other numbers of samples.
 
 #[path = "../frame/long_recording.rs"]
 mod long_recording;
@@ -15,9 +15,9 @@ use loopscope::questions::{Analyst, Request, View};
 
 use long_recording::long_recording;
 
-/// Number of steps, of which the median counts.
+/// Number of slider steps. The bench prints the median of their times.
 const STEPS: usize = 5;
-/// Numbers in a sample: a time, six gauges, six loads.
+/// Count of numbers in a sample: a time, six gauges, six loads.
 const WIDTH: usize = 13;
 
 fn main() {
@@ -86,7 +86,7 @@ fn report(n: usize) {
     );
 }
 
-/// Returns the memory of this process, if the system reports it (bytes).
+/// Returns the memory of this process (bytes) that Linux reports under the name `what`; `None` on other systems.
 fn memory(what: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(what))?;

@@ -1,4 +1,4 @@
-"""Draws what `cargo bench --bench cost` and `beside.py` have printed, both saved as text: cost of a step over samples.
+"""Draws the time of a slider step against the number of samples, from the saved outputs of `cargo bench --bench cost` and `beside.py`.
 
     python3 benches/cost/plot.py cost.txt beside.txt > assets/guide/cost.svg
 """

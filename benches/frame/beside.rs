@@ -1,4 +1,4 @@
-//! Time of a frame with loops, relative to one with the traces of the same samples; and of a frame with traces, relative to
+//! Time of a frame with loops, relative to a frame with the traces of the same samples. Time of a frame with traces, relative to
 //! the same panes zoomed in to one or two samples.
 
 use std::time::Instant;
@@ -21,7 +21,7 @@ pub fn report() {
         "samples", "empty", "traces", "loops", "traces : empty", "loops : traces"
     );
     let sensor = || simulated::recordings(simulated::DEFAULT_SEED);
-    // Few enough samples for lines, those of the built-in sensor, and very many. The last two are drawn as density.
+    // 2,700 samples are drawn as lines, the two larger numbers as density.
     row("2,700, one recording", Screen::showing(sensor()), View::One(0));
     row("243,000", Screen::showing(sensor()), View::All);
     row("20,000,000", Screen::showing(long_recording(20_000_000)), View::All);

@@ -1,5 +1,3 @@
-//! A very long recording.
-
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 pub fn long_recording(n: usize) -> RecordingSet {

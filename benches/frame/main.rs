@@ -1,8 +1,8 @@
-//! Time of one frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation,
-//! without a graphics card. Then the cost of a frame with loops relative to one with the traces of the same samples, and
-//! frames at the rate of a display with background work.
+//! Time of one frame of the window with all six axes and all recordings on screen. A frame consists of layout, drawing lists and
+//! tessellation, without a graphics card. Then follow the time of a frame with loops relative to a frame with traces, and the delay
+//! of frames at the rate of a display during background work.
 //!
-//! `cargo bench --bench frame -- beside` makes the comparison alone.
+//! `cargo bench --bench frame -- beside` measures only frames with loops relative to frames with traces.
 
 mod beside;
 mod long_recording;

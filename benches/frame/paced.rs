@@ -1,4 +1,4 @@
-//! Delay between a display's request and the image, while the program works in the background.
+//! Delay between a display's request for an image and the complete image, while the program works in the background.
 
 use std::time::{Duration, Instant};
 
@@ -15,20 +15,20 @@ const FRAME: Duration = Duration::from_nanos(16_666_667);
 /// Number of requested images.
 const FRAMES: u32 = 300;
 
-/// Pause between two windows.
+/// Pause after a window is closed, in which its memory is freed.
 const CALM: Duration = Duration::from_secs(3);
 
 /// Background work while images are requested.
 #[derive(Clone, Copy, Debug)]
 enum Work {
     Nothing,
-    /// F_th is dragged: every image has a new value, and all fits are repeated.
+    /// The user drags F_th: every image has a new value, so all fits are repeated.
     Slider,
-    /// F_th is dragged, with the map of thresholds on screen.
+    /// The user drags F_th, with the map of thresholds on screen.
     SliderAndMap,
-    /// A network on all samples.
+    /// A network trains on all samples.
     Network,
-    /// All regressors of the paper, two networks at a time.
+    /// All regressors of the paper are compared, with two networks at a time.
     Comparison,
 }
 
@@ -70,7 +70,7 @@ fn rows(name: &str, recordings: &RecordingSet, all: &[Work]) {
 }
 
 fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
-    // The threads of the previous window free gigabytes, which would disturb the measurement.
+    // While the threads of the previous window free gigabytes, times would be too long.
     std::thread::sleep(CALM);
     let mut screen = Screen::showing(recordings);
     begin(&mut screen, work);
@@ -91,7 +91,7 @@ fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
         x = if x > 900.0 { 700.0 } else { x + 1.0 };
         screen.frame(Some(egui::pos2(x, 150.0)));
         delays.push(due.elapsed());
-        // A display does not request a missed picture again.
+        // A display does not request a missed image again.
         while due.elapsed() > FRAME {
             due += FRAME;
         }

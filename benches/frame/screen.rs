@@ -15,12 +15,12 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Opens the window on `set` and waits until everything is drawn.
+    /// Opens the window with the recordings of `set`, and waits until everything is drawn.
     pub fn showing(set: RecordingSet) -> Self {
         let context = egui::Context::default();
         let shell = Shell::new(&context, Vec::new(), Box::new(NativeDialogs));
         let mut screen = Self { context, shell };
-        // The built-in sensor loads first; its screen must be gone before the measurement.
+        // The built-in sensor loads first. The recordings of `set` must replace the built-in sensor before the measurement.
         screen.settle();
         screen.shell.send(Edit::Replace(std::sync::Arc::new(set)));
         screen.shell.send(Action::Show(View::All));
@@ -28,7 +28,7 @@ impl Screen {
         screen
     }
 
-    /// Draws frames until no work runs.
+    /// Draws frames until no background work runs.
     pub fn settle(&mut self) {
         self.frame(None);
         while self.shell.is_busy() {

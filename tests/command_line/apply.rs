@@ -1,4 +1,4 @@
-//! `apply`: computes the loads of recordings by a calibration file.
+//! `apply`, which computes the loads of recordings by a calibration file.
 
 use std::fs::{self, OpenOptions};
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -12,7 +12,7 @@ fn rmse(predicted: &[f64], truth: &[f64]) -> f64 {
     (errors.sum::<f64>() / truth.len() as f64).sqrt()
 }
 
-/// Fits the files of the workshop with the arguments `change`, which writes `c.json`. Returns the report of `fit`.
+/// Runs `fit` on the files of the workshop with the arguments `change`, and writes `c.json`. Returns the printed JSON.
 fn calibrate(workshop: &Workshop, change: &[&str]) -> serde_json::Value {
     let arguments = [&ALL_FILES[..], &["--export", "c.json"], change].concat();
     fit(workshop.path(), &arguments)
@@ -75,7 +75,7 @@ fn several_files_are_written_to_a_new_folder() {
     }
 }
 
-/// The zero changes between two days. Without a tare, every load contains the change; with a tare, none does.
+/// The zeros of the gauges change between two days. Only a tare removes the change from the loads.
 #[test]
 fn a_tared_calibration_warns_about_recordings_without_tare() {
     let workshop = Workshop::with_recordings();
@@ -115,7 +115,7 @@ fn a_tared_calibration_warns_about_recordings_without_tare() {
     );
 }
 
-/// Returns a recording whose first gauge is shifted by 5.
+/// Returns the text of a recording with its first gauge shifted by 5.
 fn shifted(text: String) -> String {
     let mut lines = text.lines();
     let header = lines.next().unwrap().to_owned();
@@ -128,7 +128,7 @@ fn shifted(text: String) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Today's gauges are shifted. For a calibration of untared gauges, a tare removes the shift, in files and in live rows.
+/// The gauges are shifted after the calibration. A tare removes the shift, in files and in live rows.
 #[test]
 fn a_tare_removes_a_shift_for_tared_and_untared_calibrations() {
     let workshop = Workshop::with_recordings();
@@ -164,7 +164,7 @@ fn a_tare_removes_a_shift_for_tared_and_untared_calibrations() {
     assert!(!loads(&answered).last().unwrap().1.is_nan());
 }
 
-/// An unusable row keeps its time. The status of a sample beyond the tested range may also be "after a gap".
+/// The sample that is beyond the tested range is also the first after a gap.
 #[test]
 fn a_rejected_row_keeps_its_time_and_statuses_are_joined() {
     let workshop = Workshop::with_recordings();
@@ -250,7 +250,7 @@ fn a_file_that_grows_is_followed() {
     program.wait().unwrap();
 }
 
-/// All formats of devices give the same loads for the same samples. Rows without time use the given rate.
+/// The same samples give the same loads in all formats of devices. Rows without a time use the given rate.
 #[test]
 fn rows_are_answered_as_devices_print_them() {
     let workshop = Workshop::with_recordings();
@@ -317,7 +317,7 @@ fn rows_are_answered_as_devices_print_them() {
     assert!(times.len() == 3 && times.is_sorted_by(|a, b| a < b), "{times:?}");
 }
 
-/// The reason for a bad value is given, lines request a tare or a reset, and messages name the stream.
+/// A bad value is answered with its reason. The lines `tare` and `reset` are commands. Messages name the stream.
 #[test]
 fn rows_on_standard_input_are_an_instrument() {
     let workshop = Workshop::with_recordings();
@@ -347,7 +347,7 @@ fn rows_on_standard_input_are_an_instrument() {
     assert!(!error.contains("/tmp"), "{error}");
 }
 
-/// On Linux, reading a folder fails in the same way as reading an unplugged serial port.
+/// The source is a folder: on Linux, reading a folder fails in the same way as reading an unplugged serial port.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_source_that_ends_early_has_its_own_exit_code() {

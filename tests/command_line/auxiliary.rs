@@ -1,4 +1,4 @@
-//! Temperature as an auxiliary channel: read, fitted, reported, and required by `apply`.
+//! Temperature as an auxiliary channel. The temperature is read, fitted and reported, and `apply` requires it.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::workshop::Workshop;
 
-/// Writes a recording whose gauge drifts in zero and sensitivity with a temperature (given in °F, in some rows only).
+/// Writes a recording with a gauge whose zero and sensitivity depend on a temperature. Only some rows have the temperature, in °F.
 fn write(workshop: &Workshop, name: &str, celsius: f64) {
     let mut text = "t [s],S1 [mV/V],S2 [mV/V],Fz [N],T_body [degF]\n".to_owned();
     for k in 0..600 {
@@ -121,7 +121,7 @@ fn a_gap_in_a_temperature_is_reported_and_sets_the_status() {
         .map(|(row, _)| row)
         .collect();
     assert_eq!(held, (300..450).collect::<Vec<_>>());
-    // One gap time later (20 rows), the rows have the status.
+    // The status begins one gap length (20 rows) after the last temperature.
     let rows: Vec<&str> = loads.lines().collect();
     assert!(rows[200].ends_with(",ok") && rows[500].ends_with(",ok"), "{}", rows[200]);
 }

@@ -1,4 +1,4 @@
-//! `best`: its candidates, its proposal, and its independence of test recordings.
+//! `best`, which proposes a model: its candidates, its proposal, and its independence of test recordings.
 
 use serde_json::Value;
 
@@ -47,7 +47,7 @@ fn the_proposal_does_not_depend_on_the_test_recordings() {
     assert!(bytes(smallest) <= bytes(proposed));
     assert!(smallest["relative"].as_f64().unwrap() <= 1.05 * lowest);
 
-    // Other test recordings, or none, change only the test errors.
+    // Without or with other test recordings, only the test errors change.
     workshop.write("other.csv", recording(9.0, 60));
     let train = &ALL_FILES[..4];
     let without = best(&workshop, train);
@@ -57,7 +57,7 @@ fn the_proposal_does_not_depend_on_the_test_recordings() {
     assert_eq!(without_times(&other), without_times(&report));
     assert_ne!(other["tried"][0]["test_rmse"], report["tried"][0]["test_rmse"]);
 
-    // The printed arguments of `fit` fit the same model.
+    // `fit` with the printed arguments gives the same model.
     let arguments: Vec<&str> = report["fit"].as_str().unwrap().split(' ').collect();
     let fitted = fit(workshop.path(), &[&ALL_FILES[..], &arguments].concat());
     let calibration: Value = serde_json::from_str(&workshop.read("proposed.json")).unwrap();

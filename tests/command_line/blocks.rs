@@ -169,7 +169,7 @@ fn the_comparison_has_every_regressor_without_and_with_look_back() {
     assert_eq!(text.matches("Linear").count(), 9);
 }
 
-/// Adds the keys of all objects in a value.
+/// Appends the keys of all JSON objects in `value` to `keys`.
 fn add_keys(value: &Value, keys: &mut Vec<String>) {
     match value {
         Value::Object(map) => map.iter().for_each(|(key, own)| {

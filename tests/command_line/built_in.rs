@@ -1,4 +1,4 @@
-//! `fit` without files, and `demo`: the built-in sensor.
+//! The built-in sensor: `fit` without files, and `demo`, which writes the built-in recordings.
 
 use std::fs;
 use std::path::Path;

@@ -1,12 +1,12 @@
-//! `check`: its verdict on the recordings, as exit code, text and JSON.
+//! `check`, which judges the recordings: its verdict as exit code, text and JSON.
 
 use serde_json::Value;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// Returns poses, one per second, each repeated three times. One gauge follows the force, and the other one mainly follows
-/// something else.
+/// Returns a recording of `n` poses, one per second, each repeated three times. One gauge follows the force. The other gauge mainly
+/// follows another quantity.
 fn poses(n: usize) -> String {
     let row = |k: usize| {
         let pose = k % n;
@@ -61,7 +61,7 @@ fn recordings_that_determine_the_model_give_exit_code_zero() {
     assert_eq!(wrong.status.code(), Some(2));
 }
 
-/// The recording has forces and a moment, and the masses have no arm.
+/// The recording has forces and a moment, but the proposed masses hang without an arm.
 #[test]
 fn axes_that_no_mass_loads_are_named() {
     let workshop = Workshop::new();
@@ -87,7 +87,6 @@ fn axes_that_no_mass_loads_are_named() {
     assert_eq!(unreached(&["--arm", "0.1"]), None);
 }
 
-/// The verdict includes samples beyond the given limits.
 #[test]
 fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     let workshop = Workshop::with_recordings();
@@ -101,7 +100,7 @@ fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     assert!(faults("-1e-3:1e-3") > 0);
 }
 
-/// Without these files, the calibration would be another one, so `fit` refuses them. `check` reports them and continues.
+/// `fit` refuses unusable files, because the calibration would be different without them.
 #[test]
 fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     let workshop = Workshop::with_recordings();

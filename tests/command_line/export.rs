@@ -37,7 +37,7 @@ fn contents_that_a_format_cannot_contain_are_named() {
     }
 }
 
-/// Each load is twice its gauge. A `.cal` matches gauges by order, not by their names in the recording.
+/// Each load is twice its gauge. The `.cal` has other gauge names than the recording.
 #[test]
 fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     let workshop = Workshop::new();
@@ -67,7 +67,7 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     succeed(workshop.path(), &["apply", "s.cal", "run.csv", "--out", ".", "--force"]);
 }
 
-/// With recordings at 10 Hz, every format with text lists the recordings and their hashes.
+/// Every format with text states the sample rate (10 Hz), the recordings and their hashes.
 #[test]
 fn every_export_names_its_sources_and_errors() {
     let workshop = Workshop::with_recordings();
@@ -85,7 +85,7 @@ fn every_export_names_its_sources_and_errors() {
     assert_eq!(hash.len(), 64);
     for name in &names {
         let bytes = fs::read(workshop.file(name)).unwrap();
-        // NumPy stores a character in four bytes.
+        // NumPy stores each character in four bytes.
         let letters: Vec<u8> = bytes.into_iter().filter(|byte| *byte != 0).collect();
         let text = String::from_utf8_lossy(&letters);
         assert!(text.contains(hash), "{name}");
@@ -99,7 +99,7 @@ fn every_export_names_its_sources_and_errors() {
     assert!(workshop.read("k.h").contains(kept) && workshop.read("k.rs").contains(kept));
 }
 
-/// Before a matrix alone is written, a warning is printed, but only if parts are omitted.
+/// The warning is printed before the file is written, and only if parts of the calibration are omitted.
 #[test]
 fn a_matrix_alone_warns_of_the_missing_parts() {
     let workshop = Workshop::with_recordings();
@@ -116,7 +116,7 @@ fn a_matrix_alone_warns_of_the_missing_parts() {
     assert!(workshop.file("d.inc").exists() && !message.contains("leaves out"), "{message}");
 }
 
-/// Misspelt keys are reported, because they would have no effect.
+/// A misspelt key has no effect, so it must be reported.
 #[test]
 fn unknown_keys_are_named() {
     let workshop = Workshop::with_recordings();
@@ -136,7 +136,7 @@ fn unknown_keys_are_named() {
     assert!(message.contains(keys), "{message}");
 }
 
-/// Files of older programs contain neither rate nor recordings.
+/// Calibration files of older versions contain neither sample rate nor recordings.
 #[test]
 fn a_calibration_without_the_newest_facts_is_read() {
     let workshop = Workshop::with_recordings();
@@ -147,7 +147,7 @@ fn a_calibration_without_the_newest_facts_is_read() {
     succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", "."]);
 }
 
-/// Each of these files has one error. It is refused with the place of the error, and nothing is written.
+/// Each file has one error. The message names the place of the error, and nothing is written.
 #[test]
 fn a_damaged_calibration_is_not_applied() {
     let workshop = Workshop::with_recordings();

@@ -1,12 +1,12 @@
-//! Samples that look faulty: reported, excluded, and stored as limits in the calibration.
+//! Faulty samples are reported and excluded, and the calibration stores the limits of the gauges.
 
 use std::fmt::Write as _;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// Returns a press of 100 s at 20 Hz. The first gauge is clipped at 30 counts for two long intervals, and the second gauge
-/// misses one sample.
+/// Returns a recording of 100 s at 20 Hz. The first gauge is clipped at 30 counts for two long intervals. The second gauge misses one
+/// sample.
 fn clipped() -> String {
     let mut text = HEADER.to_owned();
     for k in 0..2000 {
@@ -39,7 +39,7 @@ fn faulty_samples_are_reported_and_left_out_on_request() {
     let limits = serde_json::json!([[null, 30.0], [null, null]]);
     assert_eq!(calibration["gauge_limits"], limits);
 
-    // The maximum value of the logger is given.
+    // `--gauge-range` gives the maximum value of the logger.
     let fit = [&fit[..4], &["--gauge-range=-40:25", "--export", "c.json", "--force"]].concat();
     succeed(workshop.path(), &fit);
     let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
@@ -97,7 +97,7 @@ fn overload_is_judged_by_rated_loads_from_any_source() {
     // The largest load is 22.5 N, 50 % more than the rated load.
     let tolerant = [&["check", "press.csv"], &scale[..], &["--overload-tolerance", "60"]].concat();
     assert!(!message(&tolerant).contains("overload"), "{}", message(&tolerant));
-    // Given limits override the file; excluded samples are not used for training.
+    // Limits in the arguments override the limits of the file. Excluded samples are not used for training.
     let both = ["--sensor", "sensor.toml", "--full-scale", "30"];
     assert!(!message(&[&fit[..], &both].concat()).contains("overload"));
     let without = ["--leave-out-faulty", "--export", "c.json", "--force"];

@@ -1,4 +1,4 @@
-//! The tutorials of the guide, with the commands of its page.
+//! Runs the commands of the guide's tutorials.
 
 use std::process::{Command, Output};
 
@@ -7,7 +7,7 @@ use crate::workshop::Workshop;
 
 const PAGE: &str = include_str!("../../assets/guide/first-steps.md");
 
-/// Returns the code blocks of a section in this language, one after the other.
+/// Returns all code blocks of a section that are in this language, joined.
 fn code(section: &str, language: &str) -> String {
     let of_section = PAGE.split("\n## ").find(|own| own.starts_with(section));
     let blocks = of_section.unwrap().split("```").skip(1).step_by(2);
@@ -17,7 +17,7 @@ fn code(section: &str, language: &str) -> String {
     code
 }
 
-/// Runs the commands of a section, with the program in the path.
+/// Runs the shell commands of a section, with the program in the path. Returns the output.
 #[track_caller]
 fn walk(workshop: &Workshop, section: &str) -> String {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_loopscope"));

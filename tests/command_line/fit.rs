@@ -1,4 +1,4 @@
-//! `fit` on files.
+//! `fit` on recordings in files.
 
 use std::collections::BTreeMap;
 
@@ -33,7 +33,7 @@ fn files_called_test_in_a_folder_are_not_used_for_training() {
     assert_eq!(samples(&["--train", ".", "--split", "0.5"]), (330.into(), 330.into()));
     let message = stderr(&run(workshop.path(), &["fit", "--train", "."]));
     assert!(message.contains("Test 2.csv, test.csv"), "{message}");
-    // `check` and `metrology` use the same rule for folders. Jobs that only read files read all of them.
+    // `check` and `metrology` find the test recordings of a folder by the same rule. `inspect` reads all files.
     let json = |arguments: &[&str]| -> Value {
         serde_json::from_slice(&run(workshop.path(), arguments).stdout).unwrap()
     };
@@ -44,7 +44,7 @@ fn files_called_test_in_a_folder_are_not_used_for_training() {
     assert_eq!(json(&["inspect", "--json", "."]).as_array().unwrap().len(), 5);
 }
 
-/// Some shells do not expand patterns.
+/// Some shells do not expand patterns such as `*.csv`, so the program must.
 #[test]
 fn patterns_are_expanded() {
     let workshop = Workshop::with_recordings();
@@ -77,7 +77,7 @@ fn a_pause_in_a_file_restarts_the_history() {
     let thresholds = ["--f-th", "2", "--t-th", "1e6"];
     let of = |files: &[&str]| fit(workshop.path(), &[&["--train"], files, &thresholds].concat());
     assert_eq!(of(&["paused.csv"]), of(&["first.csv", "second.csv"]));
-    // Without the pause, the second half continues the history of the first: only the past samples differ.
+    // Without the pause, the second half continues the history of the first half. Only the past samples differ.
     let joined = format!("{HEADER}{first}{}", rows(2.0, 120, 12.0));
     workshop.write("joined.csv", joined);
     let rmse = |file, calibration: &str| numbers(&of(&[file])[calibration]["train_rmse"])[0];
@@ -158,7 +158,7 @@ fn faults_of_single_rows_are_reported_by_line_and_do_not_stop_the_fit() {
     assert_eq!(report["recordings"], 2);
 }
 
-/// The conventional calibration of the same fit, given as factory calibration, has the conventional errors of the fit.
+/// The factory calibration is the conventional calibration of the same fit, so its errors equal the conventional errors.
 #[test]
 fn the_factory_calibration_is_scored_beside_the_fit() {
     let workshop = Workshop::with_recordings();
@@ -179,7 +179,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
     assert!(stderr(&output).contains("s.cal"), "{}", stderr(&output));
 }
 
-/// Groups come from names, a pattern, or the column map. The output names the source.
+/// Groups come from names, a pattern, or the column map. The output names this source.
 #[test]
 fn recordings_of_a_group_are_held_out_together() {
     let workshop = Workshop::new();

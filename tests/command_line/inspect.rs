@@ -1,4 +1,4 @@
-//! `inspect`, and reading by the column maps that it writes.
+//! `inspect`, which lists the detected columns, and reading by the column maps that `inspect` writes.
 
 use std::fs;
 
@@ -152,7 +152,8 @@ fn unusable_maps_are_refused_with_their_names() {
     assert_eq!(workshop.read("other.csv"), two_columns);
 }
 
-/// The sensor is upright, rolled and pitched by 90°. `W = m g` with m = 2 kg pulls along −z, −y and x. Fx reads 1 N too much.
+/// The sensor is upright, then rolled by 90°, then pitched by 90°. The weight of 2 kg pulls along −z, −y and x. Fx reads 1 N too
+/// much.
 #[test]
 fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let workshop = Workshop::with_recordings();
@@ -180,7 +181,7 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     assert!(text.contains("centre of mass: not found"), "{text}");
 }
 
-/// Returns the text of a logger that writes rows in bursts of ten, three times a second.
+/// Returns the text of a logger that writes ten rows at once, three times a second.
 fn in_bursts() -> String {
     let time = |k: u32| f64::from(k / 10) / 3.0 + f64::from(k % 10) / 1000.0;
     let row = |k: u32| format!("{},{},{},{k}\n", time(k), k % 7, k % 5);
@@ -205,7 +206,7 @@ fn an_assumed_pattern_of_bursts_is_reported_and_written_to_the_map() {
     let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);
     assert!(stderr(&fitted).contains("rows come in bursts"));
 
-    // The gap in the map makes the pauses borders of recordings.
+    // The map has a shorter gap, so each pause starts a new recording.
     let map = workshop.read("map.json");
     assert!(map.contains("\"gap_secs\": 2.0"), "{map}");
     workshop.write("map.json", map.replace("\"gap_secs\": 2.0", "\"gap_secs\": 0.3"));
@@ -253,7 +254,7 @@ fn each_of_several_files_has_its_heading() {
     assert!(stderr(&refused).contains("--write-map needs a single file"));
 }
 
-/// A second clock that counts whole seconds is neither proposed as the time nor as a gauge.
+/// The second clock, which counts whole seconds, is proposed neither as the time nor as a gauge.
 #[test]
 fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
     let workshop = Workshop::new();

@@ -1,4 +1,4 @@
-//! Tables without times: a mass in many poses, each read several times.
+//! Load cases, which are tables without times: a mass in many poses, each read several times.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use crate::workshop::Workshop;
 
 const N_POSES: usize = 20;
 
-/// Returns six gauges and six axes under 2 kg in 20 poses, repeated three times, with noise on the gauges.
+/// Returns a table of six gauges and six axes under 2 kg in 20 poses, for these repeats of the poses. The gauges have noise.
 pub fn poses(repeats: std::ops::Range<usize>) -> String {
     let mut text =
         String::from("pose,S1,S2,S3,S4,S5,S6,Fx [N],Fy [N],Fz [N],Mx [Nm],My [Nm],Mz [Nm]\n");
@@ -67,7 +67,7 @@ fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
     assert_eq!(calibration["compensated"]["features"].as_array().unwrap().len(), 7);
 }
 
-/// The load cases and scores are the same in one file or three, sorted by pose or by repeat.
+/// One file in another order, and three files with one repeat each, give the same load cases and errors.
 #[test]
 fn load_cases_do_not_depend_on_order_and_file() {
     let workshop = Workshop::new();
@@ -93,7 +93,7 @@ fn load_cases_do_not_depend_on_order_and_file() {
     }
 }
 
-/// 60 % of the load cases train, with all their rows.
+/// A load case has several rows. 60 % of the load cases train, with all their rows.
 #[test]
 fn a_split_takes_whole_load_cases() {
     let workshop = Workshop::new();
@@ -136,7 +136,7 @@ fn static_loads_give_reasons_for_loops_and_dwells_and_figures_for_the_rest() {
     assert!(stderr(&sweep).contains("load cases without times"), "{}", stderr(&sweep));
 }
 
-/// If a column is monotonic, or there are too many rows, the program asks for the time.
+/// If a column is monotonic, or if there are too many rows for load cases, the program asks for the time.
 #[test]
 fn a_time_column_with_another_name_is_still_a_recording() {
     let workshop = Workshop::new();

@@ -1,4 +1,4 @@
-//! The command line as users run it: output, files and errors of each job.
+//! Runs the command line as users do, and checks output, files and errors of each job.
 
 #[path = "../support/program.rs"]
 mod program;

@@ -1,11 +1,11 @@
-//! The guide's example for many sensors, as `make` runs it.
+//! Runs the guide's example for many sensors by `make`.
 
 use std::fs;
 use std::process::Command;
 
 use crate::workshop::{Workshop, recording};
 
-/// Returns the code block of the guide's page that begins with this line.
+/// Returns the code block of the guide's page that begins with this text.
 fn block(start: &str) -> &'static str {
     let page = include_str!("../../assets/guide/many-sensors.md");
     let from = &page[page.find(start).unwrap()..];
@@ -52,7 +52,7 @@ fn make_calibrates_the_good_sensors_and_continues_after_a_failure() {
     let calibration: serde_json::Value =
         serde_json::from_str(&workshop.read("results/s3.json")).unwrap();
     assert_eq!(calibration["identity"]["serial"], "s3");
-    // After the bad sensor is corrected, the others are not run again.
+    // After the bad sensor is corrected, `make` does not fit the other sensors again.
     let written = |name: &str| {
         fs::metadata(workshop.file(&format!("results/{name}.json"))).unwrap().modified().unwrap()
     };

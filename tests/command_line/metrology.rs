@@ -1,4 +1,4 @@
-//! `metrology`: its figures equal those of an independent implementation, in every output format.
+//! `metrology`, which computes figures such as hysteresis. In every format the figures equal those of an independent implementation.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// Largest relative difference from the NumPy figures.
+/// Maximum relative difference from the NumPy figures.
 const TOLERANCE: f64 = 1e-6;
 
 #[track_caller]
@@ -22,7 +22,7 @@ fn row<'a>(report: &'a Value, id: &str) -> &'a Value {
     rows.iter().find(|row| row["id"] == id).expect(id)
 }
 
-/// Passes each figure of each cell to `check`; `cell` selects it.
+/// Calls `check` with each row of the table and each figure of this row, conventional and compensated.
 fn each_figure(report: &Value, mut check: impl FnMut(&Value, &Value)) {
     for row in report["rows"].as_array().unwrap() {
         for cell in row["cells"].as_array().unwrap() {
@@ -160,7 +160,7 @@ fn without_files_the_built_in_sensor_is_measured_on_its_test_recordings() {
     );
     each_figure(&report, |row, figure| {
         let reason = figure["reason"].as_str().unwrap_or_default();
-        // Its load moves slowly at one rate, and its gauges creep: a lag is unknown on most axes.
+        // The load moves slowly at one rate, and the gauges creep. So the lag is unknown on most axes.
         let is_of_lag =
             ["time_lag", "hysteresis_without_lag"].contains(&row["id"].as_str().unwrap());
         let is_there =

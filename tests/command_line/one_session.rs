@@ -93,7 +93,7 @@ fn window_report_and_command_line_give_the_same_number() {
     }
 }
 
-/// One axis in several files, one file that is cut into blocks, and load cases without times.
+/// The sensors have one axis in several files, one file that is cut into blocks, and load cases without times.
 #[test]
 fn errors_of_three_sensors_are_the_same_in_window_report_and_command_line() {
     let several = Workshop::with_recordings();

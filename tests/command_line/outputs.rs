@@ -1,4 +1,4 @@
-//! Output files: all are checked before the first is written, and none is left incomplete.
+//! Output files. All paths are checked before the first file is written, and no file is left incomplete.
 
 use std::fs;
 use std::process::{Child, Command, Output, Stdio};
@@ -15,7 +15,7 @@ fn names(workshop: &Workshop) -> Vec<String> {
     names
 }
 
-/// Runs a job that must be refused with these words, and must not change the folder.
+/// Runs a job and checks that it is refused with a message that contains these words, and that the folder is unchanged.
 #[track_caller]
 fn refused(workshop: &Workshop, arguments: &str, words: &[&str]) {
     let before = names(workshop);
@@ -88,7 +88,7 @@ fn a_link_to_nothing_is_not_replaced_without_force() {
     assert!(link.is_symlink());
 }
 
-/// Waits for the end of a program. A program that takes longer would wait forever.
+/// Returns the output of a program. Panics after a time limit, because such a program would never end.
 #[cfg(unix)]
 #[track_caller]
 fn in_time(mut child: Child) -> Output {
@@ -136,7 +136,7 @@ fn pipes_do_not_block_and_are_not_replaced() {
     assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
 }
 
-/// A limit of half a kilobyte for files has the same effect as a full disk.
+/// A file size limit of half a kilobyte has the same effect as a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_error_of_a_full_disk_names_the_requested_file() {
@@ -154,7 +154,7 @@ fn the_error_of_a_full_disk_names_the_requested_file() {
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "test.csv"]);
 }
 
-/// The second export fails after the first is complete: no new file appears, and the old one stays.
+/// The second export fails after the first export is complete. No new file may appear, and the old file must stay.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_export_that_fails_leaves_no_other_file() {
@@ -174,7 +174,7 @@ fn an_export_that_fails_leaves_no_other_file() {
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "old.csv", "test.csv"]);
 }
 
-/// The factory calibration is read before any file is written.
+/// The program must read the factory calibration before it writes any file.
 #[test]
 fn a_factory_calibration_that_cannot_be_read_leaves_no_export() {
     let workshop = Workshop::with_recordings();
@@ -192,7 +192,7 @@ fn signal(child: &Child, name: &str) {
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
-/// Returns the program, stopped while it writes.
+/// Returns the running program, paused by a signal while it writes a file.
 #[cfg(target_os = "linux")]
 fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
     let mut child = program(workshop.path(), arguments)
@@ -250,7 +250,7 @@ fn temporary_files_of_an_interrupted_program_are_removed_at_once_and_of_a_killed
     assert_ne!(workshop.read("t.csv"), "old");
 }
 
-/// Returns true if programs receive interrupts. A script with `setsid … &` may have disabled them for the tests.
+/// Returns true if programs receive interrupts. A script that starts the tests by `setsid … &` disables interrupts.
 #[cfg(target_os = "linux")]
 fn receives_interrupts() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap();
@@ -260,7 +260,7 @@ fn receives_interrupts() -> bool {
     ignored & (hang_up | interrupt) == 0
 }
 
-/// The search for a model takes minutes on the built-in sensor; the time to the first model depends on the machine.
+/// The search for a model takes minutes on the built-in sensor. The time to the first model depends on the machine.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_search_writes_its_results_so_far() {

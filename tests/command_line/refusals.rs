@@ -1,11 +1,11 @@
-//! Refused arguments and files: one line on standard error with the cause, an exit code, and no output.
+//! Refused arguments and files give one line on standard error with the cause, an exit code, and no output.
 
 use std::fs;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop, recording};
 
-/// Returns the line that a refused job prints.
+/// Runs a job that must be refused, and returns the error line.
 #[track_caller]
 fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
     let output = run(workshop.path(), arguments);
@@ -21,7 +21,7 @@ fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
     message
 }
 
-/// Checks that each job is refused with a line that contains each of the words.
+/// Checks that `job` with each of the arguments is refused, with a line that contains each of the words.
 #[track_caller]
 fn all_refused(workshop: &Workshop, job: &str, refusals: &[(&str, &[&str])]) {
     for (arguments, words) in refusals {
@@ -203,7 +203,7 @@ fn demo_does_not_overwrite_files() {
     assert!(message.contains("a.csv"), "{message}");
 }
 
-/// Returns a workshop with the calibration `c.json`, fitted to its own recordings.
+/// Returns a folder with recordings, and with the calibration `c.json` that was fitted to them.
 fn calibrated() -> Workshop {
     let workshop = Workshop::with_recordings();
     let arguments = [&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat();
@@ -268,7 +268,7 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
     assert!(!workshop.file("new").exists());
 }
 
-/// A table is refused before any work, so nothing is printed. `--json` alone needs no file.
+/// A table that exists is refused before any computation, so nothing is printed. `--json` alone writes no file.
 #[test]
 fn tables_and_figures_are_overwritten_only_by_force() {
     let workshop = Workshop::with_recordings();

@@ -1,4 +1,4 @@
-//! `report`: one page with all results.
+//! `report`, which writes one HTML page with all results.
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop};

@@ -57,7 +57,7 @@ fn a_wrong_sensor_description_is_refused_before_recordings_are_read() {
     succeed(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
 }
 
-/// Compares the expected error of `fit --json` with the applied loads: the errors on the test recording are sorted here.
+/// Compares the expected error of `fit --json` with the sorted errors of the applied loads on the test recording.
 #[test]
 fn the_expected_error_bounds_95_percent_of_the_held_out_errors() {
     let workshop = Workshop::with_recordings();
@@ -84,7 +84,7 @@ fn the_expected_error_bounds_95_percent_of_the_held_out_errors() {
     errors.sort_by(f64::total_cmp);
     assert_eq!(errors.len(), 150);
     assert!((errors[142] - tested).abs() < 1e-9, "{} {tested}", errors[142]);
-    // The file contains the expected error, and the conditions that it does not cover.
+    // The file contains the expected error, and the conditions that the expected error does not cover.
     let file = json(&workshop.read("c.json"));
     assert_eq!(file["quality"]["expected_error"], found["expected_error"]);
     let not_covered = found["expected_error"]["not_covered"].as_str().unwrap();
@@ -200,7 +200,7 @@ fn a_folder_names_its_recordings_and_keep_going_skips_a_bad_file() {
     assert!(stderr(&none).contains("the folder holds no recordings"), "{}", stderr(&none));
 }
 
-/// The name of the folder is also a part of words and of names of other files.
+/// The folder is called `e`. The letter e is also part of words in the message, and of other file names.
 #[test]
 fn the_error_of_a_bad_file_names_its_folder() {
     let workshop = Workshop::with_recordings();

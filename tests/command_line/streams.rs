@@ -5,7 +5,7 @@ use std::process::Stdio;
 use crate::program::{program, run, stderr};
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// Returns a stream whose reader has closed.
+/// Returns an output stream whose reader has closed it.
 fn closed() -> Stdio {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);

@@ -1,4 +1,4 @@
-//! `sweep`: its numbers equal those of `fit`, and its files equal its output.
+//! `sweep`, which computes errors for a grid of thresholds. The errors equal the errors of `fit`, and the files equal the printed output.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! `--traces`: the traces of the window as a table.
+//! `--traces`, which writes the traces of the window as a table.
 
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
@@ -9,7 +9,7 @@ fn rms(values: &[f64]) -> f64 {
     (squares / values.len() as f64).sqrt()
 }
 
-/// The errors in the table of the test recording equal those that the fit reports.
+/// The RMSE of the test rows in the table equals the test RMSE of the fit.
 #[test]
 fn traces_have_the_errors_that_the_fit_reported() {
     let workshop = Workshop::with_recordings();
@@ -34,7 +34,7 @@ fn traces_have_the_errors_that_the_fit_reported() {
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
-/// At 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. Their past samples come from the whole recording.
+/// At 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. The past samples of these rows come from the whole recording.
 #[test]
 fn a_range_of_time_is_a_part_of_the_same_rows() {
     let workshop = Workshop::with_recordings();

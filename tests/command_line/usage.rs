@@ -1,4 +1,4 @@
-//! Typing errors in commands: each error message suggests the correct form.
+//! Typing errors in commands. Each error message suggests the correct form.
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop};
@@ -54,7 +54,7 @@ fn a_recording_given_as_column_map_is_recognised() {
     assert!(!error.contains("expected"), "{error}");
 }
 
-/// Terminals interpret escape sequences, and marks that change the writing direction mislead readers.
+/// Terminals would execute escape sequences, and marks that change the writing direction would mislead readers.
 #[test]
 fn control_characters_in_file_names_are_escaped() {
     let workshop = Workshop::new();

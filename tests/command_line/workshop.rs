@@ -1,4 +1,4 @@
-//! A folder with recordings, which is removed when dropped.
+//! A temporary folder with recordings, which is removed when the value is dropped.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ impl Workshop {
     }
 }
 
-/// Arguments of `fit` with all files of [`Workshop::with_recordings`].
+/// Arguments of `fit` that name all files of [`Workshop::with_recordings`].
 pub const ALL_FILES: [&str; 6] = ["--train", "a.csv", "b.csv", "c.csv", "--test", "test.csv"];
 
 /// Returns the text of a recording at 10 Hz: two gauges that lag behind the force.
@@ -46,7 +46,7 @@ pub fn recording(seed: f64, n_samples: usize) -> String {
     format!("{HEADER}{}", rows(seed, n_samples, 0.0))
 }
 
-/// Returns the rows of the recording, beginning at the time `start`.
+/// Returns the rows of this recording without header, beginning at the time `start` (s).
 pub fn rows(seed: f64, n_samples: usize, start: f64) -> String {
     let mut text = String::new();
     let mut lagging = 0.0_f64;

@@ -23,7 +23,7 @@ pub const STRICT: [&str; 8] = [
     "-Werror",
 ];
 
-/// Warnings of clang that concern style, older languages, arrays or intended comparisons.
+/// Warning options of clang: all warnings, except those on style, padding, older languages and array accesses.
 const EVERYTHING: [&str; 10] = [
     "-Weverything",
     "-Wno-unknown-warning-option",
@@ -37,7 +37,7 @@ const EVERYTHING: [&str; 10] = [
     "-Wno-unused-macros",
 ];
 
-/// Exports `calibration` into `directory`, and compiles its driver with numbers of type `real`.
+/// Exports `calibration` into `directory`, compiles its driver with numbers of type `real`, and returns the program's path.
 #[track_caller]
 fn compiled(calibration: &Calibration, directory: &Path, name: &str, real: &str) -> PathBuf {
     let program = directory.join(format!("{name}_{real}"));
@@ -46,7 +46,7 @@ fn compiled(calibration: &Calibration, directory: &Path, name: &str, real: &str)
     program
 }
 
-/// Returns a compiler call with a driver for the header. The header is exported if it does not exist yet.
+/// Returns the compiler's command for a driver of the header. Exports the header if it does not exist yet.
 fn compiler(
     compiler: &str,
     driver: &str,
@@ -144,7 +144,7 @@ fn every_calibration_gives_the_same_loads_in_c() {
                 tolerance,
                 &format!("{name} in {real}"),
             );
-            // In float, a load that just reaches F_th may find another past sample.
+            // In float, a load that differs by almost exactly F_th may find another past sample.
             if real == "double" {
                 let printed = succeed(&mut fed(&program, directory.path(), &disturbed()));
                 assert_runs_live(&printed, &calibration, tolerance, &name);
@@ -153,7 +153,7 @@ fn every_calibration_gives_the_same_loads_in_c() {
     }
 }
 
-/// All three forms of time give the same results for pauses, for pauses beyond the clock's range, and for rejected samples.
+/// The samples include pauses, pauses beyond the range of the 32-bit counter, and rejected samples.
 #[test]
 fn the_three_clocks_treat_pauses_alike() {
     if !is_there("cc", &["--version"]) {
@@ -164,7 +164,7 @@ fn the_three_clocks_treat_pauses_alike() {
     for (real, tolerance) in [("double", 1e-9), ("float", 1e-4)] {
         let program = compiled(&calibration, directory.path(), "paused", real);
         for clock in ["seconds", "step", "ticks"] {
-            // The driver has no word for "seconds".
+            // The driver ignores the argument "seconds" and uses seconds.
             let clock_of_driver = if clock == "seconds" { "-" } else { clock };
             let printed =
                 succeed(fed(&program, directory.path(), &with_pauses()).arg(clock_of_driver));
@@ -178,7 +178,7 @@ fn the_three_clocks_treat_pauses_alike() {
     }
 }
 
-/// `apply --tare` and an exported `tare` give the same loads, for calibrations of tared and of untared gauges.
+/// The calibrations are of tared and of untared gauges.
 #[test]
 fn a_tare_in_c_is_that_of_apply() {
     if !is_there("cc", &["--version"]) {
@@ -195,7 +195,7 @@ fn a_tare_in_c_is_that_of_apply() {
     }
 }
 
-/// The elapsed time of an invalid step is unknown.
+/// After an invalid step, the elapsed time is unknown.
 #[test]
 fn an_impossible_time_step_restarts_the_history() {
     if !is_there("cc", &["--version"]) {
@@ -221,7 +221,7 @@ fn an_impossible_time_step_restarts_the_history() {
     assert_eq!(statuses[52], restarted.0 + restarted.1);
 }
 
-/// After taring at sample 100, all loads are reduced by the load of that sample.
+/// The driver calls `zero_last_load` at sample 100. Later loads are then smaller by the load of sample 100.
 #[test]
 fn zero_last_load_subtracts_the_last_load() {
     if !is_there("cc", &["--version"]) {
@@ -242,7 +242,7 @@ fn zero_last_load_subtracts_the_last_load() {
     }
 }
 
-/// Samples that are not numbers, and single samples with implausible times, have no load and no effect.
+/// Samples with values that are not numbers, and single samples with implausible times, have no load and no effect on later samples.
 #[test]
 fn bad_samples_are_rejected_in_c() {
     if !is_there("cc", &["--version"]) {
@@ -269,7 +269,7 @@ fn bad_samples_are_rejected_in_c() {
     assert_eq!(actual, expected);
 }
 
-/// The size in the comment equals the size that the compiler reports, at the stated sample rate.
+/// The memory stated in the comment of the header, at the stated sample rate, equals the size that the compiler reports.
 #[test]
 fn the_stated_memory_is_that_of_the_state() {
     if !is_there("cc", &["--version"]) {
@@ -304,7 +304,7 @@ fn names_from_files_stay_in_their_comments() {
     assert!(!text.contains('\u{202e}') && !text.contains('\u{1b}'));
 }
 
-/// If the compiler is installed: on a Cortex-M4F, the stated memory is sufficient, and no double arithmetic is used.
+/// Compiles for a Cortex-M4F, if this compiler is installed.
 #[test]
 fn a_controller_needs_the_stated_memory_and_no_double_arithmetic() {
     if !is_there("arm-none-eabi-gcc", &["--version"]) {

@@ -1,4 +1,4 @@
-//! ATI-style `.cal` files: written and read.
+//! Writing and reading of ATI-style `.cal` files.
 
 use std::fs;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 use crate::support::{RECORDING, calibration, every_block, export};
 
-/// Only the offset of the conventional load is lost.
+/// A `.cal` has no place for the offset.
 #[test]
 fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
     let directory = tempfile::tempdir().unwrap();
@@ -35,7 +35,7 @@ fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
     }
 }
 
-/// ATI's library allows eight gauges.
+/// The limit comes from ATI's library.
 #[test]
 fn up_to_eight_gauges_are_written_and_read_back() {
     let directory = tempfile::tempdir().unwrap();
@@ -75,7 +75,7 @@ fn up_to_eight_gauges_are_written_and_read_back() {
     assert!(message.contains("up to 8 gauges"), "{message}");
 }
 
-/// Returns a file of another manufacturer, with millimetres, padding blanks and other elements.
+/// Returns the text of a `.cal` as another manufacturer writes it, with millimetres, padding blanks and additional elements.
 fn foreign() -> String {
     let row = |name: &str, values: &str| {
         format!("<UserAxis Name=\"{name}\" values=\" {values} \" max=\"50\"/>\n")

@@ -1,4 +1,4 @@
-//! The complete calibration as a file. Its guide page and its schema suffice: the reader here shares no code with the program.
+//! The complete calibration as a file. A reader written only from the guide page and the schema computes the same loads.
 
 use std::fs;
 use std::process::Command;
@@ -15,7 +15,7 @@ use crate::support::{
     samples, succeed,
 };
 
-/// Returns samples with pauses. Two pauses are gaps, both for readers of files and for calibrations.
+/// Returns samples with pauses. Two of the pauses are gaps, for the import of files and for the calibration.
 fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(600);
@@ -27,7 +27,7 @@ fn with_pauses() -> Samples {
     samples
 }
 
-/// Returns a calibration whose distance uses all axes over full scale, with less history than samples.
+/// Returns a calibration with the distance over all axes, each divided by its full scale. The history skips samples.
 fn by_full_scale() -> Calibration {
     let mut features = FeatureSettings {
         look_backs: vec![Thresholds { f_th: 0.3, t_th_secs: 8.0 }],
@@ -128,7 +128,6 @@ for name in sys.argv[1:]:
     succeed(python.arg("-c").arg(code).args(&files));
 }
 
-/// The distance has the same name as on the command line.
 #[test]
 fn names_of_choices_are_those_of_the_command_line() {
     let directory = tempfile::tempdir().unwrap();
@@ -137,6 +136,6 @@ fn names_of_choices_are_those_of_the_command_line() {
     let text = export(&calibration, &path);
     assert!(text.contains("\"distance\": \"full-scale\""), "{text}");
     let mut kept = calibration;
-    kept.quality.free_coefficients = None; // no file keeps it
+    kept.quality.free_coefficients = None; // not stored in files
     assert_eq!(read_calibration(&path).unwrap(), kept);
 }

@@ -1,4 +1,4 @@
-//! Exported files of numbers, read by the usual libraries; and formats that refuse a calibration.
+//! The usual libraries read the exported files of numbers. Some formats refuse calibrations that they cannot contain.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use loopscope::features::{FeatureSettings, Thresholds};
 
 use crate::support::{calibration, every_block, export, is_there, succeed};
 
-/// Runs Python in `directory`, with the JSON of the same calibration as `truth`.
+/// Runs Python code in `directory`. The variable `truth` holds the JSON of the same calibration.
 #[track_caller]
 fn python(directory: &Path, code: &str) {
     let head = "import json, numpy as np\ntruth = json.load(open('c.json'))\n";
@@ -24,7 +24,7 @@ fn exported(calibration: &Calibration, name: &str) -> tempfile::TempDir {
     directory
 }
 
-/// Returns a calibration whose names need escaping.
+/// Returns a calibration with names of recordings that must be escaped in files.
 fn odd_names() -> Calibration {
     let mut calibration = calibration(every_block(), Regressor::HybridNetwork);
     calibration.trained_on =
@@ -32,7 +32,7 @@ fn odd_names() -> Calibration {
     calibration
 }
 
-/// Checks of the arrays that both libraries must return.
+/// Python code that checks the arrays, for NumPy and for SciPy.
 const SAME_ARRAYS: &str = "
 for name in ['conventional', 'compensated']:
     assert np.array_equal(read[name], np.array(truth[name]['matrix'])), name
@@ -78,9 +78,9 @@ fn scipy_reads_every_array() {
     python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
 }
 
-/// Grammar of the parser of ROS 2 (rcl_yaml_param_parser). A file has a node's name, `ros__parameters`, then names with values,
-/// in maps at most five deep. A value is a scalar, or a list of scalars of one type. Nothing is empty. Unquoted scalars are a
-/// flag, else a whole number, else a real number, else a text; quoted scalars are texts.
+/// Python code that checks the grammar of ROS 2's parser (rcl_yaml_param_parser). A file has a node's name, `ros__parameters`, then
+/// names with values, in maps at most five deep. A value is a scalar, or a list of scalars of one type. No map, list or text is
+/// empty. An unquoted scalar is a flag, a whole number, a real number or a text, in this order. A quoted scalar is a text.
 const ROS_2: &str = "
 import yaml
 FLAGS = 'Y y yes Yes YES true True TRUE on On ON N n no No NO false False FALSE off Off OFF'.split()
@@ -145,7 +145,7 @@ fn ros_2_gets_parameters_that_its_parser_takes_with_the_same_numbers() {
     python(exported(&plain, "c.yaml").path(), ROS_2);
 }
 
-/// Octave reads the files of MATLAB, but only ASCII characters.
+/// Octave reads `.mat` files, but only ASCII characters.
 #[test]
 fn octave_rebuilds_the_conventional_load() {
     if !is_there("octave", &["--version"]) {
@@ -168,7 +168,6 @@ fn octave_rebuilds_the_conventional_load() {
     }
 }
 
-/// The exported Python file computes the row, and the model computes the load. Single precision allows 1e-4 of full scale.
 #[test]
 fn contents_that_a_format_cannot_contain_are_refused_without_writing() {
     let directory = tempfile::tempdir().unwrap();
@@ -197,7 +196,7 @@ fn contents_that_a_format_cannot_contain_are_refused_without_writing() {
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
 }
 
-/// Endings may be in upper or lower case. Every file for people states its contents.
+/// Endings may be in upper or lower case. Every text file lists its omitted parts.
 #[test]
 fn every_format_is_found_by_its_endings_and_names_the_missing_parts() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 /*
- * Reads samples, prints load, conventional load and status of each. NAME is the prefix of the header. An argument says which clock
- * the header is given (seconds if none does), or what is done beside: "zero" takes the load of sample 100 for zero, and with
- * "tare" the first line is the mean of an unloaded sensor.
+ * Reads samples, and prints the load, conventional load and status of each sample. NAME is the prefix of the header. The argument
+ * "ticks" or "step" selects the form of the time; without it the time is in seconds. "zero" subtracts the load of sample 100 from
+ * later loads. With "tare", the first line holds the mean gauges of an unloaded sensor.
  */
 #include HEADER
 #include <stdio.h>

@@ -1,4 +1,4 @@
-// Reads samples as driver.c does, through the class at the end of the header.
+// Reads and prints samples like driver.c, but uses the class at the end of the header.
 #include HEADER
 #include <cmath>
 #include <iostream>
@@ -20,7 +20,7 @@ static bool is_number(const std::string &text, double &number)
     return std::isfinite(number);
 }
 
-// With each form of the time, tared gauges show no load.
+// Returns true if tared gauges have no load, for ticks and for steps.
 static bool is_tared(const LOOPSCOPE_REAL *gauges)
 {
     for (Estimator *other : {&by_ticks, &by_step})
@@ -49,7 +49,7 @@ int main()
     bool is_good = true;
     std::cout.precision(17);
     if (!std::isnan(estimator.load()[0]))
-        return 2; // before the first sample
+        return 2; // before the first sample, the load must not be a number
     while (std::cin >> text) {
         is_good = is_number(text, time);
         for (auto &gauge : gauges) {

@@ -1,4 +1,4 @@
-//! MATLAB functions, run if Octave is installed.
+//! Exported MATLAB functions. The tests run them only if Octave is installed.
 
 use std::fs;
 use std::path::Path;
@@ -52,7 +52,7 @@ fn every_calibration_gives_the_same_loads_in_octave() {
     }
 }
 
-/// A tared state subtracts the mean gauges. It refuses values that are not numbers.
+/// A tare subtracts the mean gauges. The tare refuses gauges that are not numbers.
 #[test]
 fn a_tared_sensor_shows_no_load_in_octave() {
     if !octave_is_there() {
@@ -83,7 +83,7 @@ end
     }
 }
 
-/// The name is neither a keyword nor a function that the code calls. Texts of the user are in ASCII comments.
+/// The name must be neither a keyword nor a function that the code calls. Texts of the user become ASCII comments.
 #[test]
 fn a_file_gets_a_name_that_matlab_takes() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Exported code: each language is built, run over a recording and compared with the program's own loads.
+//! Exported code of each language is built and run on a recording. The printed loads are compared with the loads of the program.
 
 mod c;
 mod cal;

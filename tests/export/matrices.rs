@@ -1,4 +1,4 @@
-//! The conventional matrix alone, as a C array.
+//! Exports of the conventional matrix alone, as a C array.
 
 use std::fs;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Exported libraries. Their self-tests are built and run as a user would do it.
+//! Exported libraries. The tests build and run their self-tests as a user does.
 
 use std::fs;
 use std::io::{Cursor, Read as _};
@@ -14,17 +14,17 @@ use crate::support::{
     calibration, calibrations, drifting, every_block, is_there, learned, succeed,
 };
 
-/// Runs a self-test and returns its output.
+/// Runs a self-test and checks that it prints PASS and compares most samples.
 #[track_caller]
 fn passes(command: &mut Command, what: &str) {
     let printed = succeed(command);
     assert!(printed.starts_with("PASS: "), "{what}: {printed}");
-    // Most samples are compared, because only a few are at the edge of a threshold.
+    // Only samples at the edge of a threshold are not compared, and these are few.
     let numbers: Vec<f64> = printed.split(' ').filter_map(|word| word.parse().ok()).collect();
     assert!(numbers[0] > 0.7 * numbers[1], "{what}: {printed}");
 }
 
-/// Builds `main.c` by a compiler with these options.
+/// Builds `main.c` with this compiler and these options. Returns the command that runs the self-test.
 #[track_caller]
 fn built(compiler: &str, options: &[&str], folder: &Path) -> Command {
     let program = folder.join("selftest");
@@ -188,7 +188,7 @@ fn every_language_passes_its_own_test() {
     }
 }
 
-/// The test also has a channel outside its range and a channel that is not a number, with the same gauges.
+/// The test vector also has a channel outside its range, and a channel that is not a number, with unchanged gauges.
 #[test]
 fn a_library_tries_auxiliary_channels() {
     let directory = tempfile::tempdir().unwrap();
@@ -208,7 +208,7 @@ fn a_library_tries_auxiliary_channels() {
 #[test]
 fn a_library_tests_pauses_tare_and_invalid_samples() {
     let directory = tempfile::tempdir().unwrap();
-    // Each gauge travels twice the largest radius. Until then, the status is "filling".
+    // The status is "filling" until each gauge has travelled twice the largest radius.
     let every = every_block();
     let features = FeatureSettings { blocks: every.blocks.with(&Play, &[0.05]), ..every };
     let calibration = calibration(features, Regressor::Linear);

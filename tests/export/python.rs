@@ -1,4 +1,4 @@
-//! Python files, run if Python and NumPy are installed.
+//! Exported Python files. The tests run them only if Python and NumPy are installed.
 
 use std::fs;
 use std::process::Command;
@@ -41,7 +41,7 @@ fn every_calibration_gives_the_same_loads_in_python() {
     fs::write(at("main.py"), DRIVER).unwrap();
     for (name, calibration) in calibrations() {
         export(&calibration, &at("exported.py"));
-        // Compiled files are disabled, because Python would mix up two exports within one second.
+        // Python must write no compiled files, because it would confuse two exports that are written within one second.
         let run = |file: &str| {
             let mut python = Command::new("python3");
             succeed(python.arg("-B").arg(at("main.py")).arg(at(file)))

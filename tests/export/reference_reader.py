@@ -1,4 +1,4 @@
-"""Loads from a calibration file as assets/guide/calibration-file.md says: python3 reference_reader.py c.json samples.txt"""
+"""Computes loads from a calibration file by the rules of assets/guide/calibration-file.md: python3 reference_reader.py c.json samples.txt"""
 import json, sys
 import numpy as np
 

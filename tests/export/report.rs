@@ -1,4 +1,4 @@
-//! The report file: well-formed markup for any file names, and display in a browser.
+//! The report file has well-formed markup for any file names, and a browser can display it.
 
 use std::path::Path;
 use std::process::Command;
@@ -14,7 +14,7 @@ use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 const HOSTILE: &str =
     "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
 
-/// Returns a recording of two gauges that lag behind one force. Its names try to break out of markup.
+/// Returns a recording of two gauges that lag behind one force. The names in the recording contain markup that must be escaped.
 fn hostile(seed: f64, n: usize) -> Recording {
     let times: Vec<f64> = (0..n).map(|k| k as f64 / 10.0).collect();
     let mut lagging = 0.0_f64;
@@ -134,7 +134,7 @@ fn a_report_is_well_formed_and_complete_for_any_file_names() {
     for section in SECTIONS {
         assert!(html.contains(&format!("<section id=\"{section}\"")), "{section}");
     }
-    // The figures are curves over both thresholds, one loop, one trace, and two of the gauges over the recordings.
+    // The figures are curves over both thresholds, one loop, one trace, and two figures with the gauges of each recording.
     assert_eq!(names.iter().filter(|name| *name == "svg").count(), 6);
     for unwanted in ["script", "img", "link", "src", "href", "onload"] {
         assert!(!names.contains(&unwanted.to_owned()), "{unwanted}");
@@ -142,7 +142,7 @@ fn a_report_is_well_formed_and_complete_for_any_file_names() {
     assert!(!html.contains("url(") && !html.contains("@import"));
 }
 
-/// The only addresses are the name space of SVG, which is not fetched, and a text in the hostile name.
+/// Only two addresses are allowed: the name space of SVG, which is not fetched, and a text in the name of the recording.
 #[test]
 fn nothing_is_fetched_from_elsewhere() {
     let directory = tempfile::tempdir().unwrap();
@@ -184,7 +184,7 @@ fn a_report_is_not_half_written() {
     assert!(message.contains("read-only"), "{message}");
 }
 
-/// A browser lays out the page, and finds the last section and every figure.
+/// A browser must find the last section and every figure of the page.
 #[test]
 fn a_browser_reads_the_report() {
     let browsers = ["chromium", "chromium-browser", "google-chrome"];

@@ -1,4 +1,4 @@
-//! Rust files, compiled on their own.
+//! Exported Rust files, compiled without this crate.
 
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
@@ -78,7 +78,7 @@ fn every_calibration_gives_the_same_loads_in_rust() {
     }
 }
 
-/// A counter that wraps is equivalent to seconds that do not.
+/// A 32-bit counter that wraps around gives the same loads as seconds.
 #[test]
 fn ticks_in_rust_are_the_same_clock_as_seconds() {
     if !is_there("rustc", &["--version"]) {
@@ -86,7 +86,7 @@ fn ticks_in_rust_are_the_same_clock_as_seconds() {
     }
     let directory = tempfile::tempdir().unwrap();
     let at = |name: &str| directory.path().join(name);
-    // Times are rounded to microseconds, where no age equals a threshold.
+    // Times are rounded to microseconds, so that no age equals a threshold.
     let seconds = DRIVER.replace(
         "let time = numbers.next().unwrap();",
         "let time = (1.000137e6 * numbers.next().unwrap()).round() * 1e-6;",

@@ -1,4 +1,4 @@
-//! Calibrations of every kind on a few built-in recordings; input of exported code, and comparison of its output.
+//! Fits calibrations of every kind to a few built-in recordings, makes the input of exported code, and compares its output.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,7 +19,7 @@ use loopscope::recording::{Entry, Recording, RecordingSet, Role, simulated};
 static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     let all = simulated::recordings(7);
     let mut set = RecordingSet::default();
-    // The fit includes the recording that is run, because a network gives meaningless loads outside its training range.
+    // The fit includes the recording of the tests, because a network gives meaningless loads outside its training range.
     let some = all.entries().iter().step_by(30);
     for entry in some.chain([&all.entries()[RUN]]) {
         let recording = Arc::new(entry.recording.decimated(4));
@@ -28,10 +28,11 @@ static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     Arc::new(set)
 });
 
-/// Index of the built-in recording that is run.
+/// Index of the built-in recording on which the exported code runs.
 const RUN: usize = 11;
 
-/// Recording at the full rate, although every fourth sample was fitted. So it is longer than any ring buffer of 15 s.
+/// Recording on which the exported code runs. Only every fourth of its samples was fitted. So the recording has more samples than
+/// any ring buffer of 15 s.
 pub static RECORDING: LazyLock<Recording> = LazyLock::new(|| {
     let entry = simulated::recordings(7).entries()[RUN].clone();
     assert!(entry.recording.n_samples() > 1200);
@@ -52,7 +53,7 @@ pub fn every_block() -> FeatureSettings {
     }
 }
 
-/// Returns no block, each block alone, and all together.
+/// Returns settings with names: no feature block, each block alone, and all blocks together.
 pub fn block_sets() -> Vec<(&'static str, FeatureSettings)> {
     let all = every_block();
     let listed = |blocks| FeatureSettings { blocks, ..FeatureSettings::present() };
@@ -87,7 +88,8 @@ fn settings(regressor: Regressor) -> FitSettings {
     }
 }
 
-/// Returns a calibration of gauges that drift with temperature and supply, directly and through a low-pass, with other blocks.
+/// Returns a calibration with auxiliary channels and other blocks. The gauges drift with temperature and supply voltage, directly
+/// and through a low-pass.
 pub fn drifting(regressor: Regressor) -> Calibration {
     let mut set = RecordingSet::default();
     for (at, entry) in RECORDINGS.entries().iter().enumerate() {
@@ -118,7 +120,7 @@ pub fn drifting(regressor: Regressor) -> Calibration {
     calibration
 }
 
-/// Returns every block set with least squares, and every other regressor on all blocks.
+/// Returns calibrations with names: least squares on each set of blocks, and every other regressor on all blocks.
 pub fn calibrations() -> Vec<(String, Calibration)> {
     let linear = block_sets()
         .into_iter()
@@ -130,7 +132,7 @@ pub fn calibrations() -> Vec<(String, Calibration)> {
     linear.chain(learned()).collect()
 }
 
-/// Adds known limits of the gauges: one-sided, two-sided, and none for one gauge.
+/// Adds limits of the gauges: on one side, on two sides, and none for one gauge.
 fn clipped(mut calibration: Calibration) -> Calibration {
     let scale = &calibration.gauge_scale;
     let gauges = scale.shift.iter().zip(&scale.deviation);
@@ -166,8 +168,8 @@ pub fn samples(recording: &Recording) -> Samples {
     times.zip(gauges.map(<[f64]>::to_vec)).collect()
 }
 
-/// Returns [`RECORDING`] with a time far ahead, a late and a repeated one, gauges that are not numbers, jitter, and pauses. The
-/// clock restarts shortly before a 32-bit counter overflows, and at last jumps to the time since 1970.
+/// Returns [`RECORDING`] with jitter, pauses, numbers that are not finite, and times that are far ahead, late or repeated. The
+/// clock restarts shortly before a 32-bit counter overflows, and finally jumps to the time since 1970.
 pub fn disturbed() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(900);
@@ -203,8 +205,8 @@ pub fn disturbed() -> Samples {
     samples
 }
 
-/// Returns [`RECORDING`] with pauses, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer than its range.
-/// No past sample is exactly as old as a threshold of [`every_block`]: rounding would then decide whether it counts.
+/// Returns [`RECORDING`] with pauses, gaps, pauses beyond the range of a 32-bit clock, and invalid gauges for longer than this
+/// range. No sample is exactly as old as a threshold of [`every_block`], because rounding would then decide the past sample.
 pub fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(1000);
@@ -230,7 +232,8 @@ pub fn with_pauses() -> Samples {
     samples
 }
 
-/// Returns [`RECORDING`] with shifted gauges, tared over its first second, and the programs' input: the mean, the samples.
+/// Returns [`RECORDING`] with shifted gauges, tared over its first second. Also returns the input of exported programs: the mean
+/// gauges, then the samples.
 pub fn tared() -> (Recording, Samples) {
     let moved = RECORDING.gauges().iter().enumerate();
     let moved = moved.map(|(at, gauge)| gauge + 0.3 * (at % RECORDING.n_gauges()) as f64);
@@ -256,7 +259,7 @@ pub fn tared() -> (Recording, Samples) {
     (recording.tared("0:1".parse().unwrap()).unwrap().0, fed)
 }
 
-/// Returns the input of exported programs, one line per sample.
+/// Returns the text that exported programs read, one line per sample.
 pub fn lines(samples: &Samples) -> String {
     let mut text = String::new();
     for (time, gauges) in samples {
@@ -287,7 +290,7 @@ pub fn succeed(command: &mut Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Checks that each line holds load, conventional load and status of a sample, and loads within `tolerance` of full scale.
+/// Checks that each line holds load, conventional load and status of a sample. Loads may differ by `tolerance` times full scale.
 #[track_caller]
 pub fn assert_loads(
     printed: &str,
@@ -320,8 +323,8 @@ pub fn assert_loads(
 pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64, what: &str) {
     let statuses = assert_runs_as(&disturbed(), printed, calibration, tolerance, what);
     let n = |flag| statuses.iter().filter(|own| own.has(flag)).count();
-    // 3 samples have bad numbers, 2 have a bad time, and 2 come before the restart. Pauses of more than four seconds are
-    // gaps, and so is the leap of the clock to near its end.
+    // 3 samples have bad numbers, 2 have a bad time, and 2 come before the restart. Pauses of more than four seconds are gaps.
+    // The leap of the clock to near its end is also a gap.
     assert_eq!([n(Status::REJECTED_TIME), n(Status::REJECTED_VALUE)], [4, 3]);
     assert_eq!([n(Status::AFTER_GAP), n(Status::RESTARTED)], [5, 1]);
 }

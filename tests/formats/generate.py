@@ -1,8 +1,8 @@
-"""Makes one small recording in every format, in this folder or the one named: python3 generate.py [FOLDER]
+"""Writes one small recording in every format, into this folder or into FOLDER: python3 generate.py [FOLDER]
 
 Needs NumPy and SciPy, and pyarrow for Parquet, mcap for MCAP, h5py for HDF5, openpyxl for workbooks. Files of a missing
 package are skipped and listed.
-Sample k of 40 is at k / 64 s; gauge j is j + k / 4, axis a is 10 a - k / 2. All of these are exact in any float.
+Sample k of 40 is at k / 64 s; gauge j is j + k / 4, and axis a is 10 a - k / 2. All these numbers are exact in every float type.
 """
 
 import json
@@ -84,7 +84,7 @@ def matlab_files():
     }
     savemat(HERE / "plain.mat", variables)
     savemat(HERE / "packed.mat", variables, do_compression=True)
-    # Version 4 has no structs.
+    # Version 4 of the format has no structs.
     variables.pop("rig")
     savemat(HERE / "older.mat", variables, format="4")
     fields = {"t": TIME, "S": GAUGES, "out": {"loads": LOADS, "unit": "N"}, "note": "dry"}
@@ -121,7 +121,7 @@ def hdf5_files():
     records["Fx"], records["Mz"] = LOADS[:, 0], LOADS[:, 5]
     with h5py.File(HERE / "records.h5", "w") as file:
         file.create_dataset("run", data=records, chunks=(10,), compression="gzip")
-    # As pandas stores a data frame: names beside values.
+    # pandas stores a data frame in this form: names in one array, values in another.
     names = [b"t"] + [b"S%d" % j for j in range(1, 7)]
     with h5py.File(HERE / "frame.h5", "w") as file:
         file["df/block0_items"] = np.array(names)
@@ -130,7 +130,7 @@ def hdf5_files():
         for name, n in (("first", 10), ("second", N)):
             file[f"{name}/t"] = TIME[:n]
             file[f"{name}/S"] = GAUGES[:n]
-    # Data that a logger declared but never wrote: chunks at the end, some columns, and whole datasets of 0.8 GB each.
+    # A logger declared these data but never wrote them: chunks at the end, some columns, and whole datasets of 0.8 GB each.
     with h5py.File(HERE / "gaps.h5", "w") as file:
         planned = {"t": (60,), "S": (60, 6), "F": (60, 3)}
         data = {
@@ -142,7 +142,7 @@ def hdf5_files():
         data["S"][N : N + 10, :3] = 1.0
         for name, chunks in (("never", None), ("never_in_chunks", (1000,))):
             file.create_dataset(name, (100_000_000,), "f8", chunks=chunks)
-    # As MATLAB's -v7.3 writes: a user block in front, transposed arrays, the class of each variable.
+    # MATLAB's option -v7.3 writes a user block in front, transposed arrays, and the class of each variable.
     path = HERE / "newer.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
 
@@ -204,7 +204,7 @@ def workbook_files():
 
 
 def labview_files():
-    """Writes as LabVIEW's "Write To Measurement File" does, with decimal commas and a header for each of two segments."""
+    """Writes a file like LabVIEW's "Write To Measurement File", with decimal commas and a header for each of two segments."""
 
     def number(x):
         return f"{x:.6f}".replace(".", ",")
@@ -248,7 +248,7 @@ def parquet_files():
 
 
 def cdr(*parts):
-    """Returns plain little-endian CDR from formats of struct and their values, each aligned to its size."""
+    """Returns plain little-endian CDR. `parts` are format characters of `struct` with values, and each value is aligned to its size."""
     body = bytearray()
     for kind, value in parts:
         if kind == "text":
@@ -288,7 +288,7 @@ def mcap_files():
                 writer.add_message(topic, nanosecs, data, nanosecs)
 
             for k in range(N):
-                # Dimension of the layout: label, size and stride.
+                # A dimension of the layout consists of label, size and stride.
                 layout = [("I", 1), ("text", "gauges"), ("I", 6), ("I", 6), ("I", 0)]
                 numbers = [("I", 6)] + [("d", g) for g in GAUGES[k]]
                 add(gauges, 1000 + TIME[k], cdr(*layout, *numbers))
@@ -298,7 +298,7 @@ def mcap_files():
                     array_too = cdr(*layout, ("I", 6), *[("d", -g) for g in GAUGES[k]])
                     add(topic, 1000 + TIME[k], wrench_too if "Wrench" in kind else array_too)
                 if k % wrench_every == 0:
-                    # Logged a second late, so that a reader must use the stamp.
+                    # The log time is a second late, so a reader must use the time stamp in the message.
                     stamped = header(1000 + TIME[k]) + [("d", f) for f in LOADS[k]]
                     add(wrench, 1001 + TIME[k], cdr(*stamped))
                 if k % 10 == 0:

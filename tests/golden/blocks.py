@@ -1,5 +1,5 @@
-"""Makes blocks_expected.json: fits with every block and with a ridge, by an independent, plain implementation. Needs NumPy,
-and the recordings that generate.py makes. Run it here: python3 blocks.py
+"""Makes blocks_expected.json: errors of fits with every feature block and with a ridge, by a plain implementation that shares no code
+with the program. Needs NumPy, and the recordings that generate.py makes. Run in this folder: python3 blocks.py
 """
 
 import json
@@ -10,14 +10,15 @@ from generate import FORCES, HERE, arguments, full_scale_of, left_out_folds, lea
 
 
 def lagged(times, gauges, lag):
-    """The gauges `lag` ago, interpolated; the present ones before that."""
+    """Returns the gauges at the time t - lag, interpolated. Before the lag has passed, returns the present gauges."""
     wanted = times - lag
     columns = [np.interp(wanted, times, column) for column in gauges.T]
     return np.where((wanted >= times[0])[:, None], np.stack(columns, axis=1), gauges)
 
 
 def low_passed(times, gauges, tau):
-    """A first-order low-pass of gauges that are held between samples, weighted by how much of its start has faded."""
+    """Returns a first-order low-pass of the gauges, which are constant between samples. The difference between low-pass and gauges is
+    weighted by the share of the initial state that has decayed."""
     out = gauges.copy()
     for k in range(1, len(times)):
         share = 1.0 - np.exp(-(times[k] - times[k - 1]) / tau)
@@ -27,7 +28,8 @@ def low_passed(times, gauges, tau):
 
 
 def known_play(signal, radius):
-    """The play operator, where it no longer depends on where it began: once the signal has travelled twice the radius."""
+    """Returns the play operator. Until the signal has travelled twice the radius, the operator depends on its start, and the signal itself
+    is returned."""
     travel = np.maximum.accumulate(signal) - np.minimum.accumulate(signal)
     return np.where(travel >= 2.0 * radius, play(signal, radius), signal)
 
@@ -40,7 +42,7 @@ def monomials(z, degree):
 
 
 def solve(design, target, shrunk, strength):
-    """Least squares with the rows of the ridge written below the samples."""
+    """Returns the ridge solution: least squares on the samples and additional rows for the penalties."""
     penalties = np.sqrt(strength * np.sum(design**2, axis=0)) * shrunk
     rows = np.diag(penalties)[shrunk & (penalties > 0)]
     padded = np.vstack([design, rows])
@@ -48,7 +50,7 @@ def solve(design, target, shrunk, strength):
 
 
 def calibrate(train, test, f_th, t_th, distance, look_back, lags, creep, radii, degree, ridge, offset=True):
-    """What the program reports of a fit with these blocks."""
+    """Returns the errors that the program reports for a fit with these blocks."""
     train, test = [read(name) for name in train], [read(name) for name in test]
     axes = train[0][3]
     train, test = [part[:3] for part in train], [part[:3] for part in test]
@@ -97,7 +99,7 @@ def calibrate(train, test, f_th, t_th, distance, look_back, lags, creep, radii, 
 
 
 def words(look_back, lags, creep, radii, degree, ridge):
-    """The blocks, as the program's command line takes them."""
+    """Returns the blocks as command-line arguments."""
     listed = lambda values: ",".join(repr(value) for value in values)
     out = ["--look-back", listed(look_back) if look_back else "none"]
     for flag, values in (("--fixed-lag", lags), ("--creep", creep), ("--play", radii)):

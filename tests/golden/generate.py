@@ -1,8 +1,8 @@
-"""Makes the recordings in this folder and expected.json: what an independent, plain implementation of the calibration
-makes of them. Needs NumPy. Run it here: python3 generate.py
+"""Makes the recordings in this folder, and expected.json with the errors and loads of their calibrations. Needs NumPy. Run in this
+folder: python3 generate.py
 
-Nothing is shared with the program, and nothing is clever: a plain backward scan, design matrices written out, least
-squares by numpy.linalg.lstsq, cross-validation by fitting again without the part that is left out.
+The implementation is plain and shares no code with the program: a backward scan for past samples, complete design matrices, least
+squares by numpy.linalg.lstsq, and cross-validation by a new fit without the left-out part.
 """
 
 import json
@@ -19,7 +19,7 @@ BLOCKS = 5
 
 
 def play(signal, radius):
-    """The play operator: a value that follows the signal only when pushed."""
+    """Returns the play operator: a value that changes only when the signal is more than the radius away."""
     out = np.empty_like(signal)
     state = signal[0]
     for k, value in enumerate(signal):
@@ -29,7 +29,7 @@ def play(signal, radius):
 
 
 def sensor(rng, load, mixing, offsets, scales):
-    """Gauges that see a mixture of the load through a square term and hysteresis, each with its own offset and scale."""
+    """Returns gauges that measure a mixture of the loads with a square term and hysteresis. Each has its own offset and scale."""
     gauges = np.empty((len(load), len(offsets)))
     for g, (offset, scale) in enumerate(zip(offsets, scales)):
         strain = load @ mixing[:, g]
@@ -41,12 +41,12 @@ def sensor(rng, load, mixing, offsets, scales):
 
 
 def jittered_times(rng, n, rate, start):
-    """About `rate` samples a second, none of them on time, none before the last."""
+    """Returns increasing times with jitter, on average `rate` samples per second."""
     return start + (np.arange(n) + rng.uniform(0.0, 0.6, n)) / rate
 
 
 def motion(rng, times, full_scales, slowest, fastest):
-    """A sum of four sines for each axis."""
+    """Returns loads that are a sum of four sines for each axis."""
     load = np.zeros((len(times), len(full_scales)))
     for axis, full_scale in enumerate(full_scales):
         for _ in range(4):
@@ -56,7 +56,7 @@ def motion(rng, times, full_scales, slowest, fastest):
 
 
 def write(name, header, times, gauges, load, digits):
-    """Few digits, so that the file is small; everything below starts from what the file says."""
+    """Writes a recording with few digits, so that the file is small. The expected results are computed from the written numbers."""
     with open(HERE / name, "w") as out:
         out.write(header + "\n")
         for time, row, truth in zip(times, gauges, load):
@@ -65,7 +65,7 @@ def write(name, header, times, gauges, load, digits):
 
 
 def write_eight_gauges():
-    """100 Hz, six axes, gauges from microvolts to counts with offsets far above what they measure."""
+    """Writes recordings at 100 Hz with six axes. The gauges have units from microvolts to counts, and offsets far above their signal."""
     rng = np.random.default_rng(20)
     full_scales = (40.0, 30.0, 90.0, 2.0, 1.5, 0.8)
     mixing = rng.normal(size=(6, 8)) / np.array(full_scales)[:, None]
@@ -79,7 +79,7 @@ def write_eight_gauges():
 
 
 def write_two_gauges():
-    """One recording at 12 Hz; one force."""
+    """Writes one recording at 12 Hz with one force."""
     rng = np.random.default_rng(21)
     times = jittered_times(rng, 731, 12.0, 0.0)
     load = motion(rng, times, (5.0,), 0.02, 0.4)
@@ -88,7 +88,7 @@ def write_two_gauges():
 
 
 def write_even_clock():
-    """8 Hz to the last bit: many samples are exactly t_th old, and those still count."""
+    """Writes a recording at exactly 8 Hz. The age of many samples is exactly t_th, which is still allowed."""
     rng = np.random.default_rng(23)
     times = np.arange(170) / 8.0
     load = motion(rng, times, (8.0, 12.0), 0.1, 0.9)
@@ -97,7 +97,7 @@ def write_even_clock():
 
 
 def write_moment_only():
-    """No force axis, so the look-back measures shares of full scale; one of the four gauges never changes."""
+    """Writes recordings without a force axis, so the distance of the look-back is a share of full scale. One of the four gauges is constant."""
     rng = np.random.default_rng(22)
     mixing = np.array([[0.5, -0.4, 0.3, 0.0]])
     for name, n in (("train_1", 210), ("train_2", 180), ("train_3", 240), ("train_4", 150), ("test_1", 200)):
@@ -112,7 +112,7 @@ def write_moment_only():
 
 
 def read(name):
-    """(times, gauges, load, axes) of a file."""
+    """Returns times, gauges, load and axes of a file."""
     header = (HERE / name).read_text().split("\n", 1)[0].split(",")
     axes = [cell[:2] for cell in header if cell[:2] in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
     table = np.loadtxt(HERE / name, delimiter=",", skiprows=1)
@@ -120,7 +120,7 @@ def read(name):
 
 
 def least_squares(design, target):
-    """The solution of least norm on columns of unit length: gauges in counts and in microvolts weigh the same."""
+    """Returns the solution of least norm on columns of unit length, so that the unit of a gauge has no effect."""
     lengths = np.linalg.norm(design, axis=0)
     lengths[lengths == 0.0] = 1.0
     return np.linalg.lstsq(design / lengths, target, rcond=None)[0] / lengths[:, None]
@@ -131,7 +131,8 @@ def with_offset(columns, offset):
 
 
 def past_samples(times, conventional, weights, f_th, t_th):
-    """Going back from k itself, the first sample whose conventional load differs by F_th, no older than t_th; else k."""
+    """Returns the past sample of each sample k: going back from k, the first sample whose conventional load differs by F_th. If none within
+    t_th does, returns k."""
     past = []
     for k in range(len(times)):
         found = k
@@ -150,7 +151,7 @@ def rmse(errors):
 
 
 def left_out_folds(lengths):
-    """The samples that are left out together: whole recordings; with fewer than three, five contiguous blocks of all."""
+    """Returns the samples that are left out together: whole recordings, or with fewer than three recordings five contiguous blocks."""
     samples = np.arange(sum(lengths))
     if len(lengths) >= 3:
         return np.split(samples, np.cumsum(lengths)[:-1])
@@ -158,8 +159,8 @@ def left_out_folds(lengths):
 
 
 def left_out(designs, targets, cold=None):
-    """Errors of every training sample, predicted by a fit without its part; `cold(samples)` are the rows of samples of
-    which the earlier ones are unknown, as a robot has them that is switched on there."""
+    """Returns the errors of every training sample, predicted by a fit without the fold of the sample. `cold(samples)` returns the rows of
+    samples as after a cold start: earlier samples are unknown."""
     design, target = np.vstack(designs), np.vstack(targets)
     errors = np.empty_like(target)
     for fold in left_out_folds([len(one) for one in designs]):
@@ -170,7 +171,8 @@ def left_out(designs, targets, cold=None):
 
 
 def rank_and_condition(gauges, past_gauges, offset):
-    """Of the columns [z, z_past - z, 1], each of unit length; z: the gauges less their mean (without offset: as is)."""
+    """Returns rank and condition of the columns [z, z_past - z, 1], each of unit length. z are the gauges minus their mean, or without an
+    offset the gauges."""
     z = gauges - gauges.mean(axis=0) if offset else gauges
     z = np.where(np.ptp(gauges, axis=0) > 0.0, z, 0.0 if offset else z)
     columns = with_offset(np.hstack([z, past_gauges - gauges]), offset)
@@ -182,14 +184,14 @@ def rank_and_condition(gauges, past_gauges, offset):
 
 
 def full_scale_of(loads):
-    """Half the peak-to-peak load of each axis, or its largest magnitude where it goes one way only."""
+    """Returns half the peak-to-peak load of each axis, or its largest magnitude if the load has one direction."""
     up, down = np.maximum(loads.max(axis=0), 0.0), np.maximum(-loads.min(axis=0), 0.0)
     one_way = np.minimum(up, down) < 0.1 * np.maximum(up, down)
     return np.where(one_way, np.maximum(up, down), np.ptp(loads, axis=0) / 2.0)
 
 
 def calibrate(train, test, f_th, t_th, distance, offset=True, decimate=1, split=None, full_scale=None):
-    """Everything that the program reports, and the predictions on the test recordings."""
+    """Returns the numbers that the program reports, and the predicted loads of the test recordings."""
     train, test = [read(name) for name in train], [read(name) for name in test]
     axes = train[0][3]
     train, test = [part[:3] for part in train], [part[:3] for part in test]
@@ -264,7 +266,7 @@ def calibrate(train, test, f_th, t_th, distance, offset=True, decimate=1, split=
 
 
 def arguments(train, test, f_th, t_th, distance, offset=True, decimate=1, split=None, full_scale=None):
-    """The same choices, as the program's command line takes them."""
+    """Returns these settings as command-line arguments."""
     words = ["--train", *train] + (["--test", *test] if test else [])
     words += ["--f-th", repr(f_th), "--t-th", repr(t_th), "--distance", distance]
     words += [] if offset else ["--no-offset"]
@@ -275,7 +277,7 @@ def arguments(train, test, f_th, t_th, distance, offset=True, decimate=1, split=
 
 
 def cases():
-    """(sensor, choices) of every fit."""
+    """Yields the sensor and the settings of every fit."""
     train = [f"eight_gauges_train_{k}.csv" for k in (1, 2, 3)]
     test = ["eight_gauges_test_1.csv"]
     six = ("eight_gauges", dict(train=train, test=test, distance="force", f_th=25.0, t_th=1.5))
@@ -328,7 +330,7 @@ def cases():
 
 
 def applied(sensor, choices, samples):
-    """Loads of some samples of the test recording."""
+    """Returns the loads of some samples of the test recording."""
     _, (conventional, compensated) = calibrate(**choices)
     rows = [
         {"sample": k, "conventional": conventional[k].tolist(), "compensated": compensated[k].tolist()} for k in samples
@@ -346,7 +348,7 @@ def main():
     for sensor, choices in cases():
         report, _ = calibrate(**choices)
         fits.append({"sensor": sensor, "arguments": arguments(**choices), "expected": report})
-        # A calibration of every n-th sample is applied to all samples, which is another history.
+        # A decimated calibration is applied to all samples, which have another history. So it is left out here.
         if choices["test"] and choices["f_th"] in (25.0, 0.25, 0.5) and "decimate" not in choices:
             loads.append(applied(sensor, choices, (0, 3, 41, 199)))
     text = json.dumps({"fits": fits, "applied": loads}, indent=1)

@@ -1,5 +1,5 @@
-"""Makes metrology_expected.json: the loop and error figures of the recordings in this folder by an independent, plain
-implementation of their definitions. Needs NumPy, and the recordings that generate.py makes. Run it here: python3 metrology.py
+"""Makes metrology_expected.json: loop and error figures of the recordings in this folder, by a plain implementation of their definitions
+that shares no code with the program. Needs NumPy, and the recordings that generate.py makes. Run in this folder: python3 metrology.py
 """
 
 import json
@@ -17,14 +17,14 @@ QUIET, WIDEST = 0.02, 12
 
 
 def reversal_threshold(recordings):
-    """Ten times the noise by fourth differences, at least 5 % of the range."""
+    """Returns ten times the noise of the load, estimated by fourth differences, but at least 5 % of the load's range."""
     noise = [np.sort(np.abs(np.diff(x, 4)))[(len(x) - 5) // 2] / np.sqrt(70.0) / 0.6744897501960817 for x in recordings]
     every = np.concatenate(recordings)
     return max(10.0 * max(noise), 0.05 * np.ptp(every))
 
 
 def reversals(x, band):
-    """Ends of the branches, sample by sample: the farthest point so far, once the load is back by more than the band."""
+    """Returns the first and last sample of each branch. A branch ends at its extreme load, if the load then turns back by more than `band`."""
     ends, start, direction = [0], 0, 0
     for k in range(len(x)):
         seen = x[start : k + 1]
@@ -41,7 +41,8 @@ def reversals(x, band):
 
 
 class Branch:
-    """Averages over hundredths of the load range, between the samples of least and greatest load. `own` are its samples."""
+    """A branch of a loop, with the samples `own`. The curve of a branch goes through averages over hundredths of the load range, and through
+    the samples of smallest and largest load."""
 
     def __init__(self, recording, x, outputs, own, rising):
         self.recording, self.own, self.rising = recording, own, rising
@@ -67,14 +68,15 @@ class Branch:
         return np.interp(loads, knots[:, 0], knots[:, 1])
 
     def ends(self, output):
-        """The outer two averages carried on to the ends."""
+        """Returns the ends of the branch, extrapolated from the two outer averages at each end."""
         a = self.averages(output)
         carry = lambda load, p, q: p[1] + (q[1] - p[1]) * (load - p[0]) / (q[0] - p[0])
         return np.array([[self.low, carry(self.low, a[0], a[1])], [self.high, carry(self.high, a[-1], a[-2])]])
 
 
 def cycles_of(recording, x, outputs, band):
-    """Rainflow: cycles that close, neighbours among the half cycles that are left, and these halves."""
+    """Returns three lists by rainflow: closed cycles with paired half cycles, closed cycles with all neighbouring half cycles, and the half
+    cycles that do not close."""
     whole = lambda a, b: Branch(recording, x, outputs, np.arange(a, b + 1), x[b] > x[a])
     left = [whole(a, b) for a, b in reversals(x, band)]
     closed, at = [], 0
@@ -91,7 +93,7 @@ def cycles_of(recording, x, outputs, band):
         joined = np.r_[before.own, after.own[end:]]
         left[at : at + 3] = [Branch(recording, x, outputs, joined, before.rising)]
         at = 0
-    # Every way to pair neighbours, by how great the sum of squared common ranges is.
+    # Of all ways to pair neighbouring half cycles, the pairing with the largest sum of squared common ranges is chosen.
     best = {len(left): (0.0, []), len(left) + 1: (0.0, [])}
     for k in reversed(range(len(left))):
         alone = best[k + 1]
@@ -123,7 +125,8 @@ def widths(cycle, loads, output):
 
 
 def quiet(widths):
-    """Sizes of widths, on straight lines through neighbours: as few of them as make the noise a fiftieth of the largest."""
+    """Returns the absolute widths, smoothed by straight lines through neighbours. The number of neighbours is the smallest that reduces twice
+    the noise to a fiftieth of the largest width."""
     bends = np.sort(np.abs(np.diff(widths, 2)))
     noise = bends[len(bends) // 2] / 0.6745 / np.sqrt(6.0)
     for half in range(WIDEST + 1):
@@ -138,8 +141,8 @@ def quiet(widths):
 
 
 def figures(recordings, outputs, others, full_scales):
-    """Every figure of one axis, conventional and compensated: recordings of one load, outputs[o] of the same shapes; others
-    are the loads of the other axes, per recording one column each, with their full scales."""
+    """Returns every figure of one axis, conventional and compensated. `recordings` are the loads of this axis, and outputs[o] have the same
+    shapes. `others` are the loads of the other axes, per recording one column for each axis, with their full scales."""
     band = reversal_threshold(recordings)
     every = np.concatenate(recordings)
     counted = [
@@ -161,7 +164,7 @@ def figures(recordings, outputs, others, full_scales):
     low, high = max((common(c)[0] for c in full), default=0), min((common(c)[1] for c in full), default=0)
 
     def mean_widths(output):
-        """Each loop on its own 101 loads first, then on those of the mean."""
+        """Returns the widths of the mean loop. Each loop is interpolated on its own 101 loads, and then on the 101 loads of the mean loop."""
         loads, total = np.linspace(low, high, STEPS), 0.0
         for cycle in full:
             own = np.linspace(*common(cycle), STEPS)
@@ -194,7 +197,7 @@ def figures(recordings, outputs, others, full_scales):
     both("combined_error", combined)
 
     def apart(branches, values):
-        """How far values of branches that go the same way are apart at equal load."""
+        """Returns the largest difference, at equal load, between the values of branches with the same direction."""
         loads = np.linspace(*common(branches), STEPS)
         curves = [Branch(b.recording, recordings[b.recording], [values[b.recording]], b.own, b.rising) for b in branches]
         return np.ptp([curve.at(loads, 0) for curve in curves], axis=0).max()
@@ -204,7 +207,8 @@ def figures(recordings, outputs, others, full_scales):
         for r, x in enumerate(recordings):
             large = [Branch(r, x, [], np.arange(a, b + 1), x[b] > x[a]) for a, b in reversals(x, 0.5 * span(largest))]
             for branch, end in ((large[0], False), (large[-1], True)) if large else ():
-                # Where the first begins and the last ends, the load may have gone the other way by up to the reversal threshold.
+                # Before the start of the first cycle and after the end of the last cycle, the load may have moved the other way by up to the
+                # reversal threshold. These samples are removed.
                 highest = branch.rising == end
                 k = int(np.argmax(branch.x[::-1] if highest else -branch.x[::-1]))
                 k = len(branch.x) - 1 - k

@@ -225,7 +225,7 @@ impl Hands {
         act
     }
 
-    /// Returns true if the monkey waits for a long time.
+    /// Returns true if the monkey waits for a long time after this action.
     pub fn is_patient(&mut self) -> bool {
         self.random.chance(0.05)
     }
@@ -240,7 +240,7 @@ impl Hands {
         }
     }
 
-    /// Returns a place over a widget, preferably a floating one, or over nothing; and its name.
+    /// Returns a random position and the name of the widget there, or "nothing". Floating widgets are preferred.
     fn place(&mut self, window: &Harness<'_, Option<Shell>>) -> (Pos2, String) {
         let screen = window.ctx.content_rect();
         let anywhere = |random: &mut Random, rect: Rect| {

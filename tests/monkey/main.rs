@@ -1,14 +1,14 @@
-//! A monkey at the window: random clicks, drags, keys, words, files and sizes, from a seed, without a display. It is run by hand:
+//! A monkey test of the window without a display: random clicks, drags, keys, words, files and sizes, from a seed. Start it by hand:
 //!
 //! ```text
 //! cargo test --test monkey -- [--seed N] [--minutes M | --steps N] [--samples N] [--memory curve.csv] [FILE…]
 //! cargo test --test monkey -- --soak 10000 [FILE…]      only moves F_th and t_th; memory must not grow
 //! ```
 //!
-//! It opens FILEs, `--samples` of a generated sensor, or the built-in sensor. It writes into a temporary folder. It prints the
-//! actions, the longest frames with the action before them, each panic on any thread with seed and step, and the memory over
-//! time. It fails on a panic, on a frame of more than a second, on more memory than `--ceiling`, and if the memory of a soak
-//! grows. Then it prints the last actions. Background threads do not depend on the seed, so a repeated run may differ.
+//! The test opens FILEs, `--samples` of a generated sensor, or the built-in sensor. It writes only into a temporary folder. It prints
+//! the actions, the longest frames with the action before each, each panic with seed and step, and the memory over time. It fails on
+//! a panic, on a frame of more than a second, on more memory than `--ceiling`, and if memory grows in a soak. After a failure it
+//! prints the last actions. Background threads do not depend on the seed, so a repeated run may differ.
 
 #[path = "../support/dropped.rs"]
 mod dropped;
@@ -39,21 +39,21 @@ use dropped::Dropped;
 use hands::{Hands, Random};
 use memory::{Curve, Textures};
 
-/// Duration of a frame that counts as a freeze.
+/// Duration from which a frame counts as a freeze.
 const FROZEN: Duration = Duration::from_secs(1);
-/// Number of longest frames that are listed.
+/// Number of frames in the printed list of the longest frames.
 const LISTED: usize = 8;
 /// Number of recent actions that a failure lists.
 const REMEMBERED: usize = 20;
-/// Maximum waiting times for answers: usual, and occasional.
+/// Maximum times to wait for background results: usual, and occasional.
 const PATIENCE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
-/// Interval between two checks of the watchdog.
+/// Interval between two checks of the watchdog, which ends a hanging test.
 const WATCH: Duration = Duration::from_millis(50);
-/// Duration of a frame after which the window counts as hung.
+/// Duration of a frame after which the watchdog ends the test.
 const HUNG: Duration = Duration::from_secs(60);
-/// Maximum time of an answer in a soak test.
+/// Maximum time to wait for a background result in a soak test.
 const HANGS: Duration = Duration::from_secs(60);
-/// Number of slider moves between two waits.
+/// Number of slider moves between two waits for background results.
 const MOVES_PER_REST: u64 = 25;
 
 #[derive(Parser)]
@@ -75,10 +75,10 @@ struct Choices {
     /// Memory above which the test fails at once (MB).
     #[arg(long, default_value_t = 6000.0)]
     ceiling: f64,
-    /// File for the curve of memory.
+    /// CSV file for the memory over time.
     #[arg(long)]
     memory: Option<PathBuf>,
-    /// Seconds between two points of that curve.
+    /// Interval between two points of the memory curve (s).
     #[arg(long, default_value_t = 5.0)]
     every: f64,
     files: Vec<PathBuf>,
@@ -91,7 +91,7 @@ struct World {
     random: Random,
 }
 
-/// A log file that is being written with the rows of a recording, repeatedly.
+/// A growing log file. The rows of a recording are appended repeatedly.
 struct Log {
     path: PathBuf,
     rows: Vec<String>,
@@ -99,7 +99,7 @@ struct Log {
 }
 
 impl Log {
-    /// Returns a log with the head of a text file.
+    /// Returns a log that repeats the rows of the text file `source`.
     fn new(path: PathBuf, source: &Path) -> std::io::Result<Self> {
         let mut head = vec![0; 200_000];
         let read = std::io::Read::read(&mut std::fs::File::open(source)?, &mut head)?;
@@ -115,7 +115,7 @@ impl Log {
         let rows = self.rows.len() - 1; // the last row may be incomplete
         let mut text = String::new();
         for _ in 0..n {
-            // The header is written once.
+            // The header is written only once.
             let at = if self.written < rows { self.written } else { 1 + self.written % (rows - 1) };
             text.push_str(&self.rows[at]);
             self.written += 1;
@@ -162,7 +162,7 @@ impl Dialogs for AnyFile {
     }
 }
 
-/// Recent actions and the start of the present frame; the watchdog reads them too.
+/// Recent actions, and the start of the present frame. The watchdog thread also reads them.
 #[derive(Clone, Default)]
 struct Last(Arc<Mutex<(VecDeque<String>, Option<Instant>)>>);
 
@@ -190,7 +190,7 @@ impl Last {
         }
     }
 
-    /// Ends the program if it uses too much memory, or if a frame does not end.
+    /// Starts the watchdog, which ends the program if memory exceeds `ceiling` (MB), or if a frame does not end.
     fn guard(&self, ceiling: f64, seed: u64) {
         let own = self.clone();
         std::thread::spawn(move || {
@@ -211,7 +211,7 @@ impl Last {
     }
 }
 
-/// The window and its measurements.
+/// The window of the test, with its measurements.
 struct Watch {
     window: Harness<'static, Option<Shell>>,
     world: Rc<RefCell<World>>,
@@ -222,7 +222,7 @@ struct Watch {
     actions: u64,
     restarts: u64,
     last: Last,
-    /// Longest frames: duration, processor time, and preceding actions.
+    /// Longest frames: duration, processor time, step, and preceding action.
     longest: Vec<(Duration, Duration, u64, String)>,
 }
 
@@ -280,7 +280,7 @@ impl Watch {
         self.last.push(format!("{}: {action}", self.actions));
     }
 
-    /// Draws one frame with these events, including layout and tessellation.
+    /// Draws one frame with these events, and measures its time, including layout and tessellation.
     fn frame(&mut self, events: impl IntoIterator<Item = Event>) {
         self.window.input_mut().events.extend(events);
         let (start, own) = (Instant::now(), memory::thread_time());
@@ -300,7 +300,7 @@ impl Watch {
         let commands = viewport.map_or(&[][..], |viewport| &viewport.commands);
         let closes = commands.iter().any(|command| matches!(command, ViewportCommand::Close));
         if closes {
-            // The window is opened again, as a user would.
+            // After the window was closed, it is opened again.
             if let Some(mut shell) = self.window.state_mut().take() {
                 shell.end();
             }
@@ -310,7 +310,7 @@ impl Watch {
         self.curve.follow(self.start.elapsed(), &self.textures, engine);
     }
 
-    /// Waits for answers, at most for this time.
+    /// Draws frames until no background work runs, at most for this time.
     fn rest(&mut self, patience: Duration) {
         let start = Instant::now();
         loop {
@@ -357,7 +357,7 @@ impl Watch {
         }
     }
 
-    /// Moves the threshold sliders, with occasional waits.
+    /// Moves the threshold sliders, with occasional waits for background results.
     fn soak(&mut self, seed: u64, moves: u64) {
         let mut random = Random::new(seed);
         self.rest(HANGS);
@@ -413,14 +413,14 @@ fn generate(path: &Path, n: usize) -> std::io::Result<()> {
     file.flush()
 }
 
-/// Copies the recordings to a writable folder. A session is opened in place, because it contains the paths of its files.
+/// Copies the recordings to a temporary folder. A session is not copied, because it contains the paths of its files.
 fn prepare(choices: &Choices, folder: &Path) -> std::io::Result<World> {
     let mut files = Vec::new();
     for (at, path) in choices.files.iter().enumerate() {
         let own = folder.join(at.to_string());
         std::fs::create_dir(&own)?;
         let own = own.join(path.file_name().unwrap_or_default());
-        // The copy is writable, even if the file is not.
+        // The copy must be writable, even if the file is not.
         std::fs::write(&own, std::fs::read(path)?)?;
         files.push(own);
     }
@@ -442,7 +442,7 @@ fn main() -> ExitCode {
         .and_then(|file| Curve::new(Duration::from_secs_f64(choices.every), file))
         .unwrap_or_else(|error| panic!("monkey: {error}"));
     let world = prepare(&choices, folder.path()).unwrap_or_else(|error| panic!("monkey: {error}"));
-    // Typed relative paths are written to this folder.
+    // Relative paths that the monkey types refer to this folder.
     std::env::set_current_dir(folder.path()).expect("the temporary folder exists");
 
     let panics = Arc::new(Mutex::new(Vec::new()));

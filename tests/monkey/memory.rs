@@ -1,4 +1,4 @@
-//! Memory of the program over time.
+//! Measures the memory of the program over time.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -13,10 +13,10 @@ use loopscope::engine::Engine;
 
 /// Number of rows of the printed table.
 const ROWS: usize = 12;
-/// Growth of memory that counts as none: below this share, and below this number of MB.
+/// Limits of growth that counts as no growth: a share of the memory, and a number of MB.
 const STEADY: (f64, f64) = (0.05, 16.0);
 
-/// Textures that a screen would hold: allocated and not freed.
+/// Sizes of the textures that are allocated and not freed.
 #[derive(Clone, Default)]
 pub struct Textures(Rc<RefCell<HashMap<TextureId, usize>>>);
 
@@ -48,7 +48,7 @@ struct Point {
     threads: usize,
     textures: (usize, usize),
     recordings: usize,
-    /// Size of the recordings' numbers (MB).
+    /// Memory of the recordings' numbers (MB).
     loaded: f64,
 }
 
@@ -56,12 +56,12 @@ pub struct Curve {
     every: Duration,
     next: Duration,
     points: Vec<Point>,
-    /// File to which each point is written at once, so that it is complete after a crash.
+    /// File to which each point is written immediately, so that no point is lost in a crash.
     file: Option<File>,
 }
 
 impl Curve {
-    /// Returns an empty curve that takes one point in each interval of time.
+    /// Returns an empty curve with one point per interval `every`.
     pub fn new(every: Duration, mut file: Option<File>) -> std::io::Result<Self> {
         if let Some(file) = &mut file {
             writeln!(
@@ -72,7 +72,7 @@ impl Curve {
         Ok(Self { every, next: Duration::ZERO, points: Vec::new(), file })
     }
 
-    /// Adds a point for a window with these recordings, if one is due.
+    /// Adds a point if the interval since the last point has passed. `engine` gives the recordings of the window.
     pub fn follow(&mut self, now: Duration, textures: &Textures, engine: Option<&Engine>) {
         if now < self.next {
             return;
@@ -161,7 +161,7 @@ pub fn resident() -> f64 {
     status("VmRSS:") / 1024.0
 }
 
-/// Returns a number that Linux reports about this process; 0 on other systems.
+/// Returns the number that Linux reports about this process under this name; 0 on other systems.
 fn status(name: &str) -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(name));

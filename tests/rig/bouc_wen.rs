@@ -1,5 +1,5 @@
-//! Sound recordings of a second kind of rig, for which no limit of the check was chosen: Bouc-Wen hysteresis and creep along
-//! each axis, curved gauges, coloured noise, a converter with 14 bits, and other load programmes.
+//! Recordings without faults from a second simulator. No limit of the check was chosen on these recordings. Each axis has Bouc-Wen
+//! hysteresis and creep. Gauges are curved, noise is coloured, the converter has 14 bits, and the load programmes are different.
 
 use std::f64::consts::TAU;
 
@@ -7,13 +7,13 @@ use loopscope::recording::Axis;
 
 use crate::simulator::{Dice, PROGRAMMES, Programme, Run, Set};
 
-/// Returns the loads of one recording, at most about 1 on each axis.
+/// Returns the loads of one recording, one row per sample. The largest load of each axis is about 1.
 fn programme(dice: &mut Dice, kind: Programme, n_axes: usize, rate: f64) -> Vec<Vec<f64>> {
     let reach = dice.between(0.7, 1.0);
     let n = (dice.between(40.0, 120.0) * rate) as usize;
     let row = |of: &mut dyn FnMut(usize) -> f64| (0..n_axes).map(|axis| reach * of(axis)).collect();
     match kind {
-        // Three masses that hang from the sensor in any orientation.
+        // Three masses hang from the sensor in random orientations.
         Programme::Poses => {
             let mut pose = || {
                 let way: Vec<f64> = (0..n_axes).map(|_| dice.normal()).collect();
@@ -23,7 +23,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize, rate: f64) -> Vec<
             };
             (0..60).map(|_| pose()).collect()
         }
-        // One axis after the other moves up and down, while the others are held.
+        // One axis after the other moves up and down, while the other axes are held.
         Programme::Steps => {
             let (every, mut held) = ((6.0 * rate) as usize, vec![0.0; n_axes]);
             let mut at = |k: usize| {
@@ -38,7 +38,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize, rate: f64) -> Vec<
             };
             (0..n).map(&mut at).collect()
         }
-        // Growing cycles on all axes.
+        // All axes go through cycles of growing size.
         Programme::Ramps => {
             let hz: Vec<f64> = (0..n_axes).map(|_| dice.between(0.08, 0.3)).collect();
             let at = |k: usize| {
@@ -47,7 +47,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize, rate: f64) -> Vec<
             };
             (0..n).map(at).collect()
         }
-        // A hand that pushes and pulls.
+        // A hand pushes and pulls the sensor.
         Programme::Random => {
             let mut states = vec![[0.0_f64; 2]; n_axes];
             let mut at = |_| {
@@ -63,7 +63,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize, rate: f64) -> Vec<
     }
 }
 
-/// Returns a sound set with the same ranges of sizes as the first simulator.
+/// Returns a set of recordings without faults, with the same ranges of sizes as the first simulator.
 pub fn sound(seed: u64, fewest_runs: usize) -> Set {
     let mut dice = Dice::new(seed + 77_000);
     let n_runs = (1 + dice.below(8)).max(fewest_runs);
@@ -75,7 +75,7 @@ pub fn sound(seed: u64, fewest_runs: usize) -> Set {
     let axes = Axis::ALL[if n_axes > 3 { 0 } else { dice.below(7 - n_axes) }..][..n_axes].to_vec();
     let full_scale: Vec<f64> =
         axes.iter().map(|axis| if axis.is_force() { 500.0 } else { 20.0 }).collect();
-    // Every gauge responds to each axis.
+    // Every gauge responds to every axis.
     let slopes: Vec<Vec<f64>> =
         (0..n_gauges).map(|_| (0..n_axes).map(|_| dice.normal()).collect()).collect();
     let span: Vec<f64> =
@@ -88,7 +88,7 @@ pub fn sound(seed: u64, fewest_runs: usize) -> Set {
     for _ in 0..n_runs {
         let kind = one_kind.unwrap_or_else(|| PROGRAMMES[dice.below(4)]);
         let loads = programme(&mut dice, kind, n_axes, rate);
-        // Last load, hysteresis and creep of each axis.
+        // State of each axis: last load, hysteresis and creep.
         let mut states = vec![[0.0_f64; 3]; n_axes];
         let mut noises = vec![0.0; n_gauges];
         let mut gauges = Vec::new();

@@ -1,4 +1,5 @@
-//! The data check on simulated rigs: most faults are reported with the right cause, and no sound set gives a false alarm.
+//! Runs the data check on simulated rigs. Most faults must be reported with the right cause, and recordings without faults must give no
+//! false alarm.
 
 mod bouc_wen;
 mod simulator;
@@ -20,7 +21,7 @@ fn rig(set: &Set) -> Rig {
     Rig::of(&all, &set.full_scale).unwrap()
 }
 
-/// Returns the size at which a fault adds a quarter to the held-out error; `None` if it adds less.
+/// Returns the size at which a fault adds a quarter (or `RIG_ADDS_PERCENT`) to the held-out error; `None` if no size adds this much.
 fn size(fault: Fault, sound: &Set) -> Option<f64> {
     let adds = number("RIG_ADDS_PERCENT", 25) as f64 / 100.0;
     let wanted = (1.0 + adds) * rig(sound).left_out_error();
@@ -42,7 +43,7 @@ fn size(fault: Fault, sound: &Set) -> Option<f64> {
     Some(high)
 }
 
-/// Returns true if the check names the fault.
+/// Returns true if the reported causes contain this fault.
 fn is_named(fault: Fault, set: &Set, causes: &[Finding]) -> bool {
     let has = |id: Id| causes.iter().any(|own| own.id == id);
     match fault {
@@ -86,7 +87,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
     }
 }
 
-/// Returns a number from the environment, for longer runs by hand.
+/// Returns a number from an environment variable, which can be set for longer runs by hand; else the usual number.
 fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
@@ -105,7 +106,8 @@ fn described(set: &Set) -> String {
     )
 }
 
-/// By hand: `RIG_FROM=900 RIG_SETS=14 cargo test --release --test rig named -- --nocapture` prints the tables of the guide.
+/// Checks the detection rates. To print the table of the guide:
+/// `RIG_FROM=900 RIG_SETS=14 cargo test --release --test rig named -- --nocapture`.
 fn assert_most_are_named(kind: &str, sound: Sound) {
     let (from, sets) = (number("RIG_FROM", 6), number("RIG_SETS", 4));
     let text = |found: &[Finding]| {
@@ -143,7 +145,7 @@ fn assert_most_are_named(kind: &str, sound: Sound) {
         (named, all) = (named + right, all + of);
     }
     println!("{kind}: {named} of {all} faults named");
-    // Few sets; the guide has the rates of more sets.
+    // The test uses few sets. The guide has the rates for more sets.
     assert!(16 * accused.len() as u64 <= 4 * sets, "{accused:#?}");
     assert!(10 * named >= 8 * all, "{named} of {all}");
 }
@@ -158,7 +160,7 @@ fn faults_of_rigs_with_bouc_wen_hysteresis_are_named_and_sound_ones_are_not_accu
     assert_most_are_named("Bouc-Wen", bouc_wen::sound);
 }
 
-/// A column of each kind, beside the gauges of sound rigs.
+/// Each set has one additional column: a copy of a gauge, a clock, or a copy of the reference.
 #[test]
 fn columns_that_are_no_gauges_are_named() {
     for seed in (0..40).filter(|seed| Set::sound(*seed, 2).noise > 0.002) {
@@ -185,7 +187,6 @@ fn columns_that_are_no_gauges_are_named() {
     }
 }
 
-/// Most faults of single channels are reported, and sound sets give no false alarm.
 #[test]
 fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     let found = |set: &Set| {
@@ -236,7 +237,7 @@ fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     assert!(4 * named >= 3 * all, "{named} of {all}");
 }
 
-/// Returns the findings on a set, the last `n_tests` recordings being test recordings.
+/// Returns the findings on a set. The last `n_tests` recordings have the role Test.
 fn findings(set: &Set, n_tests: usize) -> Vec<Finding> {
     let mut recordings = RecordingSet::default();
     let n_train = set.runs.len() - n_tests;
@@ -256,14 +257,14 @@ fn causes(set: &Set) -> Vec<Finding> {
     findings(set, 0).into_iter().filter(|own| own.id.is_cause()).collect()
 }
 
-/// Returns the findings on the programmes and loads of a set.
+/// Returns the ids of the findings on load programmes and loads of a set.
 fn of_loads(set: &Set, n_tests: usize) -> Vec<Id> {
     let wanted = [Id::SameSamples, Id::OneProgramme, Id::OneAxisAtATime, Id::OneSided];
     let found = findings(set, n_tests).into_iter().map(|own| own.id);
     found.filter(|id| wanted.contains(id)).collect()
 }
 
-/// Returns a set with other loads, which the gauges follow in straight lines, with noise.
+/// Returns a set with other loads. The gauges follow the loads linearly, with noise.
 fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set {
     let mut set = set.clone();
     let mut dice = Dice::new(set.seed);
@@ -282,7 +283,7 @@ fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set 
     set
 }
 
-/// Each defect is found in its own set, and nowhere else.
+/// Each defect must be found in the set that has it, and in no other set.
 #[test]
 fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_told_apart() {
     let is_fit = |set: &Set| {

@@ -1,8 +1,9 @@
-//! Recordings of simulated rigs, sound or with a single fault. The simulator shares no code with the built-in sensor.
+//! Recordings of simulated rigs, without a fault ("sound") or with a single fault. The simulator shares no code with the built-in
+//! sensor.
 
 use loopscope::recording::{Axis, Recording, Source};
 
-/// A xorshift stream (Marsaglia 2003).
+/// Generator of random numbers (xorshift, Marsaglia 2003).
 pub struct Dice(u64);
 
 impl Dice {
@@ -29,7 +30,7 @@ impl Dice {
         ((self.unit() * n as f64) as usize).min(n - 1)
     }
 
-    /// Returns a nearly normal number: the sum of twelve uniform numbers minus six.
+    /// Returns a nearly normally distributed number: the sum of twelve uniform numbers minus six.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
@@ -74,7 +75,7 @@ fn knots(dice: &mut Dice, n: usize, n_axes: usize) -> Vec<Vec<f64>> {
     (0..n).map(|_| (0..n_axes).map(|_| dice.between(-1.0, 1.0)).collect()).collect()
 }
 
-/// Returns loads from −1 to 1 on each axis.
+/// Returns the loads of a recording, one row per sample, from −1 to 1 on each axis.
 fn programme(dice: &mut Dice, kind: Programme, n_axes: usize) -> Vec<Vec<f64>> {
     let secs = dice.between(40.0, 90.0);
     let n = (secs * RATE_HZ) as usize;
@@ -132,7 +133,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize) -> Vec<Vec<f64>> {
 }
 
 impl Set {
-    /// Returns a sound set: one to eight recordings, one to six axes, 0 to 10 % of hysteresis, 0.05 to 1 % of noise.
+    /// Returns a set without faults: one to eight recordings, one to six axes, 0 to 10 % of hysteresis, 0.05 to 1 % of noise.
     pub fn sound(seed: u64, fewest_runs: usize) -> Self {
         let mut dice = Dice::new(seed);
         let n_runs = (1 + dice.below(8)).max(fewest_runs);
@@ -146,7 +147,7 @@ impl Set {
         }
         let full_scale: Vec<f64> =
             axes.iter().map(|axis| if axis.is_force() { 100.0 } else { 5.0 }).collect();
-        // Each gauge mainly measures one axis; further gauges measure all axes.
+        // Each gauge mainly measures one axis. Gauges beyond the number of axes measure all axes.
         let slopes: Vec<Vec<f64>> = (0..n_gauges)
             .map(|gauge| {
                 let own = |axis: usize| if gauge == axis { 1.5 } else { 0.0 };
@@ -214,7 +215,7 @@ impl Set {
     }
 }
 
-/// A fault of a rig. A size of 0 is no fault.
+/// Kind of fault of a rig. A fault of size 0 has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     Tare,
@@ -285,7 +286,7 @@ impl Fault {
         }
     }
 
-    /// Returns true if the set can have this fault.
+    /// Returns true if the set can have this fault, for example if it has two axes to exchange.
     pub fn fits(self, set: &Set) -> bool {
         let forces = set.axes.iter().filter(|axis| axis.is_force()).count();
         let moments = set.axes.len() - forces;
@@ -294,14 +295,15 @@ impl Fault {
             Self::TurnedOnce => forces > 1 || moments > 1,
             Self::SwappedGauges => set.n_gauges > 1,
             Self::SwappedAxes => set.axes.len() > 1,
-            // Load cases have no order in time, and of two gauges either may be the one that bends.
+            // Load cases have no order in time.
             Self::Hum | Self::Late => set.runs.iter().all(|run| run.programme != Programme::Poses),
+            // With two gauges, the nonlinear gauge cannot be identified.
             Self::SoftlyClipped => set.n_gauges > 2,
             _ => true,
         }
     }
 
-    /// Returns the set with this fault.
+    /// Returns a copy of the set `sound` with this fault.
     pub fn of(self, sound: &Set, size: f64) -> Set {
         let mut set = sound.clone();
         let mut dice = Dice::new(sound.seed + 1000);
@@ -388,7 +390,8 @@ impl Fault {
     }
 }
 
-/// Returns loads turned by an angle (rad) about a direction, one coordinate axis after the other.
+/// Returns loads after rotations about the coordinate axes, one after the other. The angles are `angle` (rad) times the
+/// components of `way`, scaled to length 1.
 fn turned(loads: &[f64], axes: &[Axis], way: [f64; 3], angle: f64) -> Vec<f64> {
     let length = way.iter().map(|own| own * own).sum::<f64>().sqrt();
     let mut all = [0.0; 6];

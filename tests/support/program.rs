@@ -1,11 +1,11 @@
-//! The program as users run it: arguments in, exit code and text out.
+//! Runs the program as users do: with arguments, an exit code and printed text.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-/// Returns the program with these arguments, to be run in `directory` on a machine without a display.
+/// Returns a command that runs the program with these arguments in `directory`, as on a machine without a display.
 pub fn program(directory: &Path, arguments: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_loopscope"));
     program.args(arguments).current_dir(directory).stdin(Stdio::null());
@@ -15,7 +15,7 @@ pub fn program(directory: &Path, arguments: &[&str]) -> Command {
     program
 }
 
-/// Runs the program, which must not panic on any arguments.
+/// Runs the program with these arguments, and checks that it does not panic.
 #[track_caller]
 pub fn run(directory: &Path, arguments: &[&str]) -> Output {
     let output = program(directory, arguments).output().unwrap();
@@ -32,7 +32,7 @@ pub fn succeed(directory: &Path, arguments: &[&str]) -> Output {
     output
 }
 
-/// Returns the output of `fit --json`.
+/// Runs `fit --json` with these arguments, and returns the printed JSON.
 #[track_caller]
 pub fn fit(directory: &Path, arguments: &[&str]) -> Value {
     let output = succeed(directory, &[&["fit", "--json"], arguments].concat());

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-/// Columns with their names.
+/// Rows of numbers, with the names of the columns.
 pub struct Table {
     pub header: Vec<String>,
-    /// One list per row.
+    /// Numbers of each row; NaN for words.
     pub rows: Vec<Vec<f64>>,
 }
 
 impl Table {
-    /// Reads a file with one header line and cells of numbers. A word, such as a status, is read as no number.
+    /// Reads a file with one header line and cells of numbers. A word, such as a status, becomes NaN.
     #[track_caller]
     pub fn read(path: &Path) -> Self {
         let mut csv = csv::ReaderBuilder::new();

@@ -1,4 +1,4 @@
-//! Every control has a hover text.
+//! Checks that every control has a hover text.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ const CONTROLS: [Role; 8] = [
     Role::TextInput,
     Role::MultilineTextInput,
 ];
-/// Controls without a hover text: menus open on a click and explain their items; the cross of a tab is obvious.
+/// Controls that need no hover text. Menus open on a click and explain their items, and the cross of a tab is obvious.
 const KNOWN: [&str; 9] =
     ["File", "Edit", "Roles", "Navigate", "View", "Help", "Close", "Hide", "Close window"];
 
@@ -27,7 +27,7 @@ fn quick_to_explain(window: &mut Window) {
     settle(window);
 }
 
-/// Returns true if a hover text is shown at this place.
+/// Returns true if the window shows a hover text when the pointer is at this position.
 fn explains(window: &mut Window, at: egui::Pos2) -> bool {
     window.event(egui::Event::PointerMoved(at));
     window.run_steps(3);
@@ -62,7 +62,7 @@ fn all_explained(window: &mut Window) {
     assert!(silent.is_empty(), "no hover text: {silent:#?}");
 }
 
-/// Counts the controls on the first screen of a new user's own three files at 1280 × 800.
+/// A new user opens three files in a window of 1280 × 800.
 #[test]
 fn the_first_screen_has_at_most_sixty_controls() {
     let files = Files::new();

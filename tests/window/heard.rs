@@ -1,4 +1,4 @@
-//! Texts for screen readers: values with their rows and columns.
+//! Texts for screen readers. A value is read with the names of its row and column.
 
 use super::*;
 
@@ -23,7 +23,7 @@ fn the_text_of_a_table_cell_has_its_row_column_and_unit() {
         assert!((number / rmse - 1.0).abs() < 1e-3, "{printed:?} {rmse}");
     }
     show(&mut window, "calibration");
-    // A number of the matrix has the names of its axis and feature.
+    // A number of the matrix is read with the names of its axis and feature.
     assert!(has(&window, "Fx S1 "));
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::*;
 
-/// Returns times, two gauges and a force without a header. The force is twice the first gauge.
+/// Returns a text without a header: times, two gauges and a force. The force is twice the first gauge.
 pub fn headerless(n: usize) -> String {
     (0..n).fold(String::new(), |mut text, k| {
         let t = k as f64 / 20.0;
@@ -19,7 +19,7 @@ fn choose(window: &mut Window, column: impl std::fmt::Display, role: &str) {
     click(window, Role::ComboBox, &combo);
     settle(window);
     let items: Vec<_> = window.query_all_by_label(role).collect();
-    // The item is found by its label, because the list is longer than its visible part.
+    // The list is longer than its visible part, so the test finds the item by its label.
     let item = items.last().unwrap_or_else(|| panic!("no {role}"));
     item.click_accesskit();
     settle(window);
@@ -57,8 +57,8 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
     );
 }
 
-/// Ten presses: two for the role of the load, one each for the field of its unit, the buttons and the path. The search is
-/// stopped after two models.
+/// A user needs ten presses: two for the role of the load, and one each for the field of its unit, the buttons and the path. The
+/// search is stopped after two models.
 #[test]
 fn ten_presses_lead_from_a_file_without_a_header_to_c_code() {
     let files = Files::new();
@@ -81,7 +81,7 @@ fn ten_presses_lead_from_a_file_without_a_header_to_c_code() {
     assert!(std::fs::read_to_string(&code).unwrap().contains("Fx"));
 }
 
-/// Other files have the same number of unnamed columns, but the time in another place, or another delimiter.
+/// The other files also have unnamed columns, but the time in another column, or another delimiter.
 #[test]
 fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     let files = Files::new();
@@ -113,7 +113,7 @@ fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     }
 }
 
-/// Returns a spreadsheet's export: units in brackets, semicolons, decimal commas. The force is twice the first channel.
+/// Returns a text as spreadsheets export it: units in brackets, semicolons, decimal commas. The force is twice the first channel.
 fn bracketed(n: usize) -> String {
     let header = "Uhr [s];Messstelle 1 [mV/V];Messstelle 2 [mV/V];Presse [N]\n";
     header.to_owned() + &headerless(n).replace('.', ",")
@@ -266,7 +266,7 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
 }
 
-/// A weight of 2 kg at several attitudes. The reference has an offset of (0.5, -0.25, 1) N: `F = m Rᵀg + offset`.
+/// The load is a weight of 2 kg in several orientations: `F = m Rᵀg + offset`. The offset of the reference is (0.5, -0.25, 1) N.
 #[test]
 fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let files = Files::new();
@@ -306,7 +306,8 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     window.check_accessibility();
 }
 
-/// A click selects a row, and Shift and click selects all rows up to it. Load axes continue from the first.
+/// A click selects a row, and Shift+click selects all rows up to the clicked row. With a load axis as role, the following rows get the
+/// following axes.
 #[test]
 fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
     let files = Files::new();

@@ -1,4 +1,4 @@
-//! Actions by keys alone.
+//! Checks that all actions can be done with keys alone.
 
 use super::*;
 use crate::importing::headerless;
@@ -15,7 +15,7 @@ fn palette() -> egui::Event {
     held(Modifiers::COMMAND, Key::P)
 }
 
-/// Draws one frame with all these events, as on a slow machine.
+/// Draws one frame with all these events together, as on a slow machine.
 fn at_once(window: &mut Window, events: impl IntoIterator<Item = egui::Event>) {
     window.input_mut().events.extend(events);
     window.step();
@@ -34,7 +34,7 @@ fn focused(window: &Window) -> Option<String> {
     node.label().or(node.value())
 }
 
-/// Opens the list of this button with a key.
+/// Opens the list of this button with the keyboard.
 #[track_caller]
 fn open(window: &mut Window, button: &str) {
     window.get_by_role_and_label(Role::ComboBox, button).focus();
@@ -50,7 +50,7 @@ fn chosen(window: &Window, button: &str) -> String {
 #[test]
 fn text_typed_right_after_the_palettes_keys_goes_into_the_palette() {
     let files = Files::new();
-    // The key works without a focus, and with a text field in focus.
+    // The key works without a focus, and while a text field has the focus.
     for field in [None, Some("CSV")] {
         let mut window = window(files.three());
         if let Some(field) = field {
@@ -95,7 +95,7 @@ fn a_whole_search_in_one_frame_is_done() {
     assert!(!has(&window, "Find an action"));
 }
 
-/// Finds an action in the palette, and runs the first one.
+/// Types `words` into the palette, and runs the first action that it finds.
 fn find(window: &mut Window, words: &str) {
     window.key_press_modifiers(Modifiers::COMMAND, Key::P);
     window.event(egui::Event::Text(words.to_owned()));

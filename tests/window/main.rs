@@ -1,4 +1,4 @@
-//! The window for users and screen readers: by role and label, without a display.
+//! Tests of the window without a display. Widgets are found by role and label, as screen readers find them.
 
 #[path = "../support/dropped.rs"]
 mod dropped;
@@ -32,13 +32,13 @@ use loopscope::recording;
 use loopscope::recording::Axis;
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
-/// Time after which a window counts as hung, even on a slow machine.
+/// Time after which a test fails because the window hangs, long enough for slow machines.
 const DEADLINE: Duration = Duration::from_secs(180);
 
-/// The shell is created in the first frame, when the context exists.
+/// Window with its shell. The shell is created in the first frame, because it needs egui's context.
 type Window = Harness<'static, Option<Shell>>;
 
-/// Dialogs that answer with a prepared choice.
+/// File dialogs that return prepared paths instead of asking a user.
 #[derive(Clone, Default)]
 struct Choices {
     open: Rc<RefCell<Vec<PathBuf>>>,
@@ -103,7 +103,7 @@ fn analysis(window: &Window) -> Arc<Analysis> {
     analysis.unwrap_or_else(|| panic!("{:?} {:?}", state.problem(), state.notices))
 }
 
-/// Draws frames until the condition holds.
+/// Draws frames until the condition is true.
 #[track_caller]
 fn until(window: &mut Window, condition: impl Fn(&Shell) -> bool) {
     let start = Instant::now();
@@ -117,7 +117,7 @@ fn until(window: &mut Window, condition: impl Fn(&Shell) -> bool) {
     }
 }
 
-/// Draws frames until no work remains.
+/// Draws frames until no background work remains.
 #[track_caller]
 fn settle(window: &mut Window) {
     loop {
@@ -195,7 +195,7 @@ fn message(window: &mut Window, level: Level, part: &str) {
     let found =
         |notice: &loopscope::engine::Notice| notice.level == level && notice.text.contains(part);
     assert!(notices.iter().any(found), "no {part:?} in {notices:?}");
-    // Notices that are no longer over the window are in the list of all notices.
+    // Older notices are only in the list of all notices.
     let is_gone = !has(window, part);
     let list = |window: &mut Window| {
         if is_gone {
@@ -209,7 +209,7 @@ fn message(window: &mut Window, level: Level, part: &str) {
     list(window);
 }
 
-/// Shows this pane, in a workspace that contains it.
+/// Shows this pane. Changes to a workspace that contains the pane.
 fn show(window: &mut Window, pane: &str) {
     let shell = window.state_mut().as_mut().unwrap();
     shell.send(Command::ShowPane(workspace::named(pane)));
@@ -250,7 +250,7 @@ impl Files {
         path
     }
 
-    /// Writes a recording with hysteresis: 20 Hz, gauges S1 to S3, and a reference of these axes.
+    /// Writes a recording with hysteresis at 20 Hz: gauges S1 to S3, and a reference with these axes. Returns its path.
     fn recording(&self, name: &str, phase: f64, n: usize, axes: &[Axis]) -> PathBuf {
         let mut text = "t [s],S1,S2,S3".to_owned();
         for axis in axes {
@@ -274,7 +274,7 @@ impl Files {
         self.write(name, &text)
     }
 
-    /// Writes two training recordings and one test recording.
+    /// Writes two training recordings and one test recording. Returns their paths.
     fn three(&self) -> Vec<PathBuf> {
         [("a.csv", 0.0), ("b.csv", 1.0), ("test_c.csv", 2.0)]
             .map(|(name, phase)| self.recording(name, phase, 400, &FORCES))
@@ -522,7 +522,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
     until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
-    // The file that was requested last is shown, even if the other file was ready first.
+    // The window shows the file that was requested last, even if the other file was read earlier.
     assert_eq!(names(&window).last().unwrap(), "d");
     assert!(!state(&window).project().recordings.is_simulated());
 }
@@ -564,7 +564,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     let written = read_calibration(&path).unwrap();
     let recordings = &state(&window).project().recordings;
     let mut expected = with_sources(&fitted.calibration, recordings);
-    expected.quality.free_coefficients = None; // no file keeps it
+    expected.quality.free_coefficients = None; // not stored in files
     assert_eq!(written, expected);
     assert!(written.sources.iter().all(|used| used.sha256.is_some()));
 
@@ -590,7 +590,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     assert!(!analysis(&window).fitted);
 }
 
-/// A new load every two seconds; the gauge creeps by as much as the load. Directly after a start, creep is unknown.
+/// The load changes every two seconds, and the gauge creeps by as much as the load. Directly after a start, the creep is unknown.
 #[test]
 fn the_export_pane_warns_of_a_cold_start_that_is_worse() {
     let files = Files::new();
@@ -922,7 +922,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     let rows = state(&window).models.rows.clone();
     click(&mut window, Role::Button, "model");
     let before = state(&window).project().settings.clone();
-    // The order of candidates depends on the recordings, so the test uses any other row.
+    // The order of candidates depends on the recordings. So the test uses any row other than Conventional.
     let other = rows.iter().find(|row| row.name != "Conventional").expect("a candidate");
     click(&mut window, Role::Button, &other.name);
     let settings = state(&window).project().settings.clone();
@@ -976,7 +976,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
         assert!(text.contains(start), "{name}");
     }
     assert!(files.path("map_f_th.svg").is_file());
-    // The inputs of the map are unchanged, so the same map stays.
+    // The inputs of the map are unchanged, so the map is not computed again.
     let shown = |window: &Window| {
         let study = state(window).lane::<StudyThresholds>().answer().unwrap();
         Arc::clone(study.map.as_ref().unwrap())
@@ -998,13 +998,13 @@ fn play_radii_are_chosen_by_leave_one_out() {
     assert!(has(&window, "lists tried"));
 }
 
-/// Returns the number of table cells on screen, as a screen reader reads them.
+/// Returns the number of labels on screen that contain a number.
 fn numbers_on_screen(window: &Window) -> usize {
     let labels = window.query_all_by_role(Role::Label);
     labels
         .filter(|label| {
             let text = label.accesskit_node().value().unwrap_or_default();
-            // The text of a cell contains its place and unit.
+            // The text of a table cell also contains its row, column and unit.
             text.split_whitespace().any(|word| word.parse::<f64>().is_ok())
         })
         .count()
@@ -1033,7 +1033,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
     assert!(has(&window, "1200 samples of 3 recordings"));
-    // The traces below also have a button for each axis.
+    // Each axis also has a button in the traces, which are lower on screen.
     let axes = window.get_all_by_role_and_label(Role::Button, "Fx");
     let highest = axes.min_by(|one, other| one.rect().top().total_cmp(&other.rect().top()));
     highest.expect("the axis of the loops").click();
@@ -1160,7 +1160,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // For each of three axes: 7 rows of loops, 2 of lag, 4 of dwells, 6 of crosstalk, 3 of errors. One more row is the header.
+    // Each of three axes has 7 rows of loops, 2 of lag, 4 of dwells, 6 of crosstalk and 3 of errors. One more row is the header.
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Reversal threshold Fx", "100");
@@ -1176,7 +1176,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
     let plot = window
         .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Reference [N]")
         .rect();
-    // The pointer moves down along the middle until a line is near.
+    // The pointer moves down along the middle of the plot until a line is near.
     let on_loop = (1..40).find_map(|step| {
         let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
         window.hover_at(at);
@@ -1193,7 +1193,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
     assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
 }
 
-/// The traces show the first of the three recordings of the loops.
+/// The loops show three recordings, and the traces show the first of them.
 #[test]
 fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     let files = Files::new();

@@ -1,4 +1,4 @@
-//! Sessions: saved, opened, and protected against loss.
+//! Sessions are saved, opened, and protected against loss.
 
 use super::*;
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Walks through the main job in the real window on a virtual display, with mouse and keyboard, and takes the README's
-# pictures on the way:  tests/window/walk.sh [PROGRAM]   (default: target/release/loopscope, which it builds)
+# Uses the real window on a virtual display, with mouse and keyboard, from start to export. Saves the pictures of README and guide.
+# Call: tests/window/walk.sh [PROGRAM]   (default: builds and runs target/release/loopscope)
 # Needs: xvfb xdotool imagemagick libgl1 libxcursor1 libxi6 libxkbcommon-x11-0
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -31,7 +31,7 @@ export DISPLAY="$display" LIBGL_ALWAYS_SOFTWARE=1 XDG_DATA_HOME="$folder/data"
 
 fail() { echo "walk: $1" >&2; import -window root "${TMPDIR:-/tmp}/walk-failed.png" || true; exit 1; }
 
-# Waits until a command holds, ten seconds at most.
+# Waits until a command succeeds, at most ten seconds.
 until_holds() {
   for _ in $(seq 100); do
     if eval "$1" >/dev/null 2>&1; then return; fi
@@ -60,7 +60,7 @@ sleep 3 # the built-in sensor is simulated and fitted
 # The tour covers the window: skip it with the mouse.
 click 1027 687
 
-# The pointer shows the past that was found.
+# At this position, the pointer shows the past sample.
 xdotool mousemove 640 370
 picture window 4
 
@@ -72,7 +72,7 @@ key F4
 picture loops 3
 key F3
 
-# The calibration leaves by the palette and a typed path: no desktop, so no dialog of its own.
+# Exports the calibration through the palette and a typed path, because file dialogs need a desktop.
 key ctrl+p
 xdotool type --delay 20 "export cal"
 key Return
@@ -82,13 +82,13 @@ xdotool type --delay 20 "$folder/walked.json"
 key Return
 until_holds "grep -q compensated '$folder/walked.json'"
 
-# A session with nothing but the built-in sensor closes without a question.
+# A session with only the built-in sensor closes without a question.
 key ctrl+q
 until_holds "! kill -0 $window_process"
-# Without a desktop there is no dialog, which its crate says.
+# Without a desktop, the crate of the file dialogs (rfd) prints that it has none.
 if grep -v "rfd::" "$folder/errors"; then fail "something was written to standard error"; fi
 
-# The guide's first walk: own files, a header that says nothing, the errors, whether it is enough, and out again.
+# The first tutorial of the guide: a file without a header, the errors, the check of the recordings, and the export.
 "$program" demo recordings >/dev/null
 mkdir own
 days=(monday tuesday wednesday thursday friday)
@@ -97,7 +97,7 @@ for day in 1 2 3 4 5; do
 done
 cp recordings/test_path6_mount4_fast.csv own/test.csv
 tail -n +2 own/friday.csv >own/bare.csv
-# Few colours keep them small.
+# Saves a picture for the guide, with few colours so that the file is small.
 small() { sleep "$2"; import -window root "$folder/whole.png"; convert "$folder/whole.png" -strip +dither -colors 32 "png8:$assets/guide/$1.png"; }
 open() {
   "$program" "$@" 2>"$folder/errors" &
@@ -122,7 +122,7 @@ open own/bare.csv
 small first-import 2
 kill "$window_process"
 until_holds "! kill -0 $window_process"
-rm -rf "$XDG_DATA_HOME" # what that window would have had recovered
+rm -rf "$XDG_DATA_HOME" # otherwise the next window would offer to restore the unsaved session
 open own/{monday,tuesday,wednesday,thursday,friday,test}.csv
 small first-errors 2
 key F7

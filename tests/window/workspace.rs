@@ -1,4 +1,4 @@
-//! Panes, undo, keys, cursors and playing.
+//! Tests of panes, undo, keys, cursors and playing.
 
 use super::*;
 use loopscope::engine::{Preferences, Theme};
@@ -76,7 +76,7 @@ fn workspaces_are_opened_by_click_and_key_and_are_remembered() {
     assert_eq!(shell(&again).preferences().layout, layout);
 }
 
-/// Unchanged preferences do not overwrite those of another window.
+/// If preferences are unchanged, they must not overwrite the preferences that another window has stored.
 #[test]
 fn drawing_alone_changes_no_preferences() {
     let files = Files::new();
@@ -86,7 +86,7 @@ fn drawing_alone_changes_no_preferences() {
     assert_eq!(drawn.layout, begun.layout);
 }
 
-/// Three labels of any numbers, 12 points apart, fit into 48 points.
+/// Three tick labels fit into a plot that is 48 points high, because labels need 12 points.
 #[test]
 fn six_axes_are_whole_and_high_enough_for_three_ticks_at_every_usual_size() {
     let mut window = window(Vec::new());
@@ -138,7 +138,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.5);
 }
 
-/// Clicks on axis buttons are separate steps, even if they follow each other immediately.
+/// Clicks on axis buttons are separate steps of undo, even if they follow each other immediately.
 #[test]
 fn each_tick_is_a_step_and_a_drag_is_one() {
     let files = Files::new();

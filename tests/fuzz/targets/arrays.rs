@@ -1,5 +1,5 @@
-//! Reads files of arrays. A file that starts like one of the formats is read unchanged (`../formats` holds some to begin
-//! with). In front of any other file, the start that its first byte selects is inserted.
+//! Reads files of arrays. A file that starts like one of the formats is read unchanged; `../formats` holds such files. Before any other
+//! file, the start of a format is inserted. The first byte of the file selects the format.
 #![no_main]
 
 use std::io::Write as _;
@@ -40,7 +40,7 @@ fn file(content: &[u8]) -> Vec<u8> {
     let is_parquet = file == PARQUET;
     file.extend(rest);
     if is_parquet {
-        // A Parquet file describes its contents at its end, followed by the length of the description.
+        // A Parquet file ends with a description of its contents and the length of this description.
         file.extend((rest.len() as u32).to_le_bytes());
         file.extend(PARQUET);
     }

@@ -1,4 +1,4 @@
-//! Reads any bytes as a column map. A map that is valid must read back the same.
+//! Reads any bytes as a column map. A valid map must be unchanged after it is written and read again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Inspects and reads any bytes as a recording. Both must agree whether the file can be read.
+//! Inspects and reads any bytes as a recording. Inspecting and reading must agree whether the file can be read.
 #![no_main]
 
 use std::io::Write as _;

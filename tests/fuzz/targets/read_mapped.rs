@@ -1,4 +1,4 @@
-//! Reads any file with any map. The map ends at the first zero byte, and the file follows.
+//! Reads any file with any column map. The input holds the map up to the first zero byte, then the file.
 #![no_main]
 
 use std::io::Write as _;
@@ -12,7 +12,7 @@ fuzz_target!(|input: &[u8]| {
     let Some(end) = input.iter().position(|byte| *byte == 0) else {
         return;
     };
-    // Only this file is read, never a file that a random name refers to.
+    // Only the file of the input may be read, never a file that a random map names.
     let Ok(map) = ColumnMap::from_json(&input[..end]).map(|map| ColumnMap { reference: None, ..map }) else {
         return;
     };
