@@ -7,4 +7,5 @@ pub(crate) mod trace;
 
 pub(crate) use table::{Align, Cell};
 pub use table::{Column, Table, Value};
-pub(crate) use trace::{Shown, Trace};
+pub(crate) use trace::Shown;
+pub use trace::Trace;

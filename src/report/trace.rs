@@ -1,19 +1,20 @@
 //! Names of the loads that are compared, and units of their errors.
 
+/// A load that is compared with others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// Reference load.
     Calculated,
-    /// Load computed from the present gauges alone.
+    /// Uncompensated load, from the present gauges alone.
     Conventional,
-    /// Load computed from present and past gauges.
+    /// Compensated load, from present and past gauges.
     Compensated,
     /// Load by the factory calibration.
     Factory,
 }
 
 impl Trace {
-    /// All loads in drawing order; later ones are drawn over earlier ones.
+    /// All loads in drawing order; later loads are drawn over earlier ones.
     pub const ALL: [Self; 4] =
         [Self::Calculated, Self::Factory, Self::Conventional, Self::Compensated];
 
@@ -21,6 +22,10 @@ impl Trace {
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
+    /// Outputs of the calibration, in the order used everywhere.
+    pub const OUTPUTS: [Self; 2] = [Self::Conventional, Self::Compensated];
+
+    /// Returns the name of the load.
     pub fn label(self) -> &'static str {
         match self {
             Self::Calculated => "Reference",
@@ -45,6 +50,7 @@ impl Trace {
     }
 }
 
+/// Units in which a table shows errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shown {
     #[default]

@@ -45,9 +45,9 @@ impl Dataset {
     /// Computes the sums in one pass. The sums are incomplete if the work was cancelled.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
         let of_recordings = self.sums_of_recordings(design, past, progress);
-        let empty = || NormalEquations::new(design.n_columns(), n_axes);
-        let (mut train, mut test) = (empty(), empty());
-        let mut parts = vec![empty(); self.folds.n_parts];
+        let empty = NormalEquations::new(design.n_columns(), n_axes);
+        let mut parts = vec![empty.clone(); self.folds.n_parts];
+        let (mut train, mut test) = (empty.clone(), empty);
         let entries = self.entries.iter().zip(&self.folds.pieces);
         for ((entry, pieces), sums) in entries.zip(&of_recordings) {
             for (piece, sums) in pieces.iter().zip(sums) {
@@ -130,21 +130,15 @@ impl Dataset {
         sums
     }
 
-    /// Returns the training sums by recording; `None` for a single one, whose blocks are too similar to choose a ridge.
+    /// Returns the training sums by recording if there are two recordings. The blocks of a single recording are too similar to
+    /// choose a ridge, and with more recordings, the parts are whole recordings anyway.
     pub fn recordings_left_out(
         &self,
         sums: &[Vec<NormalEquations>],
     ) -> Option<Vec<NormalEquations>> {
         let training = self.entries.iter().zip(sums).filter(|(entry, _)| entry.role == Role::Train);
-        let whole: Vec<NormalEquations> = training
-            .filter_map(|(_, pieces)| {
-                let (first, others) = pieces.split_first()?;
-                let mut whole = first.clone();
-                others.iter().for_each(|piece| whole.add(piece));
-                Some(whole)
-            })
-            .collect();
-        (whole.len() == 2).then_some(whole) // with more recordings, the parts are whole recordings anyway
+        let whole: Vec<_> = training.filter_map(|(_, pieces)| total(pieces)).collect();
+        (whole.len() == 2).then_some(whole)
     }
 
     /// Fits the compensated map from sums alone.
@@ -229,14 +223,21 @@ impl Dataset {
             ..Quality::default()
         };
         let errors = |pieces: &Vec<NormalEquations>| {
-            let mut whole = NormalEquations::new(design.n_columns(), n_axes);
-            pieces.iter().for_each(|piece| whole.add(piece));
+            let whole = total(pieces)?;
             let before = metrics::rmse(&whole, &none)?;
             Some((before, metrics::rmse(&whole, &found.coefficients)?))
         };
         let errors = of_recordings.iter().map(errors).collect();
         LinearFit { errors, shares, left_out: left_out_squares }
     }
+}
+
+/// Returns the sums of all pieces; `None` without a piece.
+fn total(pieces: &[NormalEquations]) -> Option<NormalEquations> {
+    let (first, others) = pieces.split_first()?;
+    let mut whole = first.clone();
+    others.iter().for_each(|piece| whole.add(piece));
+    Some(whole)
 }
 
 /// Returns the effective number of coefficients of the axis that has the most.

@@ -6,11 +6,10 @@ use std::time::{Duration, Instant};
 use crate::calibration::{Calibration, FactoryScores, Past};
 use crate::finding::Finding;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::Dataset;
+use crate::questions::dataset::{Dataset, Errors};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
-use crate::questions::errors::traces::FixedTraces;
-use crate::questions::errors::traces::TraceSet;
+use crate::questions::errors::traces::{FixedTraces, TraceSet};
 use crate::questions::errors::view::View;
 use crate::questions::request::Request;
 use crate::same::Shared as _;
@@ -70,7 +69,7 @@ pub struct Analyst {
 }
 
 /// Approximate number of samples in a preview.
-pub(crate) const PREVIEW_SAMPLES: usize = 100_000;
+const PREVIEW_SAMPLES: usize = 100_000;
 
 impl Analyst {
     /// Fits or applies a calibration, scores it, and makes the traces.
@@ -103,18 +102,18 @@ impl Analyst {
         progress.add_total(2 * request.recordings.entries().len() as u64);
         let data = self.data(request, progress)?;
         if let Some(show) = show
-            && let Some(preview) = self.preview(&data, request, start, progress)
+            && let Some(preview) = self.preview(&data, request, progress)
         {
             show(preview);
         }
-        self.exactly(&data, request, start, progress)
+        let exact = self.exactly(&data, request, progress)?;
+        Ok(Analysis { elapsed: start.elapsed(), ..exact })
     }
 
     fn exactly(
         &mut self,
         data: &Dataset,
         request: &Request,
-        start: Instant,
         progress: &Progress,
     ) -> Result<Analysis, AnalysisError> {
         let mut calibration = match &request.calibration {
@@ -130,25 +129,13 @@ impl Analyst {
             }
             errors
         } else {
-            let fit = data.fit(request.settings.ridge, &past, &mut calibration, progress)?;
-            fit.errors
+            data.fit(request.settings.ridge, &past, &mut calibration, progress)?.errors
         };
         progress.check()?;
         let recordings = results(data, &past, errors);
-        let past = Arc::new(past);
-        let traces = self.traces(data, request.view, &calibration, &past, progress)?;
-        let factory = self.factory.as_ref();
+        let traces = self.traces(data, request.view, &calibration, &Arc::new(past), progress)?;
         let fitted = request.calibration.is_none() || request.trained;
-        Ok(Analysis {
-            findings: data.findings(&calibration, fitted),
-            factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
-            calibration: Arc::new(calibration),
-            fitted,
-            recordings,
-            traces: Arc::new(traces),
-            elapsed: start.elapsed(),
-            preview_of: None,
-        })
+        Ok(self.analysis(data, calibration, fitted, recordings, traces))
     }
 
     /// Returns a preview on some of the samples, with the unchanged traces. Returns `None` if there are few samples, if they
@@ -157,11 +144,10 @@ impl Analyst {
         &mut self,
         data: &Dataset,
         request: &Request,
-        start: Instant,
         progress: &Progress,
     ) -> Option<Analysis> {
         let view = request.view.within(data.entries.len());
-        let fixed = self.fixed_traces.as_ref().filter(|own| own.view() == view)?;
+        let fixed = self.fixed_traces.as_ref().filter(|own| own.view == view)?;
         if data.kept_loads().is_some() || request.calibration.is_some() {
             return None;
         }
@@ -177,17 +163,29 @@ impl Analyst {
             result.n_samples = entry.recording.n_samples();
         }
         let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
+        let analysis = self.analysis(data, calibration, true, recordings, traces);
+        Some(Analysis { preview_of: Some(each), ..analysis })
+    }
+
+    fn analysis(
+        &self,
+        data: &Dataset,
+        calibration: Calibration,
+        fitted: bool,
+        recordings: Vec<RecordingResult>,
+        traces: TraceSet,
+    ) -> Analysis {
         let factory = self.factory.as_ref();
-        Some(Analysis {
-            findings: data.findings(&calibration, true),
+        Analysis {
+            findings: data.findings(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
-            fitted: true,
+            fitted,
             recordings,
             traces: Arc::new(traces),
-            elapsed: start.elapsed(),
-            preview_of: Some(each),
-        })
+            elapsed: Duration::ZERO,
+            preview_of: None,
+        }
     }
 
     fn data(
@@ -224,7 +222,7 @@ impl Analyst {
     ) -> Result<TraceSet, Cancelled> {
         let view = view.within(data.entries.len());
         let fixed = match self.fixed_traces.take() {
-            Some(fixed) if fixed.view() == view => fixed,
+            Some(fixed) if fixed.view == view => fixed,
             _ => {
                 let factory = self.factory.as_ref().map(|(_, factory)| factory);
                 FixedTraces::new(view, data, calibration, factory, progress)?
@@ -235,11 +233,7 @@ impl Analyst {
     }
 }
 
-pub(crate) fn results(
-    data: &Dataset,
-    past: &[Past],
-    errors: Vec<Option<(Vec<f64>, Vec<f64>)>>,
-) -> Vec<RecordingResult> {
+fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<RecordingResult> {
     let entries = data.entries.iter().zip(past).zip(errors).enumerate();
     let results = entries.map(|(at, ((entry, past), errors))| {
         let n_samples = entry.recording.n_samples();
@@ -277,7 +271,7 @@ mod tests {
         let data = Dataset::prepare(&request.key(), &progress).unwrap();
         let data = data.with_loads_made();
         let mut analyst = Analyst::default();
-        let analysis = analyst.exactly(&data, request, Instant::now(), &progress);
+        let analysis = analyst.exactly(&data, request, &progress);
         (analyst, data, analysis.unwrap())
     }
 
@@ -345,10 +339,10 @@ mod tests {
         let (mut analyst, data, before) = of_many(&request);
         request.settings.features.look_backs[0].f_th = 5.0;
         let progress = Progress::default();
-        let preview = analyst.preview(&data, &request, Instant::now(), &progress);
+        let preview = analyst.preview(&data, &request, &progress);
         let preview = preview.expect("the samples were analysed before");
         assert_eq!(preview.preview_of, Some(3));
-        let exact = analyst.exactly(&data, &request, Instant::now(), &progress);
+        let exact = analyst.exactly(&data, &request, &progress);
         let exact = exact.unwrap();
         let rmse = |of: &Analysis| {
             let quality = &of.calibration.quality;

@@ -1,6 +1,5 @@
 //! Values of traces: columns of existing tables, or loads that are computed for the visible samples.
 
-use std::fmt;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
@@ -37,15 +36,12 @@ impl Table {
     }
 }
 
-/// A column of a table, with the table's width.
-pub(crate) type Column = (Table, usize, usize);
-
 /// One column of all recordings on screen, end to end.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub segments: Arc<[Segment]>,
-    /// Column of each segment.
-    pub columns: Vec<Column>,
+    /// Table, column and number of columns, for each segment.
+    pub columns: Vec<(Table, usize, usize)>,
 }
 
 /// Passes the parts of `samples` to `take`, each with the index of its segment, its samples within the segment, and its start
@@ -97,6 +93,7 @@ const KEPT: usize = 64;
 type Block = Arc<[f64]>;
 
 /// Loads of more samples than can be kept. The newest blocks are kept, others are computed when needed.
+#[derive(Debug)]
 pub(crate) struct Made {
     segments: Arc<[Segment]>,
     recordings: Vec<Arc<Recording>>,
@@ -105,12 +102,6 @@ pub(crate) struct Made {
     /// Past samples by recording. Without them, the loads are the conventional ones.
     past: Option<Arc<Vec<Past>>>,
     kept: Vec<Mutex<Option<(usize, Block)>>>,
-}
-
-impl fmt::Debug for Made {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Made").finish_non_exhaustive()
-    }
 }
 
 #[derive(Debug)]

@@ -10,7 +10,7 @@ use crate::features::{Distance, Thresholds};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::Dataset;
 use crate::questions::errors::factory::Factory;
-use crate::questions::errors::trace_values::{Column, Columns, Made, MadeAxis, Segment, Table};
+use crate::questions::errors::trace_values::{Columns, Made, MadeAxis, Segment, Table};
 use crate::questions::errors::view::View;
 use crate::recording::{Axis, Entry};
 use crate::report::trace::Trace;
@@ -167,7 +167,7 @@ impl TraceSet {
 /// Part of the traces that does not depend on thresholds.
 #[derive(Debug)]
 pub(crate) struct FixedTraces {
-    view: View,
+    pub(crate) view: View,
     is_static: bool,
     segments: Arc<[Segment]>,
     times: Arc<Vec<f64>>,
@@ -186,10 +186,6 @@ fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc
 }
 
 impl FixedTraces {
-    pub(crate) fn view(&self) -> View {
-        self.view
-    }
-
     pub(crate) fn new(
         view: View,
         data: &Dataset,
@@ -201,15 +197,8 @@ impl FixedTraces {
         let shown = view.recordings(entries.len());
         let (segments, times) = end_to_end(shown.clone(), entries);
         let segments: Arc<[Segment]> = segments.into();
-        let of = |columns: Vec<Column>| -> Arc<dyn Values> {
-            let segments = Arc::clone(&segments);
-            Arc::new(Columns { segments, columns })
-        };
         let conventional = match data.kept_loads() {
-            Some(loads) => {
-                let table = |at: usize| Table::Loads(Arc::clone(&loads[at]));
-                tables(axes.len(), shown.clone().map(table), &of)
-            }
+            Some(loads) => tables(&segments, axes.len(), loads[shown.clone()].to_vec()),
             None => made(&segments, data, calibration, None),
         };
         let truths: Vec<Option<Arc<dyn Values>>> = (axes.iter())
@@ -220,7 +209,9 @@ impl FixedTraces {
                     let table = Table::Reference(Arc::clone(recording));
                     Some((table, column, recording.axes().len()))
                 });
-                columns.collect::<Option<Vec<Column>>>().map(&of)
+                let columns = columns.collect::<Option<_>>()?;
+                let segments = Arc::clone(&segments);
+                Some(Arc::new(Columns { segments, columns }) as Arc<dyn Values>)
             })
             .collect();
         let factories: Vec<Option<Arc<dyn Values>>> = (axes.iter())
@@ -284,18 +275,11 @@ impl FixedTraces {
         let loads = match is_made {
             true => made(&self.segments, data, calibration, Some(past)),
             false => {
-                let tables_of: Vec<Table> = (self.segments.par_iter())
-                    .map(|segment| {
-                        let at = segment.recording;
-                        let recording = &entries[at].recording;
-                        let loads = calibration.compensated_loads(recording, &past[at]);
-                        Table::Loads(Arc::new(loads))
-                    })
-                    .collect();
-                tables(n_axes, tables_of.into_iter(), &|columns| {
-                    let segments = Arc::clone(&self.segments);
-                    Arc::new(Columns { segments, columns })
-                })
+                let loads = self.segments.par_iter().map(|segment| {
+                    let at = segment.recording;
+                    Arc::new(calibration.compensated_loads(&entries[at].recording, &past[at]))
+                });
+                tables(&self.segments, n_axes, loads.collect())
             }
         };
         progress.check()?;
@@ -422,14 +406,18 @@ struct Moving {
     band: Option<[Arc<Series>; 2]>,
 }
 
+/// Returns the axes of row-major loads, one table for each segment.
 fn tables(
+    segments: &Arc<[Segment]>,
     n_axes: usize,
-    tables: impl Iterator<Item = Table> + Clone,
-    of: &dyn Fn(Vec<Column>) -> Arc<dyn Values>,
+    loads: Vec<Arc<Vec<f64>>>,
 ) -> Vec<Arc<dyn Values>> {
-    (0..n_axes)
-        .map(|column| of(tables.clone().map(|table| (table, column, n_axes)).collect()))
-        .collect()
+    let axes = (0..n_axes).map(|column| {
+        let columns = loads.iter().map(|own| (Table::Loads(Arc::clone(own)), column, n_axes));
+        let (segments, columns) = (Arc::clone(segments), columns.collect());
+        Arc::new(Columns { segments, columns }) as Arc<dyn Values>
+    });
+    axes.collect()
 }
 
 /// Returns the axes of loads that are computed when needed.
@@ -452,26 +440,20 @@ fn made(
 /// Places recordings on one axis of time, each one step after the last.
 fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<f64>>) {
     let mut segments = Vec::new();
-    let mut times = Arc::default();
+    let mut times = Arc::<Vec<f64>>::default();
     let n_shown = shown.len();
     for at in shown {
         let recording = &entries[at].recording;
-        if n_shown == 1 && recording.times()[0] == 0.0 {
-            times = recording.shared_times();
-            segments.push(Segment {
-                recording: at,
-                name: recording.name().to_owned(),
-                samples: 0..times.len(),
-                clock_offset_secs: 0.0,
-            });
-            break;
-        }
-        let times = Arc::make_mut(&mut times);
         let step = recording.rate_hz().map_or(0.0, |rate| 1.0 / rate);
-        let start = times.last().map_or(0.0, |last: &f64| last + step);
+        let start = times.last().map_or(0.0, |last| last + step);
         let clock_offset_secs = recording.times()[0] - start;
         let first = times.len();
-        times.extend(recording.times().iter().map(|t| t - clock_offset_secs));
+        if n_shown == 1 && clock_offset_secs == 0.0 {
+            times = recording.shared_times();
+        } else {
+            let own = recording.times().iter().map(|time| time - clock_offset_secs);
+            Arc::make_mut(&mut times).extend(own);
+        }
         segments.push(Segment {
             recording: at,
             name: recording.name().to_owned(),

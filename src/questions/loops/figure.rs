@@ -3,19 +3,24 @@
 use std::sync::Arc;
 
 use crate::questions::loops::cross::CrossPlot;
-use crate::questions::loops::output::Output;
 use crate::questions::loops::picture::{Drawn, LoopCurve, LoopFigures, LoopPlot};
 use crate::questions::loops::request::{Channel, Up};
-use crate::questions::loops::shown::RATES_APART;
 use crate::questions::metrology::Reason;
 use crate::report::Trace;
 use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;
 
-/// Length over which the direction of an arrow is computed, as a share of the branch. Neighbouring points are too noisy.
+/// Minimum ratio of the rates of the fastest and the slowest cycle. Similar rates do not distinguish lag from hysteresis.
+const RATES_APART: f64 = 2.0;
+
+/// Number of points of a branch per step over which the direction of its arrow is computed. A step between neighbouring points is too noisy.
 const ARROW_SHARE: usize = 10;
 
+/// Margin around the widths in a plot, as a share of their range.
+const WIDTH_MARGIN: f64 = 0.06;
+
+/// Loop that the figures beside a plot describe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum FiguresOf {
     #[default]
@@ -44,10 +49,10 @@ impl Inks {
         guide: color::GUIDE,
     };
 
-    fn of(&self, output: Option<Output>) -> [u8; 3] {
+    fn of(&self, output: Option<Trace>) -> [u8; 3] {
         match output {
-            Some(Output::Conventional) => self.conventional,
-            Some(Output::Compensated) => self.compensated,
+            Some(Trace::Conventional) => self.conventional,
+            Some(_) => self.compensated,
             None => self.gauge,
         }
     }
@@ -83,7 +88,7 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    pub(crate) fn found(&self) -> Vec<(Option<Output>, &'a LoopFigures)> {
+    pub(crate) fn found(&self) -> Vec<(Option<Trace>, &'a LoopFigures)> {
         let found = self.shown.iter();
         found.filter_map(|curve| Some((curve.output, self.figures(curve).ok()?))).collect()
     }
@@ -111,6 +116,11 @@ impl<'a> LoopView<'a> {
         format!("{up} over {across}")
     }
 
+    /// Returns an addition to a title if the lag is removed.
+    fn without_lag(&self) -> &'static str {
+        if self.plot.question.lag_removed { ", lag removed" } else { "" }
+    }
+
     fn long_title(&self) -> String {
         let axis = self.plot.question.axis.symbol();
         let what = match self.plot.question.up {
@@ -118,19 +128,18 @@ impl<'a> LoopView<'a> {
             Up::Error => format!("{axis} error"),
             Up::Gauge(_) => format!("{} over {axis}", self.gauge.0),
         };
-        let what = match self.plot.question.lag_removed {
-            true => format!("{what}, lag removed"),
-            false => what,
-        };
+        let what = format!("{what}{}", self.without_lag());
         let found = self.found();
         let Some((_, figures)) = found.first() else {
             return what;
         };
-        let basis = &figures.basis[0];
+        let basis = figures.basis();
         let share = significant(100.0 * basis.range_share, 2);
-        let of = match (self.figures_of, basis.n_cycles) {
-            (FiguresOf::Mean, n) => format!("mean of {n} of {} cycles", self.plot.n_cycles),
-            (FiguresOf::Largest, _) => "largest cycle".to_owned(),
+        let of = match self.figures_of {
+            FiguresOf::Mean => {
+                format!("mean of {} of {} cycles", basis.n_cycles, self.plot.cycles.len())
+            }
+            FiguresOf::Largest => "largest cycle".to_owned(),
         };
         format!("{what}: {of}, {share} % of the loads")
     }
@@ -153,8 +162,9 @@ impl<'a> LoopView<'a> {
         });
         let found = self.found();
         let loops = found.iter().flat_map(|(output, figures)| {
-            let width = significant(figures.mean_width, 3);
-            let name = format!("{}, mean width {width} {}", name(*output), self.unit());
+            let width = significant(figures.mean_width(), 3);
+            let name = output.map_or("Gauge", Trace::label);
+            let name = format!("{name}, mean width {width} {}", self.unit());
             let ways = [(name, None), (String::new(), Some(DASHED))];
             let ways = figures.branches.iter().zip(ways);
             ways.map(|(branch, (name, dash))| Line {
@@ -191,52 +201,44 @@ impl<'a> LoopView<'a> {
         if !self.shown.first().is_some_and(spread) {
             return None;
         }
-        let groups: Vec<(Option<Output>, Vec<[f64; 2]>)> =
-            self.shown.iter().map(|curve| (curve.output, grouped(&curve.by_rate))).collect();
-        let points = || groups.iter().flat_map(|(_, points)| points);
-        let axis = self.plot.question.axis.unit();
-        Some(Figure {
-            title: match self.plot.question.lag_removed {
-                true => "Mean width over rate, lag removed".to_owned(),
-                false => "Mean width over rate".to_owned(),
-            },
-            across: Scale::spanning(
-                format!("rate [{axis}/s]"),
-                points().map(|point| point[0]).chain([0.0]),
-                0.06,
-            ),
-            up: Scale::spanning(
-                format!("mean width [{}]", self.unit()),
-                points().map(|point| point[1]).chain([0.0]),
-                0.06,
-            ),
-            lines: (groups.iter())
-                .map(|(output, points)| Line {
-                    width: 1.6,
-                    ..Line::new("", inks.of(*output), [points.clone()])
-                })
-                .collect(),
-            ..Figure::default()
-        })
+        let groups = self.shown.iter().map(|curve| (curve.output, grouped(&curve.by_rate)));
+        let rates = self.shown.iter().flat_map(|curve| grouped(&curve.by_rate));
+        let rates = rates.map(|[rate, _]| rate).chain([0.0]);
+        let label = format!("rate [{}/s]", self.plot.question.axis.unit());
+        Some(self.figure_of_widths(
+            format!("Mean width over rate{}", self.without_lag()),
+            Scale::spanning(label, rates, WIDTH_MARGIN),
+            "mean width",
+            groups.map(|(output, points)| Line::new("", inks.of(output), [points])).collect(),
+        ))
     }
 
     pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
-        let found = self.found();
-        let widths = found.iter().flat_map(|(_, figures)| &figures.widths);
-        let heights = widths.map(|point| point[1]).chain([0.0]);
         let [across, _] = self.labels();
-        Figure {
-            title: "Width over load".to_owned(),
-            across: Scale::new(across, self.plot.whole.loads),
-            up: Scale::spanning(format!("width [{}]", self.unit()), heights, 0.06),
-            lines: (found.iter())
-                .map(|(output, figures)| Line {
-                    width: 1.6,
-                    ..Line::new("", inks.of(*output), [&figures.widths[..]])
-                })
-                .collect(),
-            ..Figure::default()
-        }
+        let lines = self
+            .found()
+            .into_iter()
+            .map(|(output, figures)| Line::new("", inks.of(output), [&figures.widths[..]]));
+        self.figure_of_widths(
+            "Width over load".to_owned(),
+            Scale::new(across, self.plot.whole.loads),
+            "width",
+            lines.collect(),
+        )
+    }
+
+    fn figure_of_widths<'b>(
+        &self,
+        title: String,
+        across: Scale,
+        label: &str,
+        mut lines: Vec<Line<'b>>,
+    ) -> Figure<'b> {
+        lines.iter_mut().for_each(|line| line.width = 1.6);
+        let points = lines.iter().flat_map(|line| line.pieces.iter().flat_map(|piece| &**piece));
+        let heights = points.map(|[_, width]| *width).chain([0.0]);
+        let up = Scale::spanning(format!("{label} [{}]", self.unit()), heights, WIDTH_MARGIN);
+        Figure { title, across, up, lines, ..Figure::default() }
     }
 }
 
@@ -294,14 +296,6 @@ fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         [0, 1].map(|at| group.iter().map(|point| point[at]).sum::<f64>() / n)
     });
     means.collect()
-}
-
-fn name(output: Option<Output>) -> &'static str {
-    match output {
-        Some(Output::Conventional) => Trace::Conventional.label(),
-        Some(Output::Compensated) => Trace::Compensated.label(),
-        None => "Gauge",
-    }
 }
 
 /// Returns an arrow in the middle of a branch, whose points are sorted by rising load.

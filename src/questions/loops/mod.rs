@@ -16,22 +16,21 @@ mod output;
 mod picture;
 pub mod query;
 mod request;
-pub(crate) mod shown;
+mod shown;
 mod source;
 
 pub use cross::CrossPlot;
 pub(crate) use dwell::{DwellCurve, DwellPlot};
 pub use error::LookError;
 pub(crate) use figure::{FiguresOf, Inks, LoopView};
-pub use output::{Output, Span, TableOf};
+pub use output::{Span, TableOf};
 pub(crate) use picture::LoopPlot;
 pub use query::{Look, Viewer};
 pub(crate) use request::DwellQuestion;
-pub use request::{
-    Channel, CrossQuestion, LoadKind, LookRequest, LoopQuestion, Question, TableQuestion, Up,
-};
-pub(crate) use shown::{LoopMeasures, LoopScale, drifts, lag_in_words, loop_figures};
+pub use request::{Channel, CrossQuestion, LookRequest, LoopQuestion, Question, Up};
+pub(crate) use shown::{drifts, lag_in_words, loop_figures};
 pub use source::OutputLag;
+pub(crate) use source::Part;
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Dwells of the recordings, under load or at zero, whose drift curves are drawn.
 
 use crate::questions::metrology::figures::{Place, Run};
-use crate::questions::metrology::measured::Measured;
+use crate::questions::metrology::measured::{Columns, Measured};
 use crate::questions::metrology::settings::{MetrologyError, Rules};
 
 /// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in it.
@@ -21,12 +21,12 @@ pub struct Dwell {
 pub fn dwells(runs: &[Run<'_>], rules: &Rules<'_>) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
     let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {
-        let (measured, run) = (&measured, &measured.runs[index]);
+        let (measured, Columns { run, loads }) = (&measured, &measured.runs[index]);
         holds.iter().map(move |hold| {
             let mut levels = hold.level.iter().copied();
             Dwell {
                 place: run.place(index, hold.samples.clone()),
-                level: (run.loads.iter())
+                level: (loads.iter())
                     .map(|loads| loads.as_ref().and_then(|_| levels.next()))
                     .collect(),
                 at_zero: measured.is_at_zero(index, hold),

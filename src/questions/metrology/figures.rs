@@ -52,6 +52,19 @@ impl<'a> Run<'a> {
     }
 }
 
+impl Run<'_> {
+    /// Returns the place of these samples, which are at least one. `recording` is the index of the run.
+    pub(crate) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
+        Place {
+            recording,
+            name: self.name.to_owned(),
+            from_secs: self.times[samples.start],
+            to_secs: self.times[samples.end - 1],
+            samples,
+        }
+    }
+}
+
 /// Interval of a recording that a figure comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
@@ -81,6 +94,18 @@ pub struct Value {
     pub basis: Option<Basis>,
 }
 
+impl Value {
+    /// Returns a figure of all samples, without its share of full scale.
+    pub(crate) fn everywhere(value: f64) -> Self {
+        Self::at(value, None)
+    }
+
+    /// Returns a figure of an interval, without its share of full scale.
+    pub(crate) fn at(value: f64, place: Option<Place>) -> Self {
+        Self { value, percent_fs: None, place, basis: None }
+    }
+}
+
 /// Number of cycles of a loop figure, and its dependence on the reversal threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Basis {
@@ -104,7 +129,28 @@ impl Basis {
             reversal_threshold_doubled: None,
         }
     }
+
+    /// Returns the change of a figure with half and twice the reversal threshold, in percent.
+    pub(crate) fn moves(&self, value: f64) -> String {
+        let others = [self.reversal_threshold_halved, self.reversal_threshold_doubled];
+        let moved = others.map(|other| match other {
+            Some(other) if value != 0.0 => {
+                let percent = 100.0 * (other / value - 1.0);
+                match percent {
+                    _ if percent.abs() < 0.05 => "0".to_owned(),
+                    _ if percent.abs() < 1000.0 => format!("{percent:+.1}"),
+                    _ => format!("{percent:+.0}"),
+                }
+            }
+            Some(0.0) => "0".to_owned(),
+            _ => "–".to_owned(),
+        });
+        format!("{}, {} %", moved[0], moved[1])
+    }
 }
+
+/// Explanation of [`Basis::moves`].
+pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash if the figure would be missing";
 
 /// A figure, or the reason why there is none.
 pub type Figure = std::result::Result<Value, Reason>;
@@ -170,36 +216,20 @@ impl Metrology {
     }
 
     /// Returns the definitions of all rows with their names. Crosstalk is defined once for all axes.
-    pub fn definitions(&self) -> impl Iterator<Item = (&str, &Definition)> {
-        let first = self.crosstalk_rows().next().map(|(axis, _)| axis);
-        let rows = self.rows.iter();
-        rows.filter_map(move |row| {
-            let is_again = row.quantity.crosstalk_from().is_some_and(|from| Some(from) != first);
-            let name = row.quantity.general_name().unwrap_or(&row.definition.name);
-            (!is_again).then_some((name, &row.definition))
+    pub fn definitions(&self) -> impl Iterator<Item = (String, &Definition)> {
+        self.rows.iter().filter_map(|Row { quantity, definition, .. }| {
+            match quantity.crosstalk_from() {
+                None => Some((definition.name.clone(), definition)),
+                Some(from) if from == self.axes[0] => {
+                    Some((definition.name.replace(&format!(" from {from}"), ""), definition))
+                }
+                Some(_) => None,
+            }
         })
     }
 }
 
 pub(crate) type Result<T> = std::result::Result<T, Reason>;
-
-#[derive(Clone, Debug)]
-pub(crate) struct Found {
-    pub(crate) size: f64,
-    pub(crate) place: Option<Place>,
-    pub(crate) basis: Option<Basis>,
-}
-
-impl Found {
-    /// Returns a figure of all samples.
-    pub(crate) fn everywhere(size: f64) -> Self {
-        Self::at(size, None)
-    }
-
-    pub(crate) fn at(size: f64, place: Option<Place>) -> Self {
-        Self { size, place, basis: None }
-    }
-}
 
 /// Serialises `value`, `percent_fs`, `place`, `basis` and `reason`; missing ones are null.
 pub(crate) fn figure<S: Serializer>(

@@ -19,6 +19,7 @@
 
 mod case_rows;
 mod crosstalk;
+mod cycles;
 mod dwell_rows;
 mod dwells;
 mod errors;
@@ -33,8 +34,10 @@ pub(crate) mod shown;
 mod table;
 mod verdict;
 
+pub(crate) use cycles::Cycles;
 pub(crate) use dwells::Dwell;
 pub use dwells::dwells;
+pub(crate) use figures::MOVES;
 pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
 pub(crate) use measured::check_numbers;
 pub(crate) use quantity::Quantity;

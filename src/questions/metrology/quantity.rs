@@ -7,38 +7,26 @@ use serde::Serialize;
 
 use crate::recording::Axis;
 
+/// Quantity of a row, defined in [`QUANTITIES`]. A crosstalk row holds the loaded axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// Largest width of the largest cycle's loop.
     Hysteresis,
-    /// Largest width of the mean loop of the full cycles.
     MeanLoopHysteresis,
     MeanWidth,
-    /// Deviation of the rising branch from the line between its ends.
     TerminalNonlinearity,
-    /// Deviation of the rising branch from its best-fit line.
     BestFitNonlinearity,
-    /// Deviation of both branches from the line between the ends of the rising branch.
     CombinedError,
-    /// Spread of repeated branches of one recording.
     Repeatability,
-    /// Output at zero after a load, minus the output before the load.
     ZeroReturn,
-    /// Delay of the output behind the reference.
     TimeLag,
-    /// Hysteresis after the time lag is removed.
     HysteresisWithoutLag,
-    /// Change of the output under a constant load.
     Creep,
     CreepTime,
-    /// Change of the output at zero after a load.
     CreepRecovery,
     Crosstalk(Axis),
-    /// Largest systematic deviation while this axis alone is loaded.
     CrosstalkDeviation(Axis),
     Rmse,
     LargestError,
-    /// Value within which 95 % of the errors lie.
     Error95,
 }
 
@@ -81,15 +69,6 @@ impl Quantity {
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
             Self::Crosstalk(axis) | Self::CrosstalkDeviation(axis) => Some(axis),
-            _ => None,
-        }
-    }
-
-    /// Returns a name for any loaded axis; `None` if the definition's name is general.
-    pub fn general_name(self) -> Option<&'static str> {
-        match self {
-            Self::Crosstalk(_) => Some("Crosstalk"),
-            Self::CrosstalkDeviation(_) => Some("Crosstalk, largest"),
             _ => None,
         }
     }

@@ -1,10 +1,9 @@
 //! Reasons why a figure is missing, as sentences that take its place.
 
-use crate::min_max::MinMax;
 use crate::recording::Axis;
 use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::lag::NoLag;
-use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
+use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, MOST};
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
@@ -133,24 +132,6 @@ impl Reason {
             Self::NeverAlone { .. } => "not alone",
             Self::NotFinite { .. } => "not finite",
             Self::Overflow { .. } => "too large",
-        }
-    }
-
-    pub fn few_cycles(axis: Axis, TooFew { count, share }: TooFew) -> Self {
-        Self::FewCycles { axis, count, share }
-    }
-
-    /// Returns the reason why there is no cycle with this reversal threshold. `range` is the minimum and maximum load.
-    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, reversal_threshold: f64) -> Self {
-        let branches = loops.branches().iter().flatten();
-        let mut ways = branches.map(|branch| branch.rising);
-        match ways.next() {
-            None => {
-                let (low, high) = range.ends().unwrap_or_default();
-                Self::ConstantLoad { axis, low, high, reversal_threshold }
-            }
-            Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
-            Some(_) => Self::NoCycle { axis },
         }
     }
 }

@@ -1,8 +1,7 @@
 //! Metrology figures as tables.
 
-use crate::questions::loops::shown::{MOVES, moves};
 use crate::questions::metrology;
-use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
+use crate::questions::metrology::figures::{Basis, Figure, MOVES, Metrology, Row, Value};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::report::table;
@@ -75,7 +74,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         },
         |(_, cell), (_, output)| {
             let value = output(cell).as_ref().ok();
-            let moved = value.and_then(|value| Some(moves(value.value, &value.basis?)));
+            let moved = value.and_then(|value| Some(value.basis?.moves(value.value)));
             Cell::words(moved.unwrap_or_default())
         },
     )
@@ -115,7 +114,7 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
         about.push_str(&format!(
             "\nCycles: {} of all loads. With ½ and 2 × the reversal threshold: {}",
             cycles(basis),
-            moves(value.value, basis)
+            basis.moves(value.value)
         ));
     }
     about

@@ -5,16 +5,13 @@ use rayon::prelude::*;
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
 use crate::questions::metrology::case_rows::case_figures;
-use crate::questions::metrology::crosstalk::{Alone, crosstalk_figures, intervals_alone};
-use crate::questions::metrology::dwell_rows::DwellRows;
+use crate::questions::metrology::crosstalk::{Response, crosstalk_figures, responses};
+use crate::questions::metrology::dwell_rows::dwell_figures;
 use crate::questions::metrology::errors::error_figures;
-use crate::questions::metrology::figures::Value;
-use crate::questions::metrology::figures::{Cell, Figure, Metrology, Row, Run};
-use crate::questions::metrology::figures::{Found, Result};
-use crate::questions::metrology::lag_rows;
+use crate::questions::metrology::figures::{Cell, Figure, Metrology, Result, Row, Run, Value};
+use crate::questions::metrology::lag_rows::lag_figures;
 use crate::questions::metrology::loop_rows::LoopRows;
-use crate::questions::metrology::measured;
-use crate::questions::metrology::measured::{Measured, OUTPUTS};
+use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
@@ -24,10 +21,10 @@ use crate::scoring::lag::WORTH_REMOVING;
 use crate::scoring::numbers::significant;
 
 /// Ratio of the largest load to full scale above which the table has a note.
-pub(crate) const BEYOND: f64 = 1.2;
+const BEYOND: f64 = 1.2;
 
 /// Minimum share of the load's range that the largest cycle spans without a note.
-pub(crate) const SMALL: f64 = 0.6;
+const SMALL: f64 = 0.6;
 
 /// Returns the table of these runs by given rules.
 ///
@@ -38,16 +35,30 @@ pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
 ) -> std::result::Result<Metrology, MetrologyError> {
-    let merged = LoadCases::of(runs);
-    let measured = match &merged {
-        Some(cases) => Measured::of(&[cases.run()], rules)?,
+    let cases = joined_cases(runs);
+    let measured = match &cases {
         None => Measured::of(runs, rules)?,
+        Some((reference_axes, [times, reference, conventional, compensated])) => {
+            let name = "all load cases";
+            let (gauges, is_static) = (&[][..], true);
+            let all = Run {
+                name,
+                times,
+                gauges,
+                reference_axes,
+                reference,
+                conventional,
+                compensated,
+                is_static,
+            };
+            Measured::of(&[all], rules)?
+        }
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
-    let alone = intervals_alone(&measured);
+    let responses = responses(&measured);
     measured.lags(); // measured here by all threads, before the axes need them
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
-    let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
+    let of_axis = |axis| AxisFigures::of(&measured, &responses, axis);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after the other.
     let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
         true => (0..axes.len()).map(of_axis).collect(),
@@ -81,10 +92,11 @@ pub fn table_by(
     })
 }
 
-pub(crate) struct AxisFigures {
-    outputs: [Vec<(Quantity, Result<Found>)>; OUTPUTS],
-    /// Reason why the other quantities are missing.
-    missing: Reason,
+#[derive(Default)]
+struct AxisFigures {
+    outputs: [Vec<(Quantity, Figure)>; OUTPUTS],
+    /// Reason why the other quantities are missing; `None` if no quantity is missing.
+    missing: Option<Reason>,
     /// Span of the largest cycle, as a share of the range.
     cycle_share: Option<f64>,
     /// Share of the conventional loop's mean width that the lag explains.
@@ -92,118 +104,89 @@ pub(crate) struct AxisFigures {
 }
 
 impl AxisFigures {
-    pub(crate) fn of(measured: &Measured<'_>, alone: &[Alone], axis: usize) -> Self {
+    fn of(measured: &Measured<'_>, responses: &[Result<Response>], axis: usize) -> Self {
         let view = match measured.axis(axis) {
             Ok(view) => view,
-            Err(missing) => {
-                return Self {
-                    outputs: Default::default(),
-                    missing,
-                    cycle_share: None,
-                    lag_share: None,
-                };
-            }
+            Err(missing) => return Self { missing: Some(missing), ..Self::default() },
         };
-        let missing = Reason::NoTimes { axis: view.axis };
         let common = |output| {
-            let crosstalk = crosstalk_figures(measured, alone, axis, output);
+            let crosstalk = crosstalk_figures(measured, responses, axis, output);
             crosstalk.into_iter().chain(error_figures(&view, output))
         };
-        if measured.runs.iter().any(|run| run.is_static) {
+        if measured.runs.iter().any(|columns| columns.run.is_static) {
             let figures = |output| common(output).chain(case_figures(&view, output)).collect();
-            let outputs = std::array::from_fn(figures);
-            return Self { outputs, missing, cycle_share: None, lag_share: None };
+            return Self {
+                outputs: std::array::from_fn(figures),
+                missing: Some(Reason::NoTimes { axis: view.axis }),
+                ..Self::default()
+            };
         }
         let [loops, halved, doubled] =
             [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
-        let dwells = DwellRows::of(&view);
-        let of_lag: [_; OUTPUTS] =
-            std::array::from_fn(|output| lag_rows::figures(&view, axis, output));
+        let of_lag: [_; OUTPUTS] = std::array::from_fn(|output| lag_figures(&view, axis, output));
         let figures = |output: usize| {
             let others = [&halved, &doubled].map(|other| other.figures(output));
             let mut of_loops = loops.figures(output);
             for (quantity, found) in &mut of_loops {
-                if let Ok(Found { basis: Some(basis), .. }) = found {
-                    let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.size);
+                if let Ok(Value { basis: Some(basis), .. }) = found {
+                    let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.value);
                     [basis.reversal_threshold_halved, basis.reversal_threshold_doubled] =
                         others.each_ref().map(size);
                 }
             }
-            let of_lag = [Quantity::TimeLag, Quantity::HysteresisWithoutLag]
-                .into_iter()
-                .zip(of_lag[output].0.clone());
-            (of_loops.into_iter().chain(of_lag))
-                .chain(dwells.figures(output))
+            (of_loops.into_iter().chain(of_lag[output].0.clone()))
+                .chain(dwell_figures(&view, output))
                 .chain(common(output))
                 .collect()
         };
-        let outputs = std::array::from_fn(figures);
-        Self { outputs, missing, cycle_share: loops.share_of_range(), lag_share: of_lag[0].1 }
+        Self {
+            outputs: std::array::from_fn(figures),
+            missing: None,
+            cycle_share: loops.share_of_range(),
+            lag_share: of_lag[0].1,
+        }
     }
 
-    fn figures(&self, quantity: Quantity) -> [Result<Found>; OUTPUTS] {
-        let found = |all: &Vec<_>| figure(all, quantity).cloned();
-        let missing = || Err(self.missing.clone());
-        self.outputs.each_ref().map(|all| found(all).unwrap_or_else(missing))
+    fn figures(&self, quantity: Quantity) -> [Figure; OUTPUTS] {
+        self.outputs.each_ref().map(|all| match (figure(all, quantity), &self.missing) {
+            (Some(found), _) => found.clone(),
+            (None, missing) => Err(missing.clone().expect("a missing row has a reason")),
+        })
     }
 }
 
-fn figure(all: &[(Quantity, Result<Found>)], quantity: Quantity) -> Option<&Result<Found>> {
+fn figure(all: &[(Quantity, Figure)], quantity: Quantity) -> Option<&Figure> {
     all.iter().find(|(own, _)| *own == quantity).map(|(_, found)| found)
 }
 
-/// Joins the rows of all load cases into one run without an order in time.
-pub(crate) struct LoadCases<'a> {
-    axes: &'a [Axis],
-    times: Vec<f64>,
-    reference: Vec<f64>,
-    conventional: Vec<f64>,
-    compensated: Vec<f64>,
+/// Joined columns of several runs: times, reference, uncompensated and compensated load.
+type Joined = [Vec<f64>; 4];
+
+/// Joins the rows of all load cases, which have no order in time, and returns the axes of their reference; `None` if samples
+/// have times.
+fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
+    let is_static = runs.iter().any(|run| run.is_static);
+    let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
+    let axes = is_static.then_some(first.reference_axes)?;
+    let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
+        let own = runs.iter().filter(|run| run.reference_axes == axes);
+        own.flat_map(values).copied().collect()
+    };
+    let n_rows = joined(|run| run.times).len();
+    let columns = [
+        (0..n_rows).map(|row| row as f64).collect(),
+        joined(|run| run.reference),
+        joined(|run| run.conventional),
+        joined(|run| run.compensated),
+    ];
+    Some((axes, columns))
 }
 
-impl<'a> LoadCases<'a> {
-    /// Returns the rows of load cases; `None` if samples have times.
-    fn of(runs: &[Run<'a>]) -> Option<Self> {
-        let with_reference = || runs.iter().filter(|run| !run.reference_axes.is_empty());
-        let is_static = runs.iter().any(|run| run.is_static);
-        let axes = with_reference().next().filter(|_| is_static)?.reference_axes;
-        let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
-            let own = with_reference().filter(|run| run.reference_axes == axes);
-            own.flat_map(values).copied().collect()
-        };
-        let n_rows = joined(|run| run.times).len();
-        Some(Self {
-            axes,
-            times: (0..n_rows).map(|row| row as f64).collect(),
-            reference: joined(|run| run.reference),
-            conventional: joined(|run| run.conventional),
-            compensated: joined(|run| run.compensated),
-        })
-    }
-
-    fn run(&self) -> Run<'_> {
-        Run {
-            name: "all load cases",
-            times: &self.times,
-            gauges: &[],
-            reference_axes: self.axes,
-            reference: &self.reference,
-            conventional: &self.conventional,
-            compensated: &self.compensated,
-            is_static: true,
-        }
-    }
-}
-
-pub(crate) fn finished(
-    found: Result<Found>,
-    quantity: Quantity,
-    axis: Axis,
-    full_scale: f64,
-) -> Figure {
-    let Found { size, place, mut basis } = found?;
-    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * size / full_scale);
-    if !size.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
+/// Returns a figure with its share of full scale. A figure that is too large for a number is replaced by the reason.
+fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
+    let Value { value, place, mut basis, .. } = figure?;
+    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * value / full_scale);
+    if !value.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
     }
     if let Some(basis) = &mut basis {
@@ -211,13 +194,13 @@ pub(crate) fn finished(
             *other = other.filter(|size| size.is_finite());
         }
     }
-    Ok(Value { value: size, percent_fs, place, basis })
+    Ok(Value { value, percent_fs, place, basis })
 }
 
 fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
     let found = |id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let bare = |run: &&measured::Columns<'_>| run.loads.iter().all(Option::is_none);
+    let bare = |run: &&Columns<'_>| run.loads.iter().all(Option::is_none);
     let (count, all) = (measured.runs.iter().filter(bare).count(), measured.runs.len());
     let missing = format!("{count} of {all} recordings have no reference load");
     let missing = (count > 0).then(|| found(Id::WithoutReference, missing));

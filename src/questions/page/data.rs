@@ -8,8 +8,11 @@ use jiff::Timestamp;
 use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
 use crate::finding::Finding;
 use crate::questions::check::independent_loads::Sufficiency;
+use crate::questions::errors::query::RecordingResult;
 use crate::questions::expected_error::limits::Checked;
+use crate::questions::loops::LoopPlot;
 use crate::questions::metrology::Metrology;
+use crate::recording::Recording;
 use crate::report::figure::Figure;
 
 /// Contents of a report, which [`report`](super::report) makes.
@@ -32,9 +35,9 @@ pub struct ReportData {
     /// Errors over both thresholds, or a sentence with the reason why there are none.
     pub thresholds: Result<ReportCurves, String>,
     /// Description of the recordings that loops and figures are measured on.
-    pub measured: String,
+    pub measured: &'static str,
     /// Loops of each axis of the calibration, as measured and without a lag, or a sentence with the reason why there are none.
-    pub loops: Vec<Result<Vec<Figure<'static>>, String>>,
+    pub loops: Vec<Result<Vec<LoopPlot>, String>>,
     /// Errors over time of the recording with the largest errors.
     pub errors: Option<ReportErrors>,
     /// Table of figures, or a sentence with the reason why there is none.
@@ -52,18 +55,10 @@ pub struct ReportData {
 pub struct ReportRecording {
     /// Name, role and file of the recording.
     pub used: UsedRecording,
-    /// Name of its group; `None` for an ungrouped recording.
-    pub group: Option<String>,
-    /// Number of samples before decimation.
-    pub n_samples: usize,
-    /// Time from the first to the last sample (s).
-    pub duration_secs: f64,
-    /// Sample rate (Hz): the inverse of the median time step.
-    pub rate_hz: Option<f64>,
-    /// Uncompensated RMSE per axis; `None` without a reference.
-    pub conventional_rmse: Option<Vec<f64>>,
-    /// Compensated RMSE per axis; `None` without a reference.
-    pub compensated_rmse: Option<Vec<f64>>,
+    /// The recording before decimation.
+    pub recording: Arc<Recording>,
+    /// Group and errors of the recording.
+    pub result: RecordingResult,
 }
 
 #[derive(Clone, Debug, PartialEq)]

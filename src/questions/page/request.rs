@@ -18,8 +18,7 @@ use crate::questions::errors::view::View;
 use crate::questions::expected_error::limits::{Checked, Limits, Measured};
 use crate::questions::expected_error::query::{expected_error, handed_over_with};
 use crate::questions::loops::{
-    FiguresOf, Inks, Look, LookError, LookRequest, LoopQuestion, LoopView, Output, Question, Span,
-    TableOf, TableQuestion, Up, Viewer,
+    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, Viewer,
 };
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::models::training::train;
@@ -29,8 +28,8 @@ use crate::questions::thresholds::{
     Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, threshold_curve,
 };
 use crate::recording::{Axis, Identity, RecordingSet, Role, ValidRange};
-use crate::report::figure;
-use crate::report::figure::{Figure, Line, Scale, color};
+use crate::report::Trace;
+use crate::report::figure::{DASHED, Figure, Line, Scale, color};
 use crate::scoring::Series;
 
 /// Number of values of F_th and of t_th in the curves, without those of the fit.
@@ -139,7 +138,7 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
         notes: asked.notes.clone(),
         factory: analysis.factory,
         fitted: analysis.fitted,
-        recordings: recordings(&applied.recordings, &analysis.recordings),
+        recordings: recordings(&applied.recordings, analysis.recordings),
         check,
         thresholds,
         measured: measured_recordings(of),
@@ -202,17 +201,11 @@ pub fn check_limits(
     Ok(checked(limits, calibration, &expected_error, &metrology))
 }
 
-fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportRecording> {
-    let used = used_recordings(set).into_iter();
-    (used.zip(set.entries()).zip(results))
-        .map(|((used, entry), result)| ReportRecording {
-            used,
-            group: result.group.clone(),
-            n_samples: entry.recording.n_samples(),
-            duration_secs: entry.recording.duration_secs(),
-            rate_hz: entry.recording.rate_hz(),
-            conventional_rmse: result.conventional_rmse.clone(),
-            compensated_rmse: result.compensated_rmse.clone(),
+fn recordings(set: &RecordingSet, results: Vec<RecordingResult>) -> Vec<ReportRecording> {
+    (used_recordings(set).into_iter().zip(set.entries()).zip(results))
+        .map(|((used, entry), result)| {
+            let recording = Arc::clone(&entry.recording);
+            ReportRecording { used, recording, result }
         })
         .collect()
 }
@@ -243,14 +236,13 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
     chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
-fn measured_recordings(of: TableOf) -> String {
-    let words = match of {
+fn measured_recordings(of: TableOf) -> &'static str {
+    match of {
         TableOf::Test => "the test recordings",
         TableOf::Train => "the training recordings (none is in the test role)",
         TableOf::NotFitted => "the test recordings and those that are off",
         TableOf::All => "all recordings",
-    };
-    words.to_owned()
+    }
 }
 
 fn warnings(analysis: &Analysis) -> Vec<Finding> {
@@ -267,13 +259,9 @@ fn thresholds(
     warnings: &mut Vec<Finding>,
 ) -> Result<Result<ReportCurves, String>, AnalysisError> {
     let recordings = Arc::clone(&request.recordings);
-    let mut made = || {
-        let study = Study::prepare(
-            &request.datasets,
-            recordings.clone(),
-            request.settings.clone(),
-            progress,
-        )?;
+    let settings = request.settings.clone();
+    let made = || {
+        let study = Study::prepare(&request.datasets, recordings, settings, progress)?;
         let present = study.present_thresholds();
         let grid = grid_through(present, study.largest_distance())?;
         let map = study.threshold_map(&grid, progress, &|_| {})?;
@@ -365,7 +353,7 @@ impl<'a> Looker<'a> {
             request: LookRequest {
                 loads: OnScreen::of(request, analysis, None),
                 measuring: measuring.clone(),
-                question: Question::Table(TableQuestion { of }),
+                question: Question::Table(of),
             },
             of,
             progress,
@@ -381,10 +369,9 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// Returns the loops of an axis. If a lag explains much of their width, adds the width by rate and the loops without the
-    /// lag.
-    fn loops(&mut self, axis: Axis) -> Result<Result<Vec<Figure<'static>>, String>, AnalysisError> {
-        let mut figures = Vec::new();
+    /// Returns the loops of an axis. If a lag explains much of their width, adds the loops without the lag.
+    fn loops(&mut self, axis: Axis) -> Result<Result<Vec<LoopPlot>, String>, AnalysisError> {
+        let mut plots = Vec::new();
         for lag_removed in [false, true] {
             let question = Question::Loops(LoopQuestion {
                 axis,
@@ -399,18 +386,17 @@ impl<'a> Looker<'a> {
                 Ok(_) => return Ok(Err("There are no loops.".to_owned())),
                 Err(reason) => return Ok(Err(reason)),
             };
-            let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
-            figures.push(view.figure(&Inks::PRINT, None).into_owned());
-            if !plot.lag.is_worth_removing() {
+            let is_last = !plot.lag.is_worth_removing();
+            plots.push(plot);
+            if is_last {
                 break;
             }
-            figures.extend(view.widths_by_rate(&Inks::PRINT));
         }
-        Ok(Ok(figures))
+        Ok(Ok(plots))
     }
 
     fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
-        let look = self.look(Question::Table(TableQuestion { of: self.of }))?;
+        let look = self.look(Question::Table(self.of))?;
         Ok(look.and_then(|look| match look {
             Look::Table(table) => Ok(table),
             _ => Err("There are no figures.".to_owned()),
@@ -426,50 +412,33 @@ pub(super) fn sentence(text: &str) -> String {
     format!("{capital}{}.", letters.as_str().trim_end_matches('.'))
 }
 
-fn name(output: Output) -> &'static str {
-    match output {
-        Output::Conventional => "Uncompensated",
-        Output::Compensated => "Compensated",
-    }
-}
-
-/// Returns a line in the load's colour. The uncompensated load is dashed, so that colour is not needed to identify it.
-fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> Line<'static> {
-    let (color, dash) = match output {
-        Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),
-        Output::Compensated => (color::COMPENSATED, None),
-    };
-    Line { dash, ..Line::new(name, color, pieces) }
-}
-
 fn error_figures(traces: &TraceSet) -> Vec<Figure<'static>> {
     let axes = traces.axes.iter();
     axes.filter_map(|axis| error_figure(traces, axis)).collect()
 }
 
+/// Returns the errors of an axis over time; `None` without a reference.
 fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>> {
     let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
-    let errors = [
-        (Output::Conventional, axis.conventional_error.as_ref()?, 1.0),
-        (Output::Compensated, axis.compensated_error.as_ref()?, 1.6),
+    // The compensated load alone has a solid line, so that the figure needs no colour.
+    let lines = [
+        (Trace::Factory, color::FACTORY, Some(DASHED), 1.0),
+        (Trace::Conventional, color::CONVENTIONAL, Some(DASHED), 1.0),
+        (Trace::Compensated, color::COMPENSATED, None, 1.6),
     ];
-    let own = errors.map(|(output, series, width)| Line {
-        width,
-        ..line(output, name(output), vec![points(traces, series)])
+    let lines = lines.into_iter().filter_map(|(trace, color, dash, width)| {
+        let points = points(traces, axis.error(trace)?);
+        Some(Line { width, dash, ..Line::new(trace.label(), color, [points]) })
     });
-    let factory = axis.factory_error.as_ref().map(|series| Line {
-        width: 1.0,
-        dash: Some(figure::DASHED),
-        ..Line::new("Factory", color::FACTORY, [points(traces, series)])
-    });
-    let lines: Vec<_> = factory.into_iter().chain(own).collect();
+    let lines: Vec<Line<'_>> = lines.collect();
     let errors = lines.iter().flat_map(|line| line.pieces[0].iter());
     let heights = errors.map(|[_, up]| *up).chain([0.0]);
     let end = traces.times.last().copied().unwrap_or(0.0);
-    Some(Figure {
+    let up = Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN);
+    (!lines.is_empty()).then(|| Figure {
         title: symbol.to_owned(),
         across: Scale::new(traces.across(), (0.0, end)),
-        up: Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN),
+        up,
         lines,
         ..Figure::default()
     })

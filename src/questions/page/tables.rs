@@ -30,10 +30,10 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     let files = Table::of(&report.recordings)
         .words("Name", |own| &own.used.name)
         .words("Role", |own| own.used.role.label())
-        .words("Group", |own| own.group.as_deref().unwrap_or("–"))
-        .column(Column::numbers("Samples"), |own| Cell::words(own.n_samples.to_string()))
-        .digits("Duration [s]", 5, |own| Some(own.duration_secs))
-        .digits("Rate [Hz]", 4, |own| own.rate_hz)
+        .words("Group", |own| own.result.group.as_deref().unwrap_or("–"))
+        .column(Column::numbers("Samples"), |own| Cell::whole(own.recording.n_samples()))
+        .digits("Duration [s]", 5, |own| Some(own.recording.duration_secs()))
+        .digits("Rate [Hz]", 4, |own| own.recording.rate_hz())
         .words("File", |own| own.used.file.as_deref().unwrap_or("built-in simulated sensor"))
         .column(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") }, |own| {
             match (&own.used.file, &own.used.sha256) {
@@ -43,8 +43,8 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
             }
         })
         .table("", "");
-    let rmse = |own: &ReportRecording| {
-        Some([own.conventional_rmse.clone()?, own.compensated_rmse.clone()?])
+    let rmse = |ReportRecording { result, .. }: &ReportRecording| {
+        Some([result.conventional_rmse.clone()?, result.compensated_rmse.clone()?])
     };
     let errors = Table::of(report.recordings.iter().map(|own| (&own.used.name, rmse(own))))
         .words("RMSE, Uncompensated → Compensated", |(name, _)| *name)
@@ -65,19 +65,16 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
 }
 
 pub(super) fn settings(calibration: &Calibration) -> Table {
-    Table::of(setting_rows(calibration))
-        .words("Setting", |(name, _)| *name)
-        .words("Value", |(_, value)| value.clone())
-        .table("", "")
-}
-
-fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let ridge = quality.ridge_in_words(&calibration.axes);
-    let ridge = ridge.unwrap_or_else(|| "none".to_owned());
-    let condition = quality.condition;
-    let condition = condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4));
-    let n_features = calibration.columns().len();
+    let condition = quality.condition.map(|number| significant(number, 4));
+    let none = || "none".to_owned();
+    let rank = format!(
+        "{} of {} features, {}",
+        quality.rank,
+        calibration.columns().len(),
+        condition.unwrap_or_else(none)
+    );
     let distance = match calibration.features.distance {
         Distance::Force => "the force axes, in newtons",
         Distance::FullScale => "all axes, each divided by its full scale",
@@ -85,13 +82,13 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let mut rows = settings_of(calibration);
     rows.extend([
         ("F_th is measured over", distance.to_owned()),
-        ("ridge", ridge),
-        (
-            "rank and condition number",
-            format!("{} of {n_features} features, {condition}", quality.rank),
-        ),
+        ("ridge", ridge.unwrap_or_else(none)),
+        ("rank and condition number", rank),
     ]);
-    rows
+    Table::of(rows)
+        .words("Setting", |(name, _)| *name)
+        .words("Value", |(_, value)| value.clone())
+        .table("", "")
 }
 
 /// Returns the matrices, and the matrix of standard errors.

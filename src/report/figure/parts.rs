@@ -131,26 +131,6 @@ impl Figure<'_> {
         let of = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
         format!("{}, {} over {}{of}", self.title, self.up.label, self.across.label)
     }
-
-    /// Returns the same figure with its own copy of the lines.
-    pub fn into_owned(self) -> Figure<'static> {
-        let owned = |Line { name, color, opacity, width, dash, pieces }: Line<'_>| {
-            let pieces = pieces.into_iter();
-            Line { opacity, width, dash, ..Line::new(name, color, pieces.map(Cow::into_owned)) }
-        };
-        let Self { title, across, up, heat_map, clouds, lines, arrows, shaded, marked } = self;
-        Figure {
-            title,
-            across,
-            up,
-            heat_map,
-            clouds,
-            lines: lines.into_iter().map(owned).collect(),
-            arrows,
-            shaded,
-            marked,
-        }
-    }
 }
 
 impl Arrow {

@@ -1,7 +1,7 @@
 //! A figure as an SVG 1.1 image in a single file. Text is escaped; numbers that are not finite are omitted; the same figure
 //! gives the same file.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 use crate::report::figure::cloud::CloudPicture;
 use crate::report::figure::cloud::base64;
@@ -31,8 +31,11 @@ impl Figure<'_> {
             right = ROOM_FOR_SHADES;
         }
         let (plot, size) = ([left, top, width - right, height - bottom], (width, height));
-        let svg = Svg { figure: self, size, plot };
-        svg.to_string()
+        let mut svg = String::new();
+        Svg { figure: self, size, plot }
+            .write(&mut svg)
+            .expect("a text takes any number of characters");
+        svg
     }
 }
 
@@ -42,8 +45,8 @@ struct Svg<'a> {
     plot: [f64; 4],
 }
 
-impl fmt::Display for Svg<'_> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Svg<'_> {
+    fn write(&self, out: &mut String) -> fmt::Result {
         let ((width, height), [left, top, right, bottom]) = (self.size, self.plot);
         let (across, up) = ((left + right) / 2.0, (top + bottom) / 2.0);
         let figure = self.figure;
@@ -90,11 +93,13 @@ impl fmt::Display for Svg<'_> {
         self.legend(out)?;
         writeln!(out, "</svg>")
     }
-}
 
-impl Svg<'_> {
     fn x(&self, value: f64) -> f64 {
-        place(value, self.figure.across.range, self.plot[0], self.plot[2])
+        limited(self.far_x(value))
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        limited(self.far_y(value))
     }
 
     fn far_x(&self, value: f64) -> f64 {
@@ -103,10 +108,6 @@ impl Svg<'_> {
 
     fn far_y(&self, value: f64) -> f64 {
         far(value, self.figure.up.range, self.plot[3], self.plot[1])
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        place(value, self.figure.up.range, self.plot[3], self.plot[1])
     }
 
     fn named(&self) -> [Vec<(f64, String)>; 2] {
@@ -119,7 +120,7 @@ impl Svg<'_> {
         ]
     }
 
-    fn grid(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn grid(&self, out: &mut String) -> fmt::Result {
         let [left, top, right, bottom] = self.plot;
         let [across, up] = self.named();
         let across = across.iter().map(|(x, _)| format!("M{x:.1} {top}V{bottom}"));
@@ -128,7 +129,7 @@ impl Svg<'_> {
         writeln!(out, r##"<path d="{lines}" stroke="#ddd"/>"##)
     }
 
-    fn ticks(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn ticks(&self, out: &mut String) -> fmt::Result {
         let [left, _, _, bottom] = self.plot;
         let [across, up] = self.named();
         for (x, name) in across {
@@ -142,7 +143,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn clouds(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn clouds(&self, out: &mut String) -> fmt::Result {
         for picture in CloudPicture::of(&self.figure.clouds, 1) {
             let Frame { loads, outputs } = picture.frame;
             let (left, right) = (self.x(loads.0), self.x(loads.1));
@@ -161,7 +162,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn line(&self, line: &Line<'_>, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn line(&self, line: &Line<'_>, out: &mut String) -> fmt::Result {
         write!(out, r#"<path {} d=""#, style(line))?;
         for piece in &line.pieces {
             let finite = piece.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
@@ -185,7 +186,7 @@ impl Svg<'_> {
         writeln!(out, r#""/>"#)
     }
 
-    fn arrows(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn arrows(&self, out: &mut String) -> fmt::Result {
         for arrow in &self.figure.arrows {
             let corners = arrow.corners(|[across, up]| [self.x(across), self.y(up)]);
             if let Some([tip, one, other]) = corners {
@@ -230,7 +231,7 @@ impl Svg<'_> {
     }
 
     /// Writes one row of named lines above the plot.
-    fn legend(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn legend(&self, out: &mut String) -> fmt::Result {
         let lines = self.figure.lines.iter();
         let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
         let [left, top, right, _] = self.plot;
@@ -243,7 +244,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn cells(&self, map: &HeatMap, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn cells(&self, map: &HeatMap, out: &mut String) -> fmt::Result {
         let n_up = self.figure.up.cells.len().max(1);
         let (width, height) = (self.x(1.0) - self.x(0.0), self.y(0.0) - self.y(1.0));
         let cell = |(across, up): (usize, usize)| {
@@ -252,7 +253,7 @@ impl Svg<'_> {
         writeln!(out, r#"<g shape-rendering="crispEdges">"#)?;
         for (at, value) in map.values.iter().enumerate() {
             let fill = match value.filter(|value| value.is_finite()) {
-                Some(value) => hex(color::shade(place(value, map.shades.range, 0.0, 1.0))),
+                Some(value) => hex(color::shade(far(value, map.shades.range, 0.0, 1.0))),
                 None => "#d0d0d0".to_owned(),
             };
             rect(out, cell((at / n_up, at % n_up)), &format!(r#"fill="{fill}""#))?;
@@ -266,7 +267,7 @@ impl Svg<'_> {
     }
 
     /// Writes the colour scale beside the plot.
-    fn shades(&self, scale: &Scale, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn shades(&self, scale: &Scale, out: &mut String) -> fmt::Result {
         let [_, top, right, bottom] = self.plot;
         let (left, width) = (right + 22.0, 18.0);
         let height = (bottom - top) / SHADE_STEPS as f64;
@@ -277,7 +278,7 @@ impl Svg<'_> {
             rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }
         for (value, name) in named(scale, (bottom - top) / APART.1) {
-            let y = place(value, scale.range, bottom, top);
+            let y = limited(far(value, scale.range, bottom, top));
             text(out, (left + width + 6.0, y + 4.0), "start", &name)?;
         }
         upright(out, (self.size.0 - 10.0, (top + bottom) / 2.0), &scale.label)
@@ -304,19 +305,19 @@ fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     start + (end - start) * share.clamp(-1e100, 1e100)
 }
 
-/// Returns the position of a value in the image, limited to numbers that SVG viewers can handle.
-fn place(value: f64, range: (f64, f64), start: f64, end: f64) -> f64 {
-    far(value, range, start, end).clamp(-1e4, 1e4)
+/// Returns the nearest position in the image that SVG viewers can handle.
+fn limited(position: f64) -> f64 {
+    position.clamp(-1e4, 1e4)
 }
 
-fn rect(out: &mut fmt::Formatter<'_>, [x, y, width, height]: [f64; 4], style: &str) -> fmt::Result {
+fn rect(out: &mut String, [x, y, width, height]: [f64; 4], style: &str) -> fmt::Result {
     writeln!(
         out,
         r#"<rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}" {style}/>"#
     )
 }
 
-fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str) -> fmt::Result {
+fn text(out: &mut String, at: (f64, f64), anchor: &str, words: &str) -> fmt::Result {
     writeln!(
         out,
         r#"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
@@ -326,7 +327,7 @@ fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str)
     )
 }
 
-fn upright(out: &mut fmt::Formatter<'_>, (x, y): (f64, f64), words: &str) -> fmt::Result {
+fn upright(out: &mut String, (x, y): (f64, f64), words: &str) -> fmt::Result {
     writeln!(
         out,
         r#"<text transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{}</text>"#,
