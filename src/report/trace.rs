@@ -1,6 +1,6 @@
-//! Names of the loads that are compared, and units of their errors.
+//! Names of the compared loads, and units of their errors.
 
-/// A load that is compared with others.
+/// Load that is compared with other loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// Reference load.
@@ -14,7 +14,7 @@ pub enum Trace {
 }
 
 impl Trace {
-    /// All loads in drawing order; later loads are drawn over earlier ones.
+    /// All loads in drawing order. The last load is drawn on top.
     pub const ALL: [Self; 4] =
         [Self::Calculated, Self::Factory, Self::Conventional, Self::Compensated];
 
@@ -43,7 +43,7 @@ impl Trace {
                 "From the present gauges alone: the conventional calibration (Eq. 3-8; \"Conv.\" in the paper)"
             }
             Self::Compensated => {
-                "From the present gauges and what the features append, such as the past sample (Eq. 9-12; \"Comp.\" in the paper)"
+                "From the present gauges and the appended features, such as the past sample (Eq. 9-12; \"Comp.\" in the paper)"
             }
             Self::Factory => "From the calibration that the sensor came with",
         }

@@ -1,4 +1,4 @@
-//! The fit of a request, its errors, and the traces that show them.
+//! Fits or applies a calibration, and computes its errors and traces.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,14 +14,14 @@ use crate::questions::errors::view::View;
 use crate::questions::request::Request;
 use crate::same::Shared as _;
 
-/// Result of an analysis.
+/// Result of fitting or applying a calibration.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// Calibration, fitted or applied. The `quality` of an applied calibration is its quality on the loaded recordings.
+    /// Fitted or applied calibration. The `quality` of an applied calibration is measured on the loaded recordings.
     pub calibration: Arc<Calibration>,
     /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
-    /// One entry per recording of the set, in its order.
+    /// Results of all recordings, in the order of the set.
     pub recordings: Vec<RecordingResult>,
     /// Errors of the factory calibration; `None` without one.
     pub factory: Option<FactoryScores>,
@@ -31,7 +31,7 @@ pub struct Analysis {
     pub traces: Arc<TraceSet>,
     /// Time that the analysis took.
     pub elapsed: Duration,
-    /// Number of samples that a preview uses; `None` for a complete analysis.
+    /// For a preview, the number n if every n-th sample is used; `None` for a complete analysis.
     pub preview_of: Option<usize>,
 }
 
@@ -50,32 +50,32 @@ pub struct RecordingResult {
     pub share_with_past: Option<f64>,
 }
 
-/// Analyses a request without a cache.
+/// Analyses one request.
 ///
 /// # Errors
-/// [`AnalysisError`] if the request cannot be met.
+/// [`AnalysisError`] if the recordings or settings allow no analysis, or the work was cancelled.
 pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, AnalysisError> {
     Analyst::default().analyse(request, progress)
 }
 
-/// Analyses requests, and keeps the data that a moved threshold does not change.
+/// Analyses requests, and keeps the data that do not depend on the thresholds.
 #[derive(Debug, Default)]
 pub struct Analyst {
     data: Option<Arc<Dataset>>,
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
-    /// A subset of the cached data for previews, if there are many samples.
+    /// Decimated data for previews, if there are many samples.
     thinned: Option<Dataset>,
 }
 
-/// Approximate number of samples in a preview.
+/// Approximate maximum number of samples in a preview.
 const PREVIEW_SAMPLES: usize = 100_000;
 
 impl Analyst {
-    /// Fits or applies a calibration, scores it, and makes the traces.
+    /// Fits or applies a calibration, and computes scores and traces.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the request cannot be met; the cache stays valid.
+    /// As [`analyse`]. The kept data stay valid.
     pub fn analyse(
         &mut self,
         request: &Request,
@@ -84,7 +84,8 @@ impl Analyst {
         self.analyse_showing(request, progress, None)
     }
 
-    /// Analyses like [`Self::analyse`]. If many samples were analysed before, `show` first gets a preview on some of them.
+    /// Analyses like [`Self::analyse`]. If many samples were analysed before, `show` first receives a preview of every n-th
+    /// sample.
     ///
     /// # Errors
     /// As [`Self::analyse`].
@@ -138,8 +139,8 @@ impl Analyst {
         Ok(self.analysis(data, calibration, fitted, recordings, traces))
     }
 
-    /// Returns a preview on some of the samples, with the unchanged traces. Returns `None` if there are few samples, if they
-    /// were not analysed before, or if a preview would take as long.
+    /// Returns a preview of every n-th sample. Returns `None` if there are few samples, if the samples were not analysed
+    /// before, or if a calibration is applied, because a preview would then take as long as the analysis.
     fn preview(
         &mut self,
         data: &Dataset,
@@ -265,7 +266,7 @@ mod tests {
         Request { view: View::All, ..Request::fit(Arc::new(simulated::recordings(5)), settings) }
     }
 
-    /// Returns an analysis that behaves as if its samples were too many to store.
+    /// Returns an analysis that computes loads again at each use, as for very many samples.
     fn of_many(request: &Request) -> (Analyst, Dataset, Analysis) {
         let progress = Progress::default();
         let data = Dataset::prepare(&request.key(), &progress).unwrap();

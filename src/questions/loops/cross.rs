@@ -50,6 +50,7 @@ fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<
             Channel::Time => Some(recording.times()[part.samples.clone()].to_vec()),
             Channel::Gauge(gauge) => source.gauge(part, gauge),
             Channel::Load(Trace::Calculated, axis) => source.loads(part, axis),
+            Channel::Load(Trace::Factory, _) => None,
             Channel::Load(output, axis) => {
                 let (at, _) = column_of(&source.calibration, axis)?;
                 Some(source.output(part, at, output))

@@ -14,14 +14,12 @@ use crate::scoring::loops::Frame;
 /// Number of points of the drawn exponential.
 const FIT_POINTS: usize = 200;
 
-/// All dwells, and one of them ready to be drawn.
+/// List of all dwells, and the drift in one dwell, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct DwellPlot {
     pub question: DwellQuestion,
     pub hold_secs: f64,
     pub dwells: Vec<Dwell>,
-    /// Mean load of the axis in each dwell; `None` without a reference.
-    pub levels: Vec<Option<f64>>,
     /// Index of the dwell that is drawn.
     pub chosen: usize,
     pub curve: Result<DwellCurve, Reason>,
@@ -29,7 +27,7 @@ pub struct DwellPlot {
 
 #[derive(Clone, Debug)]
 pub struct DwellCurve {
-    /// Range of all points: seconds since the dwell began, and the error.
+    /// Range of all points: time since the start of the dwell (s), and error.
     pub whole: Frame,
     /// Errors of the uncompensated and the compensated load.
     pub outputs: [DwellOutput; 2],
@@ -41,7 +39,7 @@ pub struct DwellOutput {
     pub points: Vec<[f64; 2]>,
     /// Fitted exponential; `None` if all times are equal.
     pub drift: Option<Drift>,
-    /// Points of the fit.
+    /// Points `[seconds, error]` of the fitted exponential.
     pub fit: Vec<[f64; 2]>,
 }
 
@@ -56,21 +54,20 @@ pub(crate) fn picture(
     if runs.iter().any(|run| run.is_static) {
         return Err(Reason::NoTimes { axis: question.axis }.into());
     }
-    let found = dwells(&runs, &source.rules(measuring))?;
+    let found = dwells(&runs, &source.rules(measuring), column)?;
     let longest = longest(&found).ok_or(LookError::NoDwell { secs: measuring.hold_secs })?;
     let chosen = question.rest.map_or(longest, |rest| rest.min(found.len() - 1));
     let curve = curve(source, &found[chosen], question, column);
     Ok(DwellPlot {
         question: question.clone(),
         hold_secs: measuring.hold_secs,
-        levels: found.iter().map(|rest| rest.level[column]).collect(),
         dwells: found,
         chosen,
         curve,
     })
 }
 
-/// Returns the index of the longest dwell under load, or without one, of the longest dwell at zero.
+/// Returns the index of the longest dwell under load. Without a dwell under load, the longest dwell at zero is returned.
 fn longest(dwells: &[Dwell]) -> Option<usize> {
     let secs = |rest: &Dwell| rest.place.to_secs - rest.place.from_secs;
     let by_length = |a: &(usize, &Dwell), b: &(usize, &Dwell)| {
@@ -110,7 +107,7 @@ fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOu
     let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
     let all = (0.0, since[since.len() - 1]);
     let (from, to) = question.frame.map_or(all, |frame| frame.loads);
-    // Visible samples, and one more on each side.
+    // One sample beyond each visible end, so that the line reaches the edge of the plot.
     let start = since.partition_point(|time| *time < from).saturating_sub(1);
     let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
     let column_secs = (to - from) / question.pixels[0].max(1.0);

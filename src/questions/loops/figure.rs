@@ -1,4 +1,4 @@
-//! Loops as figures, defined once for window, files and report.
+//! Figures of loops and cross-plots, the same in window, files and report.
 
 use std::sync::Arc;
 
@@ -11,13 +11,13 @@ use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;
 
-/// Minimum ratio of the rates of the fastest and the slowest cycle. Similar rates do not distinguish lag from hysteresis.
+/// Minimum ratio of the load rates of the fastest and the slowest cycle, below which lag and hysteresis look alike.
 const RATES_APART: f64 = 2.0;
 
-/// Number of points of a branch per step over which the direction of its arrow is computed. A step between neighbouring points is too noisy.
+/// Divisor: an arrow's direction is computed from a tenth of the branch on each side. Neighbouring points are too noisy.
 const ARROW_SHARE: usize = 10;
 
-/// Margin around the widths in a plot, as a share of their range.
+/// Margin around widths and rates in a plot, as a share of their range.
 const WIDTH_MARGIN: f64 = 0.06;
 
 /// Loop that the figures beside a plot describe.
@@ -32,9 +32,9 @@ pub(crate) enum FiguresOf {
 pub(crate) struct Inks {
     pub(crate) conventional: [u8; 3],
     pub(crate) compensated: [u8; 3],
-    /// Colour of gauges and of other channels in cross-plots.
+    /// Colour of gauges, and of cross-plots.
     pub(crate) gauge: [u8; 3],
-    /// Colour of text. Densities of falling branches are mixed with it.
+    /// Colour of text. The colour of a load is mixed with the colour of text for the density of falling branches.
     pub(crate) text: [u8; 3],
     pub(crate) guide: [u8; 3],
 }
@@ -61,26 +61,25 @@ impl Inks {
 #[derive(Clone, Debug)]
 pub(crate) struct LoopView<'a> {
     pub(crate) plot: &'a LoopPlot,
-    /// Name and unit of the gauge on the vertical axis, if it shows one.
+    /// Name and unit of the gauge on the vertical axis; empty for a load.
     pub(crate) gauge: (&'a str, &'a str),
     pub(crate) figures_of: FiguresOf,
     pub(crate) shown: Vec<&'a LoopCurve>,
 }
 
 impl<'a> LoopView<'a> {
-    /// Returns a view of all curves. The figures describe the mean loop if it exists and no other loop was requested.
+    /// Returns a view of all curves. Without a mean loop, the figures describe the largest cycle instead of the loop `asked`.
     pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
         Self {
             plot,
             gauge,
-            // With too few cycles there is no mean loop. The largest cycle is shown instead, with its label.
             figures_of: if has_mean { asked } else { FiguresOf::Largest },
             shown: plot.curves.iter().collect(),
         }
     }
 
-    /// Returns the loop of a curve that the figures describe.
+    /// Returns the figures of a curve, or the reason why they are missing.
     pub(crate) fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
         match self.figures_of {
             FiguresOf::Mean => curve.mean.as_ref(),
@@ -110,13 +109,12 @@ impl<'a> LoopView<'a> {
         [axis.label_of(Trace::Calculated.label()), up]
     }
 
-    /// Returns the title: vertical quantity over horizontal quantity.
     pub(crate) fn title(&self) -> String {
         let [across, up] = self.labels();
-        format!("{up} over {across}")
+        format!("{up} against {across}")
     }
 
-    /// Returns an addition to a title if the lag is removed.
+    /// Returns the end of a title if the lag is removed.
     fn without_lag(&self) -> &'static str {
         if self.plot.question.lag_removed { ", lag removed" } else { "" }
     }
@@ -126,7 +124,7 @@ impl<'a> LoopView<'a> {
         let what = match self.plot.question.up {
             Up::Load => axis.to_owned(),
             Up::Error => format!("{axis} error"),
-            Up::Gauge(_) => format!("{} over {axis}", self.gauge.0),
+            Up::Gauge(_) => format!("{} against {axis}", self.gauge.0),
         };
         let what = format!("{what}{}", self.without_lag());
         let found = self.found();
@@ -141,11 +139,11 @@ impl<'a> LoopView<'a> {
             }
             FiguresOf::Largest => "largest cycle".to_owned(),
         };
-        format!("{what}: {of}, {share} % of the loads")
+        format!("{what}: {of}, {share} % of the load range")
     }
 
-    /// Returns the figure: all branches as thin lines, and the described loop as a thick line with arrows and a dashed
-    /// falling branch.
+    /// Returns the figure: all branches as thin lines, and the loop of the figures as a thick line with arrows. The falling
+    /// branch of the thick line is dashed.
     pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
         let frame = frame.unwrap_or(self.plot.whole);
         let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
@@ -191,8 +189,8 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns a plot of the mean width of the full cycles against the rate of their load; `None` if the rates are too similar to
-    /// distinguish lag from hysteresis.
+    /// Returns a plot of the mean width of full cycles against load rate. Returns `None` if the rates are too similar to distinguish
+    /// lag from hysteresis.
     pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
         let spread = |curve: &&LoopCurve| {
             let ends = curve.by_rate.first().zip(curve.by_rate.last());
@@ -206,7 +204,7 @@ impl<'a> LoopView<'a> {
         let rates = rates.map(|[rate, _]| rate).chain([0.0]);
         let label = format!("rate [{}/s]", self.plot.question.axis.unit());
         Some(self.figure_of_widths(
-            format!("Mean width over rate{}", self.without_lag()),
+            format!("Mean width against rate{}", self.without_lag()),
             Scale::spanning(label, rates, WIDTH_MARGIN),
             "mean width",
             groups.map(|(output, points)| Line::new("", inks.of(output), [points])).collect(),
@@ -220,7 +218,7 @@ impl<'a> LoopView<'a> {
             .into_iter()
             .map(|(output, figures)| Line::new("", inks.of(output), [&figures.widths[..]]));
         self.figure_of_widths(
-            "Width over load".to_owned(),
+            "Width against load".to_owned(),
             Scale::new(across, self.plot.whole.loads),
             "width",
             lines.collect(),
@@ -264,7 +262,7 @@ impl CrossPlot {
         };
         let [across, up] = labels;
         Figure {
-            title: format!("{up} over {across}"),
+            title: format!("{up} against {across}"),
             across: Scale::new(across, frame.loads),
             up: Scale::new(up, frame.outputs),
             clouds: clouds(&self.drawn, inks.gauge, inks.text),
@@ -274,7 +272,7 @@ impl CrossPlot {
     }
 }
 
-/// Returns the branches that are drawn as density: rising ones in this colour, falling ones halfway to the colour of text.
+/// Returns the densities of branches. Rising branches have the colour `own`, falling branches a colour between `own` and `ink`.
 fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
@@ -298,7 +296,7 @@ fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     means.collect()
 }
 
-/// Returns an arrow in the middle of a branch, whose points are sorted by rising load.
+/// Returns an arrow in the middle of a branch. The points of the branch are sorted by rising load.
 fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     let middle = branch.len() / 2;
     let around = (branch.len() / ARROW_SHARE).max(1);
@@ -310,7 +308,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// Returns the opacity of thin lines: the more lines, the fainter, so that thick lines stand out; a single line stays visible.
+/// Returns the opacity of thin lines. More points give fainter lines, so that thick lines stand out.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);

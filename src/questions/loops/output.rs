@@ -8,7 +8,7 @@ use crate::recording::{Axis, RecordingSet, Role};
 /// Samples to plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Span {
-    /// Samples on screen in the trace panes.
+    /// Samples that the trace panes show.
     #[default]
     Visible,
     /// All samples of the recording with this index.
@@ -19,7 +19,7 @@ pub enum Span {
     All,
 }
 
-/// Returns the position of an axis in the calibration, with its full scale.
+/// Returns the position of an axis in the calibration, and the full scale of the axis.
 pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
     let at = calibration.axes.iter().position(|own| *own == axis);
     let at = at.ok_or(Reason::NoReference { axis })?;

@@ -1,4 +1,4 @@
-//! Loops of one axis: an output over the reference load, and the figures of the loops.
+//! Loops of one axis: outputs against the reference load, and the figures of the loops.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct LoopPlot {
     pub reversal_threshold: f64,
     /// Full scale of the axis; 0 if there is none.
     pub full_scale: f64,
-    /// Value of the output that is 100 %: full scale, or half the range of the gauge; 0 if there is none.
+    /// Output that counts as 100 %: full scale, or half the range of the gauge; 0 without a full scale.
     pub output_scale: f64,
     /// Number of plotted samples.
     pub n_samples: usize,
@@ -69,7 +69,8 @@ pub struct LoopFigures {
 }
 
 impl LoopFigures {
-    /// Computes the figures, also with half and twice the reversal threshold; `None` if a figure is too large for a number.
+    /// Computes the figures of a loop. `others` are the loops with half and twice the reversal threshold. Returns `None` if a
+    /// figure is too large for a number.
     fn of(
         shape: &Loop,
         n_cycles: usize,
@@ -97,7 +98,7 @@ impl LoopFigures {
         })
     }
 
-    /// Returns the basis that all figures share, except for the changed reversal thresholds.
+    /// Returns the basis of the first figure. The other figures have the same cycles and range.
     pub(crate) fn basis(&self) -> &Basis {
         &self.measures[0].1
     }
@@ -114,7 +115,7 @@ fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
 
 type Columns = Vec<Vec<f64>>;
 
-/// One output over its reference, for each part.
+/// One output and its reference, with one column for each part.
 struct Curve {
     output: Option<Trace>,
     loads: Arc<Columns>,
@@ -241,7 +242,7 @@ impl Curve {
     }
 }
 
-/// Returns each output over the reference, for each part. `lags` are the lags to remove, one for each output.
+/// Returns each output with its reference. `lags` are the lags to remove from the outputs.
 fn curves(
     source: &Source,
     parts: &[Part],
@@ -287,7 +288,7 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
     pub strokes: Vec<Stroke>,
-    /// Density of the branches, if there are too many for lines.
+    /// Densities of the branches that have too many points for lines.
     pub clouds: Vec<Cloud>,
 }
 
@@ -297,7 +298,7 @@ pub struct Cloud {
     pub density: Arc<Density>,
 }
 
-/// Draws all recordings, with rising and falling branches apart. A load that never turns counts as rising.
+/// Draws the rising and the falling branches of all recordings separately. A load without reversal counts as rising.
 pub(crate) fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],

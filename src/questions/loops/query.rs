@@ -26,7 +26,7 @@ pub enum Look {
     Table(Arc<Metrology>),
 }
 
-/// Answers questions one after another, and keeps the computed loads between two questions about the same calibration.
+/// Answers questions one after another. Keeps the computed loads for the next question about the same calibration.
 #[derive(Debug, Default)]
 pub struct Viewer {
     source: Option<Source>,

@@ -28,7 +28,7 @@ pub struct LoopQuestion {
     pub up: Up,
     /// Samples to plot.
     pub span: Span,
-    /// True to remove the time lag between gauges and reference first.
+    /// True to remove the time lag between gauges and reference before the loops are drawn.
     pub lag_removed: bool,
     /// Visible range of the plot; `None` shows all points.
     pub frame: Option<Frame>,
@@ -43,7 +43,7 @@ pub enum Channel {
     Time,
     /// A raw gauge.
     Gauge(usize),
-    /// Reference, uncompensated or compensated load of an axis.
+    /// Load of an axis, except for the load by the factory calibration.
     Load(Trace, Axis),
 }
 
@@ -66,7 +66,7 @@ pub struct CrossQuestion {
 pub struct DwellQuestion {
     pub axis: Axis,
     /// Index of the dwell to draw, in the order of recordings and time. A larger index means the last dwell. `None` means the
-    /// longest dwell under load, or without one, the longest dwell at zero.
+    /// longest dwell under load; without a dwell under load, the longest dwell at zero.
     pub rest: Option<usize>,
     /// Visible range of the plot; `None` shows all points.
     pub frame: Option<Frame>,
@@ -99,12 +99,12 @@ impl Question {
     }
 }
 
-/// A question with its inputs.
+/// A question, and the data from which the answer is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookRequest {
     /// Recordings, calibration and traces on screen.
     pub loads: OnScreen,
-    /// Settings of reversals and dwells.
+    /// Settings that define reversals and dwells.
     pub measuring: MetrologySettings,
     /// The question.
     pub question: Question,

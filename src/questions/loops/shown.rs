@@ -1,4 +1,4 @@
-//! The figures of a loop, and of a dwell's drift, as tables.
+//! Tables of the figures of loops, and of the drift in a dwell.
 
 use crate::questions::loops::dwell::DwellCurve;
 use crate::questions::loops::figure::LoopView;
@@ -11,7 +11,7 @@ use crate::report::trace::Trace;
 use crate::scoring::holds::Drift;
 use crate::scoring::numbers::significant;
 
-/// Returns a sentence on the lag of the gauges and its effect.
+/// Returns a sentence about the time lag of the uncompensated load, and its effect on the loop.
 pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let lag = match &found.lag {
         Ok(lag) => lag,
@@ -32,22 +32,22 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
         let uncertainty = significant(100.0 * widths.uncertainty / widths.largest[1], 2);
         let not = if found.is_removable() { "" } else { "; the lag is too uncertain to be removed" };
         format!(
-            ": it explains {width} % of the mean width and {area} % of the area. The largest width without it is known to ± {uncertainty} %{not}"
+            ". The lag explains {width} % of the loop's mean width and {area} % of its area. Without the lag, the largest width is known to ± {uncertainty} %{not}"
         )
     });
     let explains = explains.unwrap_or_default();
     format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")
 }
 
-/// Kinds of rows for each figure.
+/// Kinds of rows of a figure: value, percentage, and dependence on the reversal threshold.
 enum Line {
     Units,
     Percent(f64),
     Moves,
 }
 
-/// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent. Further rows hold the
-/// change from the first loop to the second, and the dependence on the reversal threshold.
+/// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent. Each figure has a row on
+/// its dependence on the reversal threshold. For two loops, a column holds the change from the first to the second.
 pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     let (loops, plot, unit) = (view.found(), view.plot, view.unit());
     let (axis, scale) = (plot.question.axis, plot.output_scale);
@@ -65,15 +65,15 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     let area = (&*area_unit, area_share, scale * plot.full_scale);
     let described = [
         ("Largest width", "Largest |falling − rising| at equal load", width),
-        ("Mean width", "Mean |falling − rising| over the range of loads", width),
+        ("Mean width", "Mean |falling − rising| across the range of loads", width),
         (
             "Area",
-            "Integral of |falling − rising| over the load; 100 % is the product of the full scales of output and load",
+            "Integral of |falling − rising| along the load; in percent of the product of the full scales of output and load",
             area,
         ),
         (
             "Dissipated work",
-            "Integral of falling − rising over the load: positive if the output lags behind, negative if the output leads; parts of opposite signs cancel",
+            "Integral of falling − rising along the load: positive if the output lags behind, negative if the output leads; parts of opposite signs cancel",
             area,
         ),
     ];
@@ -82,7 +82,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
             [
                 (at, name, unit, about, Line::Units),
                 (at, "", share, of_what, Line::Percent(scale)),
-                (at, "½, 2 × band", "%", MOVES, Line::Moves),
+                (at, "½, 2 × threshold", "%", MOVES, Line::Moves),
             ]
         });
     Table::of(rows)
@@ -117,7 +117,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
                 both.each_ref().map(|(_, figures)| figures.measures[*at].0),
             ) {
                 (Line::Units, [before, after]) if before * after < 0.0 => {
-                    Cell::missing("–", "the sign changes")
+                    Cell::missing("–", "the two figures have opposite signs")
                 }
                 (Line::Units, [before, after]) => Cell::change(before.abs(), after.abs()),
                 (Line::Percent(_) | Line::Moves, _) => Cell::words(""),
@@ -144,7 +144,7 @@ pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
         ),
         (
             "τ [s]".to_owned(),
-            "Time constant of a + b (1 − exp(−t / τ)); a dash if the data do not determine it",
+            "Time constant of a + b (1 − exp(−t / τ)); a dash means that the data do not determine the time constant",
             |drift| match drift.tau_secs() {
                 Ok(tau) => Cell::digits(Some(tau), 3),
                 Err(reason) => Cell::missing("–", reason.to_string()),

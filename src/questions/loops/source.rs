@@ -1,4 +1,4 @@
-//! Samples behind a plot: recordings as in the analysis, with the loads of the calibration.
+//! Data of a plot: the recordings of the analysis, with the loads of the calibration.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -25,10 +25,10 @@ pub struct Part {
     pub(crate) samples: Range<usize>,
 }
 
-/// Lag of one output behind its reference.
+/// Time lag of one output behind its reference.
 #[derive(Clone, Debug)]
 pub struct OutputLag {
-    /// The lag, or the reason why it is unknown.
+    /// The lag, or the reason why the lag is unknown.
     pub lag: Result<Lag, NoLag>,
     /// Widths of the loop with and without the lag; `None` if there is no lag or no loop.
     pub widths: Option<Widths>,
@@ -37,7 +37,7 @@ pub struct OutputLag {
 }
 
 impl OutputLag {
-    /// Returns true if the lag is known well enough to know the width of the loop without the lag.
+    /// Returns true if the lag is known accurately enough to compute the width of the loop without the lag.
     pub fn is_removable(&self) -> bool {
         self.in_time.is_some()
     }
@@ -58,15 +58,15 @@ pub(crate) struct Source {
     pub(crate) calibration: Arc<Calibration>,
     pub(crate) recordings: Vec<Arc<Recording>>,
     applied: Vec<Option<AppliedLoads>>,
-    /// Noise and range of all samples, so that the reversal threshold does not depend on the decimation.
+    /// Noise and range of all samples before decimation, so that the reversal threshold does not depend on the decimation.
     extents: Vec<LoadExtent>,
     /// Measured lags, by the axis' position in the calibration and the output.
     lags: HashMap<(usize, Trace), OutputLag>,
 }
 
 impl Source {
-    /// Makes a source for this request. Results of the source `before` that do not depend on what changed are kept; its loads
-    /// are dropped first, because the loads of both may not fit in memory.
+    /// Makes a source for this request. Results of the source `before` that are still valid are kept. Its loads are dropped
+    /// first, because two sets of loads may not fit in memory.
     pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
         let loads = &request.loads;
         let (mut extents, mut lags) = (None, HashMap::new());
@@ -96,8 +96,8 @@ impl Source {
         }
     }
 
-    /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all
-    /// recordings with this reference.
+    /// Returns the lag of an output, which the first call measures. The lag is measured on the training recordings with a
+    /// reference for every axis. If there is no such training recording, all recordings with this reference are used.
     ///
     /// # Errors
     /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
@@ -160,7 +160,7 @@ impl Source {
             && self.decimation == request.loads.decimation
     }
 
-    /// Returns the existing samples of a span, and computes their loads.
+    /// Returns the samples of a span, and computes their loads.
     ///
     /// # Errors
     /// [`LookError`] if the span has no sample, the calibration does not match a recording, or the work is cancelled.
@@ -198,7 +198,7 @@ impl Source {
         Ok(parts)
     }
 
-    /// Computes the loads of these recordings, unless they are known.
+    /// Computes the missing loads of these recordings.
     pub(crate) fn apply(
         &mut self,
         recordings: impl Iterator<Item = usize>,
@@ -221,7 +221,7 @@ impl Source {
         Ok(())
     }
 
-    /// Drops the computed loads if they take much memory.
+    /// Drops the computed loads if they take too much memory.
     pub(crate) fn forget_many(&mut self) {
         let kept = self.recordings.iter().zip(&self.applied);
         let kept = kept.filter(|(_, applied)| applied.is_some());
@@ -275,7 +275,7 @@ impl Source {
         column(rows, self.calibration.axes.len(), at, &part.samples)
     }
 
-    /// Returns an output with its gains fitted to the delayed reference.
+    /// Returns an output with gains fitted to the delayed reference.
     pub(crate) fn refitted(&self, part: &Part, output: Trace, lag: &InTime) -> Vec<f64> {
         let rows = self.output_rows(part.recording, output);
         let width = self.calibration.axes.len();
@@ -284,7 +284,6 @@ impl Source {
 }
 
 fn column(values: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
-    let rows = values.chunks_exact(width);
-    let rows = rows.skip(samples.start).take(samples.len());
-    rows.map(|row| row[at]).collect()
+    let column = values.iter().skip(samples.start * width + at).step_by(width);
+    column.take(samples.len()).copied().collect()
 }

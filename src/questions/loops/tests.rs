@@ -25,7 +25,7 @@ use crate::scoring::loops::Stroke;
 /// Half-width of the play in the gauge.
 const RADIUS: f64 = 0.5;
 
-/// Returns a recording whose load moves between ±10 at 20 Hz, with one gauge that follows with play and one without play.
+/// Returns a recording whose load moves between ±10 at 20 Hz, with one gauge that follows with play and another gauge without play.
 fn with_play(name: &str, axes: Vec<Axis>) -> Recording {
     let loads: Vec<f64> =
         (0..2000).map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin()).collect();
@@ -110,8 +110,8 @@ fn n_drawn(drawn: &picture::Drawn) -> usize {
     points(&drawn.strokes) + touched.sum::<usize>()
 }
 
-/// The play gauge reads load + r while falling and load − r while rising: its width is 2 r, except at the ends, where it turns
-/// over a load of 2 r. Five periods from zero have 10 turns: 4 full cycles, and two halves that make another.
+/// The play gauge reads load + r while the load falls and load − r while the load rises, so the width is 2 r. At each end, the
+/// gauge stays while the load changes by 2 r. Five periods from zero have 10 reversals: 4 full cycles, and two half cycles.
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -129,7 +129,7 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     assert!(points(&curve.drawn.strokes) <= 2000 + 2 * curve.drawn.strokes.len());
 }
 
-/// Noise turns at every sample. A plot of 400 × 300 pixels draws all of it with fewer points than branches, zoomed in or not.
+/// Noise turns at every sample. A plot of 400 × 300 pixels draws all branches with fewer points than branches, zoomed in or not.
 #[test]
 fn very_many_branches_are_all_drawn_in_few_points() {
     let n = 60_000;
@@ -153,7 +153,7 @@ fn very_many_branches_are_all_drawn_in_few_points() {
         let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
         assert!(picture.cycles.len() > 15_000, "{}", picture.cycles.len());
         if zoomed {
-            // A hundredth of the plot has few enough lines.
+            // A hundredth of the plot has so few branches that lines are drawn.
             assert!((100..20_000).contains(&points(&curve.drawn.strokes)));
             continue;
         }
@@ -235,7 +235,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
 }
 
-/// Half a minute at 4, while the gauge's error creeps by 0.5 with τ = 5 s.
+/// The load stays at 4 N for half a minute, while the gauge creeps by 0.5 with τ = 5 s.
 #[test]
 fn a_dwell_shows_its_drift_and_time_constant() {
     let n = 1200;
@@ -265,7 +265,7 @@ fn a_dwell_shows_its_drift_and_time_constant() {
     let mut request = request(&recordings, question);
     let Ok(Look::Dwells(found)) = look(&request) else { panic!("no rest") };
     assert_eq!((found.dwells.len(), found.chosen), (1, 0));
-    assert_eq!(found.levels, [Some(4.0)]);
+    assert_eq!(found.dwells[0].level, Some(4.0));
     let curve = found.curve.unwrap();
     let tau = curve.outputs[0].drift.as_ref().unwrap().tau_secs().unwrap();
     assert!((tau - 5.0).abs() < 0.3, "{tau}");
@@ -285,7 +285,7 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
 }
 
-/// The figure has an arrow on the rising and the falling branch of each output, and the line of zero error.
+/// Each output has an arrow on its rising and on its falling branch. A figure of loads has the line of equal loads.
 #[test]
 fn a_figure_of_loops_shows_their_direction() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -318,7 +318,7 @@ fn a_figure_of_loops_shows_their_direction() {
     }
 }
 
-/// One of the two recordings has a tenth of the other's load. The threshold is 5 % of the range of all loads.
+/// One of two recordings has a tenth of the other recording's load. The threshold is 5 % of the range of all loads.
 #[test]
 fn the_reversal_threshold_is_the_same_in_every_view() {
     let large = with_play("large", vec![Axis::Fz]);
@@ -424,7 +424,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     }
 }
 
-/// With a low-pass and no hysteresis, no loop remains after the lag is removed. With play, its width of 2 r remains.
+/// With a low-pass and no hysteresis, no loop remains after the lag is removed. With play of radius r, a width of 2 r remains.
 #[test]
 fn without_its_lag_a_loop_is_as_wide_as_the_hysteresis() {
     for (late, width) in
@@ -466,7 +466,7 @@ fn figures_are_in_units_in_percent_and_as_a_change() {
     let rows = shown(Up::Load, 20.0, &[[1.0, 0.5, 8.0, 8.0], [0.5, 0.25, 2.0, -2.0]], ("", ""));
     assert_eq!(rows[0], ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]);
     assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
-    assert_eq!(rows[2], ["½, 2 × band", "%", "+10.0, –", "+120.0, –", ""]);
+    assert_eq!(rows[2], ["½, 2 × threshold", "%", "+10.0, –", "+120.0, –", ""]);
     assert_eq!(rows[6], ["Area", "N²", "8.000", "2.000", "-75.0 %"]);
     assert_eq!(rows[7], ["", "% FS²", "2.00", "0.500", ""]);
     assert_eq!(rows[9], ["Dissipated work", "N²", "8.000", "-2.000", "–"]);

@@ -9,13 +9,13 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 
-/// Minimum number of samples in which an axis is loaded alone.
+/// Minimum number of samples for a slope, and for an average.
 const FEWEST_SAMPLES: usize = 10;
-/// Minimum of the largest load of an axis that is loaded alone, as a share of full scale.
+/// Load above which an axis counts as present, as a share of full scale.
 const PRESENT: f64 = 0.1;
-/// Number of load cells per full scale on each side of zero, in which deviations are averaged.
+/// Number of load intervals between zero and full scale, on each side of zero. Deviations are averaged in each interval.
 const CELLS: usize = 10;
-/// Largest mean deviation that counts as noise, in standard errors.
+/// Mean deviation up to which an average counts as noise, in standard errors.
 const STANDARD_ERRORS: f64 = 3.0;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,7 +32,7 @@ impl Sums {
         self.squares += value * value;
     }
 
-    /// Returns the mean if it exceeds the noise, else 0.
+    /// Returns the mean; 0 if the mean is within the noise.
     fn systematic(&self) -> f64 {
         let mean = self.sum / self.n;
         let variance = (self.squares / self.n - mean * mean).max(0.0);
@@ -41,17 +41,18 @@ impl Sums {
     }
 }
 
-/// Error at full load of one loaded axis, and largest mean deviation over the load cells, by output and axis. `None` if the
-/// load does not change enough for a slope.
+/// Errors by output and axis while one axis is loaded alone: the error at full load, and the largest mean deviation. `None` if
+/// the load does not change enough for a slope.
 pub(crate) type Response = [Vec<Option<[f64; 2]>>; OUTPUTS];
 
-/// Returns the responses to each axis that is loaded alone.
+/// Returns the response to each axis.
 pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
     let axes = (0..measured.axes.len()).into_par_iter();
     axes.map(|loaded| response(measured, loaded)).collect()
 }
 
-/// Returns the samples of a run in which only this axis is loaded; `None` without a reference for each axis.
+/// Returns the loads of a run, and the samples in which no axis but `loaded` is loaded. Returns `None` without a reference for
+/// each axis.
 fn samples<'a>(
     measured: &Measured<'_>,
     columns: &'a Columns<'_>,
@@ -108,7 +109,8 @@ fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
     }))
 }
 
-/// Returns the least-squares slope of errors over loads, with an offset for each run; `None` if no run has different loads.
+/// Returns the least-squares slope of errors against loads, with an offset for each run. Returns `None` if no load differs from
+/// the mean of its run by more than `apart`.
 fn slope(runs: &[Vec<(f64, f64)>], apart: f64) -> Option<f64> {
     let (mut xx, mut xy, mut reach) = (0.0, 0.0, 0.0_f64);
     for points in runs {
@@ -128,7 +130,7 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-/// Returns the largest mean deviation in a load cell, relative to the errors at no load.
+/// Returns the largest mean deviation in a load interval, relative to the error at no load.
 fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f64 {
     let mut cells = [Sums::default(); 2 * CELLS];
     for points in runs {

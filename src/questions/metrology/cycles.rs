@@ -11,14 +11,13 @@ pub(crate) struct Cycles {
     /// Minimum and maximum load of all recordings.
     pub range: MinMax,
     pub loops: Loops,
-    /// Largest cycle.
     pub largest: Result<Cycle>,
     /// Cycles of the mean loop.
     pub mean: Result<Vec<Cycle>>,
 }
 
 impl Cycles {
-    /// Counts the cycles of an axis in the loads of several recordings.
+    /// Counts the cycles in the loads of one axis.
     pub fn of<'a>(
         axis: Axis,
         recordings: impl Iterator<Item = &'a [f64]> + Clone,

@@ -1,4 +1,4 @@
-//! Metrology rows from dwells: zero return, creep with its time constant, creep recovery.
+//! Metrology rows from dwells: zero return, creep, time constant of creep, creep recovery.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::holds::{Drift, Hold};
 
-/// A dwell in one run.
+/// A dwell, with its run.
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
 
 pub(crate) fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
@@ -104,7 +104,7 @@ fn check_zero(view: &AxisView<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Returns the longest dwell, or the first of several equal ones.
+/// Returns the longest dwell. If several dwells are equally long, the first dwell is returned.
 fn longest<'a>(holds: impl Iterator<Item = Dwelling<'a>>) -> Option<Dwelling<'a>> {
     let secs = |(run, hold): &Dwelling<'_>| {
         run.times()[hold.samples.end - 1] - run.times()[hold.samples.start]

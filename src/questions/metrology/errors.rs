@@ -1,4 +1,4 @@
-//! Metrology rows on the errors over all samples.
+//! Metrology rows on the errors of all samples.
 
 use crate::questions::metrology::figures::{Figure, Value};
 use crate::questions::metrology::measured::AxisView;

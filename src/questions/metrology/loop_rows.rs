@@ -13,9 +13,10 @@ use crate::scoring::loops::{
 
 /// Minimum number of different loads for a line that shows nonlinearity.
 pub(crate) const FEWEST_LOADS: usize = 3;
-/// Largest difference between the turns of repeated cycles, and between the loads of the other axes, as a share of the range.
+/// Largest difference between repeated cycles: between their reversals, as a share of the largest cycle's span, and between
+/// the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
-/// Minimum number of branches of repeated cycles: two cycles, up and down.
+/// Minimum number of branches of repeated cycles: two cycles with two branches each.
 const FEWEST_REPEATS: usize = 4;
 
 pub(crate) struct LoopRows<'a> {
@@ -45,7 +46,7 @@ impl<'a> LoopRows<'a> {
         ]
     }
 
-    /// Returns the span of the largest cycle as a share of the load's whole range; `None` without a cycle.
+    /// Returns the span of the largest cycle as a share of the load range; `None` without a cycle.
     pub(crate) fn share_of_range(&self) -> Option<f64> {
         let cycle = self.cycles.largest.as_ref().ok()?;
         Some(cycle.loads().share_of(self.cycles.range))
@@ -97,7 +98,7 @@ impl<'a> LoopRows<'a> {
         })
     }
 
-    /// Returns the rising branch of the largest cycle; without a cycle, the widest rising branch.
+    /// Returns the rising branch of the largest cycle, with its recording. Without a cycle, the widest rising branch is used.
     fn rising(&self) -> Result<(usize, &Branch)> {
         match &self.cycles.largest {
             Ok(cycle) => Ok((cycle.recording, cycle.rising())),
@@ -136,7 +137,7 @@ impl<'a> LoopRows<'a> {
         line(curve).filter(|_| found >= FEWEST_LOADS).ok_or(Reason::TooFewLoads { axis, found })
     }
 
-    /// Returns the largest difference at equal load between branches of the same direction, over repeated cycles.
+    /// Returns the largest difference at equal load between branches of the same direction, in repeated cycles.
     fn repeatability(&self, output: usize) -> Figure {
         let axis = self.view.axis;
         let mut why_not = Reason::TooFewCycles { axis };
@@ -186,15 +187,13 @@ impl<'a> LoopRows<'a> {
     }
 }
 
-/// Moves the start of the first branch and the end of the last branch to their extremes. Up to the reversal threshold, the
-/// load may turn there without a reversal.
+/// Moves the start of the first branch and the end of the last branch to their extreme loads. At these ends, a turn below the
+/// reversal threshold is no reversal.
 fn trim(branches: &mut [Branch], loads: &[f64]) {
     let farthest = |branch: &Branch, highest: bool| {
-        let order = |a: &usize, b: &usize| match highest {
-            true => loads[*a].total_cmp(&loads[*b]),
-            false => loads[*b].total_cmp(&loads[*a]),
-        };
-        branch.samples.clone().max_by(order)
+        let sign = if highest { 1.0 } else { -1.0 };
+        let samples = branch.samples.clone();
+        samples.max_by(|a, b| (sign * loads[*a]).total_cmp(&(sign * loads[*b])))
     };
     if let Some(first) = branches.first_mut() {
         let start = farthest(first, !first.rising);
@@ -206,8 +205,8 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
     }
 }
 
-/// Returns the longest series of consecutive branches. Each covers most of this range, and all turn at nearly the same loads.
-/// A series has at least two branches of each direction.
+/// Returns the longest series of consecutive branches that turn at nearly the same loads. Each branch covers most of `span`. A
+/// series has at least two branches of each direction.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
         let turns = [(a.loads.min, b.loads.min), (a.loads.max, b.loads.max)];
@@ -229,8 +228,8 @@ fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     found
 }
 
-/// Returns the largest difference at equal load between branches of the same direction. A single branch, or branches without
-/// a common load, do not count.
+/// Returns the largest difference at equal load between branches of the same direction. A difference needs two branches with a
+/// common range of loads.
 fn spread(ways: &[Vec<&Branch>; 2], loads: &[f64], outputs: &[f64]) -> f64 {
     let of_way = |branches: &Vec<&Branch>| {
         let common = MinMax::common(branches.iter().map(|one| one.loads));

@@ -1,4 +1,4 @@
-//! Numbers behind the metrology figures, one column per axis and recording.
+//! Inputs of the metrology rows: checked loads, dwells and lags.
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -15,20 +15,20 @@ use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
 use crate::scoring::lag::{Lag, LagRun, NoLag, lags};
 
-/// Uncompensated and compensated, in this order.
+/// Number of outputs: uncompensated, then compensated.
 pub(crate) const OUTPUTS: usize = 2;
 
-/// Lags of every axis, for each output.
+/// Lag of each axis, for each output.
 pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 
-/// Largest valid load; the squares of larger ones could overflow.
+/// Largest valid load. The squares of larger loads could overflow.
 const LARGEST: f64 = 1e100;
 
-/// A run, with its reference as one column for each axis.
+/// A run, and its reference as one column for each axis.
 #[derive(Debug)]
 pub(crate) struct Columns<'a> {
     pub(crate) run: Run<'a>,
-    /// Reference of each axis of the table; `None` if the run has no reference for it.
+    /// Reference of each axis of the table; `None` if the run has no reference for the axis.
     pub(crate) loads: Vec<Option<Vec<f64>>>,
 }
 
@@ -56,7 +56,7 @@ impl<'a> Columns<'a> {
         Ok(Self { loads: axes.iter().map(load).collect(), run })
     }
 
-    /// Returns the loads of each output, row-major. An axis is copied to a column only while it is measured, to save memory.
+    /// Returns the loads of each output, row-major. To save memory, an axis is copied to a column only while it is measured.
     pub(crate) fn outputs(&self) -> [&'a [f64]; OUTPUTS] {
         [self.run.conventional, self.run.compensated]
     }
@@ -73,7 +73,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
     pub(crate) reversal_thresholds: Vec<f64>,
-    /// Dwells of each run, of all axes that have a reference.
+    /// Dwells of each run, in which all axes with a reference are still.
     pub(crate) holds: Vec<Vec<Hold>>,
     lags: OnceLock<Lags>,
 }
@@ -82,7 +82,7 @@ impl<'a> Measured<'a> {
     pub(crate) fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
         let Rules { axes, full_scale, settings, .. } = *rules;
         settings.validate(axes.len())?;
-        check_per_axis("full scale", "full scales", full_scale, axes.len())?;
+        check_per_axis("full scale", full_scale, axes.len())?;
         let columns = runs.par_iter().map(|run| Columns::of(*run, axes));
         let runs = columns.collect::<Result<Vec<_>, _>>()?;
         let all = 0..axes.len();
@@ -103,7 +103,7 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
-    /// Returns the lags. The first call measures them.
+    /// Returns the lags, which the first call measures.
     pub(crate) fn lags(&self) -> &Lags {
         let of_output = |output| {
             // This progress is never cancelled.
@@ -116,7 +116,7 @@ impl<'a> Measured<'a> {
         self.lags.get_or_init(|| std::array::from_fn(of_output))
     }
 
-    /// Returns the runs that show the lag of an output: those with times and a reference for every axis.
+    /// Returns the runs with times and a reference for every axis, on which the lag of an output is measured.
     pub(crate) fn lag_runs(&self, output: usize) -> Vec<LagRun<'_>> {
         let usable = |own: &&Columns<'_>| own.run.reference_axes == self.axes && !own.run.is_static;
         let runs = self.runs.iter().filter(usable).map(|own| LagRun {
@@ -140,7 +140,7 @@ impl<'a> Measured<'a> {
     /// Returns the samples of one axis, from the runs with a reference for this axis.
     ///
     /// # Errors
-    /// [`Reason`] if there is none, or if a number cannot be used.
+    /// [`Reason`] if no run has a reference for the axis, or if a number is not finite or too large.
     pub(crate) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
         let axis = self.axes[at];
         let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
@@ -182,7 +182,7 @@ pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Resu
     }
 }
 
-/// One axis, with finite numbers in at least one run.
+/// Samples of one axis, in all runs with a reference for the axis.
 #[derive(Debug)]
 pub(crate) struct AxisView<'a> {
     pub(crate) measured: &'a Measured<'a>,

@@ -1,4 +1,6 @@
-//! Makes the table of all metrology figures.
+//! Table of all metrology figures.
+
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 
@@ -20,17 +22,17 @@ use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::WORTH_REMOVING;
 use crate::scoring::numbers::significant;
 
-/// Ratio of the largest load to full scale above which the table has a note.
+/// Ratio of the largest load to full scale, above which the table has a finding.
 const BEYOND: f64 = 1.2;
 
-/// Minimum share of the load's range that the largest cycle spans without a note.
+/// Share of the load range below which the table has a finding on the span of the largest cycle.
 const SMALL: f64 = 0.6;
 
-/// Returns the table of these runs by given rules.
+/// Returns the metrology table of these runs.
 ///
 /// # Errors
 /// [`MetrologyError`] if a setting is out of range or numbers do not match. A figure that the data do not determine is no
-/// error: its cell holds a [`Reason`].
+/// error: the cell has a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
@@ -56,10 +58,10 @@ pub fn table_by(
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let responses = responses(&measured);
-    measured.lags(); // measured here by all threads, before the axes need them
+    measured.lags(); // All threads measure the lags here, before the axes need them.
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &responses, axis);
-    // With many samples, the columns of several axes would fill the memory, so the axes are measured one after the other.
+    // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
     let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
         true => (0..axes.len()).map(of_axis).collect(),
         false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
@@ -94,12 +96,12 @@ pub fn table_by(
 
 #[derive(Default)]
 struct AxisFigures {
-    outputs: [Vec<(Quantity, Figure)>; OUTPUTS],
+    outputs: [HashMap<Quantity, Figure>; OUTPUTS],
     /// Reason why the other quantities are missing; `None` if no quantity is missing.
     missing: Option<Reason>,
-    /// Span of the largest cycle, as a share of the range.
+    /// Span of the largest cycle, as a share of the load range.
     cycle_share: Option<f64>,
-    /// Share of the conventional loop's mean width that the lag explains.
+    /// Share of the uncompensated loop's mean width that the lag explains.
     lag_share: Option<f64>,
 }
 
@@ -125,11 +127,12 @@ impl AxisFigures {
             [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
         let of_lag: [_; OUTPUTS] = std::array::from_fn(|output| lag_figures(&view, axis, output));
         let figures = |output: usize| {
-            let others = [&halved, &doubled].map(|other| other.figures(output));
+            let others: [HashMap<_, _>; 2] =
+                [&halved, &doubled].map(|other| other.figures(output).into_iter().collect());
             let mut of_loops = loops.figures(output);
             for (quantity, found) in &mut of_loops {
                 if let Ok(Value { basis: Some(basis), .. }) = found {
-                    let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.value);
+                    let size = |all: &HashMap<_, Figure>| Some(all[quantity].as_ref().ok()?.value);
                     [basis.reversal_threshold_halved, basis.reversal_threshold_doubled] =
                         others.each_ref().map(size);
                 }
@@ -148,22 +151,18 @@ impl AxisFigures {
     }
 
     fn figures(&self, quantity: Quantity) -> [Figure; OUTPUTS] {
-        self.outputs.each_ref().map(|all| match (figure(all, quantity), &self.missing) {
-            (Some(found), _) => found.clone(),
-            (None, missing) => Err(missing.clone().expect("a missing row has a reason")),
+        self.outputs.each_ref().map(|all| match all.get(&quantity) {
+            Some(found) => found.clone(),
+            None => Err(self.missing.clone().expect("a missing row has a reason")),
         })
     }
-}
-
-fn figure(all: &[(Quantity, Figure)], quantity: Quantity) -> Option<&Figure> {
-    all.iter().find(|(own, _)| *own == quantity).map(|(_, found)| found)
 }
 
 /// Joined columns of several runs: times, reference, uncompensated and compensated load.
 type Joined = [Vec<f64>; 4];
 
-/// Joins the rows of all load cases, which have no order in time, and returns the axes of their reference; `None` if samples
-/// have times.
+/// Joins the rows of all load cases, which have no order in time. Also returns the axes of the reference. Returns `None` if the
+/// samples have times.
 fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     let is_static = runs.iter().any(|run| run.is_static);
     let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
@@ -182,7 +181,7 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     Some((axes, columns))
 }
 
-/// Returns a figure with its share of full scale. A figure that is too large for a number is replaced by the reason.
+/// Returns the figure with its percentage of full scale. A figure that is too large for a number is replaced by the reason.
 fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
     let Value { value, place, mut basis, .. } = figure?;
     let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * value / full_scale);
@@ -210,14 +209,14 @@ fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
             let share = percent(share);
             found(
                 Id::SmallCycle,
-                format!("the largest cycle of {axis} spans only {share} of its loads"),
+                format!("the largest cycle of {axis} spans only {share} of its load range"),
             )
         });
         let lag = figures.lag_share.filter(|share| *share > WORTH_REMOVING);
         let lag = lag.zip(measured.lags()[0][at].as_ref().ok()).map(|(share, lag)| {
             let secs = significant(lag.seconds, 3);
             let seen =
-                format!("the uncompensated load of {axis} comes {secs} s after the reference");
+                format!("the uncompensated load of {axis} lags {secs} s behind the reference");
             found(Id::LagInLoop, seen)
                 .with(format!("{} of the mean width of its loop", percent(share)))
         });

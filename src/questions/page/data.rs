@@ -15,7 +15,7 @@ use crate::questions::metrology::Metrology;
 use crate::recording::Recording;
 use crate::report::figure::Figure;
 
-/// Contents of a report, which [`report`](super::report) makes.
+/// Contents of a report, made by [`report`](super::report).
 #[derive(Clone, Debug)]
 pub struct ReportData {
     /// Time when the report was made.
@@ -24,25 +24,26 @@ pub struct ReportData {
     pub calibration: Arc<Calibration>,
     /// Notes of the user; may be empty.
     pub notes: String,
-    /// Errors of the factory calibration, if there is one.
+    /// Errors of the factory calibration; `None` without one.
     pub factory: Option<FactoryScores>,
     /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
-    /// All recordings, in order.
+    /// All recordings, in the order of the set.
     pub recordings: Vec<ReportRecording>,
-    /// Data check, or a sentence with the reason why there is none.
+    /// Data check, or a sentence with the reason why the check is missing.
     pub check: Result<Sufficiency, String>,
-    /// Errors over both thresholds, or a sentence with the reason why there are none.
+    /// Errors against each threshold, or a sentence with the reason why the curves are missing.
     pub thresholds: Result<ReportCurves, String>,
-    /// Description of the recordings that loops and figures are measured on.
+    /// Description of the recordings on which loops and metrology figures are measured.
     pub measured: &'static str,
-    /// Loops of each axis of the calibration, as measured and without a lag, or a sentence with the reason why there are none.
+    /// Loops of each axis of the calibration, as measured and without the lag, or a sentence with the reason why they are
+    /// missing.
     pub loops: Vec<Result<Vec<LoopPlot>, String>>,
-    /// Errors over time of the recording with the largest errors.
+    /// Errors against time, for the recording with the largest errors; `None` without a reference.
     pub errors: Option<ReportErrors>,
-    /// Table of figures, or a sentence with the reason why there is none.
+    /// Metrology table, or a sentence with the reason why the table is missing.
     pub metrology: Result<Arc<Metrology>, String>,
-    /// Expected error of a reading, or a sentence with the reason why there is none.
+    /// Expected error of a reading, or a sentence with the reason why the expected error is missing.
     pub expected_error: Result<ExpectedError, String>,
     /// Outcome of each limit; empty without limits.
     pub limits: Vec<Checked>,

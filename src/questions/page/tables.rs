@@ -1,4 +1,4 @@
-//! Tables of a report: sensor, errors, settings and matrices.
+//! Tables of a report: sensor, recordings, settings and matrices.
 
 use super::data::{ReportData, ReportRecording};
 use crate::calibration::{Calibration, LinearMap};
@@ -6,9 +6,8 @@ use crate::export::settings_of;
 use crate::features::Distance;
 use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
-use crate::shown::and_more;
 
-/// Maximum number of columns of a matrix. The JSON export holds larger ones.
+/// Maximum number of features that the table of a matrix shows.
 const MAX_FEATURES: usize = 400;
 
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
@@ -81,7 +80,7 @@ pub(super) fn settings(calibration: &Calibration) -> Table {
     };
     let mut rows = settings_of(calibration);
     rows.extend([
-        ("F_th is measured over", distance.to_owned()),
+        ("axes of the distance F_th", distance.to_owned()),
         ("ridge", ridge.unwrap_or_else(none)),
         ("rank and condition number", rank),
     ]);
@@ -91,7 +90,7 @@ pub(super) fn settings(calibration: &Calibration) -> Table {
         .table("", "")
 }
 
-/// Returns the matrices, and the matrix of standard errors.
+/// Returns the matrices, and the standard errors of the compensated matrix.
 pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     let conventional = &calibration.conventional;
     let mut tables = vec![matrix("Uncompensated", conventional, calibration)];
@@ -99,7 +98,7 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
         tables.push(matrix("Compensated", map, calibration));
         if let Some(known) = &calibration.quality.coefficients {
             let map = LinearMap::new(map.columns.clone(), known.standard.clone());
-            let title = format!("Compensated: standard errors, a jackknife {}", known.left_out);
+            let title = format!("Compensated: standard errors by jackknife {}", known.left_out);
             tables.push(matrix(&title, &map, calibration));
         }
     }
@@ -108,8 +107,10 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
 
 fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
     let features = map.names(&calibration.gauges).into_iter().enumerate();
-    let more = and_more(map.columns.len(), MAX_FEATURES);
-    let note = more.map(|more| format!("{more}, which the complete calibration (JSON) has."));
+    let note = match map.columns.len().saturating_sub(MAX_FEATURES) {
+        0 => String::new(),
+        more => format!("The complete calibration (JSON) has {more} more features."),
+    };
     Table::of(features.take(MAX_FEATURES))
         .words("Feature", |(_, name)| name.clone())
         .columns(
@@ -117,5 +118,5 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
             |(axis, _)| Column::load(**axis),
             |(feature, _), (_, numbers)| Cell::digits(Some(numbers[*feature]), 7),
         )
-        .table(title, note.unwrap_or_default())
+        .table(title, note)
 }

@@ -1,5 +1,5 @@
-//! A figure as an SVG 1.1 image in a single file. Text is escaped; numbers that are not finite are omitted; the same figure
-//! gives the same file.
+//! SVG 1.1 image of a figure, in a single file. Text is escaped. Numbers that are not finite are omitted. The same figure gives
+//! the same file.
 
 use std::fmt::{self, Write as _};
 
@@ -11,15 +11,15 @@ use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
-/// Left, top, right, bottom.
+/// Margins around the plot: left, top, right, bottom.
 const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];
-/// Additional right margin for the colour scale.
+/// Right margin of a plot with a colour scale.
 const ROOM_FOR_SHADES: f64 = 120.0;
 /// Approximate minimum distance of ticks, horizontally and vertically.
 const APART: (f64, f64) = (80.0, 45.0);
 /// Maximum number of labelled cells along a scale.
 const MAX_NAMED_CELLS: usize = 12;
-/// Distance outside the plot up to which lines are drawn, so that no ends are visible at its edge.
+/// Distance outside the plot up to which lines are drawn, so that no line ends are visible at the edge.
 const BEYOND: f64 = 40.0;
 const SHADE_STEPS: usize = 64;
 
@@ -74,7 +74,7 @@ impl Svg<'_> {
             self.line(line, out)?;
         }
         self.arrows(out)?;
-        // Lines outside the plot are covered, not clipped, because every SVG viewer supports that.
+        // Lines outside the plot are covered, because not every SVG viewer supports clipping.
         writeln!(
             out,
             r#"<path fill="white" fill-rule="evenodd" d="M0 0H{width}V{height}H0ZM{left} {top}H{right}V{bottom}H{left}Z"/>"#
@@ -170,7 +170,7 @@ impl Svg<'_> {
             let Some(mut from) = places.next() else {
                 continue;
             };
-            // Position of the pen, if it is inside.
+            // End of the last drawn step; `None` before the first.
             let mut pen = None;
             for to in places {
                 if let Some([start, end]) = self.on_paper(from, to) {
@@ -206,7 +206,8 @@ impl Svg<'_> {
         Ok(())
     }
 
-    /// Returns the part of a step inside or near the plot, at its exact place, even if the rest is far outside.
+    /// Returns the part of a step inside or near the plot; `None` if the step is outside. The part keeps its exact place if the
+    /// step ends far outside.
     fn on_paper(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let [left, top, right, bottom] = self.plot;
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
@@ -230,7 +231,7 @@ impl Svg<'_> {
         (start <= end).then(|| [at(start), at(end)])
     }
 
-    /// Writes one row of named lines above the plot.
+    /// Writes the legend: one row of named lines above the plot.
     fn legend(&self, out: &mut String) -> fmt::Result {
         let lines = self.figure.lines.iter();
         let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
@@ -274,7 +275,7 @@ impl Svg<'_> {
         for at in 0..SHADE_STEPS {
             let y = bottom - (at + 1) as f64 * height;
             let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
-            // Slightly higher than their distance, so that no gaps are visible.
+            // The steps overlap slightly, so that no gaps are visible.
             rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }
         for (value, name) in named(scale, (bottom - top) / APART.1) {
@@ -285,7 +286,7 @@ impl Svg<'_> {
     }
 }
 
-/// Returns the labels of a scale: its cells, or about `most` round numbers.
+/// Returns the labels of a scale: the values of the cells, or about `most` round numbers.
 fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     let (low, high) = scale.range;
     let (step, ticks) = ticks((low, high), (high - low) / most);
@@ -298,14 +299,14 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     cells.map(|(at, value)| (at as f64 + 0.5, value.to_string())).collect()
 }
 
-/// Returns the position of a value in the image, also far outside.
+/// Returns the position of a value in the image, which may be far outside the plot.
 fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     let share = if high > low { (value - low) / (high - low) } else { 0.5 };
     // Larger numbers would overflow.
     start + (end - start) * share.clamp(-1e100, 1e100)
 }
 
-/// Returns the nearest position in the image that SVG viewers can handle.
+/// Returns the nearest position that SVG viewers can draw.
 fn limited(position: f64) -> f64 {
     position.clamp(-1e4, 1e4)
 }

@@ -47,7 +47,7 @@ pub(super) fn show(
 fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     let n = picture.dwells.len();
     let axis = picture.question.axis;
-    let level = |at: usize| match picture.levels[at] {
+    let level = |at: usize| match picture.dwells[at].level {
         _ if picture.dwells[at].at_zero => "at zero".to_owned(),
         Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
         None => "–".to_owned(),

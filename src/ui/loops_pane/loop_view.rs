@@ -120,7 +120,7 @@ fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
             let print = view.widths_by_rate(&Inks::PRINT).unwrap_or_default();
             let mut zoom = None; // always all of it
             plots::plot(ui, "widths by rate", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
-            ui.weak("Width over rate").on_hover_text(ABOUT);
+            ui.weak("Width against rate").on_hover_text(ABOUT);
         }
         None => {
             ui.weak(
@@ -141,7 +141,7 @@ fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
             FiguresOf::Largest => "One cycle".to_owned(),
         };
         let share = significant(100.0 * basis.range_share, 2);
-        format!("{what} over {share} % of the loads\n")
+        format!("{what}, {share} % of the load range\n")
     });
     let words = format!(
         "{of}{} cycles, {} full · {} samples of {} recording{}",
