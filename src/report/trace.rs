@@ -50,7 +50,6 @@ impl Trace {
     }
 }
 
-/// Units in which a table shows errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shown {
     #[default]

@@ -65,7 +65,6 @@ impl Dataset {
         Sums { of_recordings, train, test, parts, cold }
     }
 
-    /// Returns [`Sums::cold`].
     fn cold_parts(
         &self,
         design: &Design,
@@ -141,7 +140,6 @@ impl Dataset {
         (whole.len() == 2).then_some(whole)
     }
 
-    /// Fits the compensated calibration.
     pub fn fit(
         &self,
         ridge: RidgeChoice,
@@ -232,7 +230,6 @@ impl Dataset {
     }
 }
 
-/// Returns the sums of all pieces; `None` without a piece.
 fn total(pieces: &[NormalEquations]) -> Option<NormalEquations> {
     let (first, others) = pieces.split_first()?;
     let mut whole = first.clone();

@@ -11,7 +11,6 @@ use crate::scoring::Series;
 use crate::scoring::holds::Drift;
 use crate::scoring::loops::Frame;
 
-/// Number of points of the drawn exponential.
 const FIT_POINTS: usize = 200;
 
 /// List of all dwells, and the drift in one dwell, ready to be drawn.
@@ -29,7 +28,6 @@ pub struct DwellPlot {
 pub struct DwellCurve {
     /// Range of all points: time since the start of the dwell (s), and error.
     pub whole: Frame,
-    /// Errors of the uncompensated and the compensated load.
     pub outputs: [DwellOutput; 2],
 }
 

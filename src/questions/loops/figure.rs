@@ -20,7 +20,6 @@ const ARROW_SHARE: usize = 10;
 /// Margin around widths and rates in a plot, as a share of their range.
 const WIDTH_MARGIN: f64 = 0.06;
 
-/// Loop that the figures beside a plot describe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum FiguresOf {
     #[default]
@@ -79,7 +78,6 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns the figures of a curve, or the reason why they are missing.
     pub(crate) fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
         match self.figures_of {
             FiguresOf::Mean => curve.mean.as_ref(),
@@ -114,7 +112,6 @@ impl<'a> LoopView<'a> {
         format!("{up} against {across}")
     }
 
-    /// Returns the end of a title if the lag is removed.
     fn without_lag(&self) -> &'static str {
         if self.plot.question.lag_removed { ", lag removed" } else { "" }
     }

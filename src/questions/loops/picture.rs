@@ -28,13 +28,11 @@ pub struct LoopPlot {
     pub full_scale: f64,
     /// Output that counts as 100 %: full scale, or half the range of the gauge; 0 without a full scale.
     pub output_scale: f64,
-    /// Number of plotted samples.
     pub n_samples: usize,
     /// Plotted samples of each recording, counted after decimation.
     pub parts: Vec<Part>,
     /// Samples of each cycle, counted after decimation. The cycles are in the order of recordings and time.
     pub cycles: Vec<Part>,
-    /// Number of full cycles.
     pub n_full_cycles: usize,
     /// Range of all points.
     pub whole: Frame,
@@ -49,9 +47,7 @@ pub struct LoopCurve {
     /// Output; `None` for a gauge.
     pub output: Option<Trace>,
     pub drawn: Drawn,
-    /// Figures of the mean loop.
     pub mean: Result<LoopFigures, Reason>,
-    /// Figures of the largest cycle.
     pub largest: Result<LoopFigures, Reason>,
     /// Mean rate of the load (unit of the axis / s) and mean width of each full cycle, sorted by rate.
     pub by_rate: Vec<[f64; 2]>,

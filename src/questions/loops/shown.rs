@@ -39,7 +39,6 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")
 }
 
-/// Kinds of rows of a figure: value, percentage, and dependence on the reversal threshold.
 enum Line {
     Units,
     Percent(f64),

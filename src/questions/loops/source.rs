@@ -98,9 +98,6 @@ impl Source {
 
     /// Returns the lag of an output, which the first call measures. The lag is measured on the training recordings with a
     /// reference for every axis. If there is no such training recording, all recordings with this reference are used.
-    ///
-    /// # Errors
-    /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
     pub(crate) fn lag(
         &mut self,
         column: usize,
@@ -161,9 +158,6 @@ impl Source {
     }
 
     /// Returns the samples of a span, and computes their loads.
-    ///
-    /// # Errors
-    /// [`LookError`] if the span has no sample, the calibration does not match a recording, or the work is cancelled.
     pub(crate) fn parts(
         &mut self,
         span: Span,
@@ -198,7 +192,6 @@ impl Source {
         Ok(parts)
     }
 
-    /// Computes the missing loads of these recordings.
     pub(crate) fn apply(
         &mut self,
         recordings: impl Iterator<Item = usize>,
@@ -269,7 +262,6 @@ impl Source {
         (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
     }
 
-    /// Returns an output on the axis at this position of the calibration.
     pub(crate) fn output(&self, part: &Part, at: usize, output: Trace) -> Vec<f64> {
         let rows = self.output_rows(part.recording, output);
         column(rows, self.calibration.axes.len(), at, &part.samples)

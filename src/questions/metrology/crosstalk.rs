@@ -45,7 +45,6 @@ impl Sums {
 /// the load does not change enough for a slope.
 pub(crate) type Response = [Vec<Option<[f64; 2]>>; OUTPUTS];
 
-/// Returns the response to each axis.
 pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
     let axes = (0..measured.axes.len()).into_par_iter();
     axes.map(|loaded| response(measured, loaded)).collect()

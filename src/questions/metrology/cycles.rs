@@ -17,7 +17,6 @@ pub(crate) struct Cycles {
 }
 
 impl Cycles {
-    /// Counts the cycles in the loads of one axis.
     pub fn of<'a>(
         axis: Axis,
         recordings: impl Iterator<Item = &'a [f64]> + Clone,

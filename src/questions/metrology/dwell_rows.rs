@@ -8,7 +8,6 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::holds::{Drift, Hold};
 
-/// A dwell, with its run.
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
 
 pub(crate) fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
@@ -121,7 +120,6 @@ fn mean_error(run: &AxisRun<'_>, output: usize, samples: Range<usize>) -> f64 {
     run.errors(output, samples).sum::<f64>() / n as f64
 }
 
-/// Returns the samples of the first `secs` seconds of a dwell.
 fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
     let times = &run.times()[samples.clone()];
@@ -129,7 +127,6 @@ fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     samples.start..samples.start + n
 }
 
-/// Returns the samples of the last `secs` seconds of a dwell.
 fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
     let times = &run.times()[samples.clone()];

@@ -53,7 +53,6 @@ impl<'a> Run<'a> {
 }
 
 impl Run<'_> {
-    /// Returns the place of at least one sample. `recording` is the index of the run.
     pub(crate) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
         Place {
             recording,

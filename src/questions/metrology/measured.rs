@@ -196,7 +196,6 @@ pub(crate) struct AxisView<'a> {
 pub(crate) struct AxisRun<'a> {
     pub(crate) index: usize,
     pub(crate) columns: &'a Columns<'a>,
-    /// Reference of the axis.
     pub(crate) loads: &'a [f64],
     pub(crate) outputs: [Vec<f64>; OUTPUTS],
 }
@@ -206,7 +205,6 @@ impl AxisRun<'_> {
         self.columns.run.times
     }
 
-    /// Returns the errors of an output, in the unit of the axis.
     pub(crate) fn errors(
         &self,
         output: usize,
@@ -220,7 +218,6 @@ impl AxisRun<'_> {
         self.columns.run.place(self.index, samples)
     }
 
-    /// Returns true if the load reaches this magnitude.
     pub(crate) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
         self.loads[samples].iter().any(|load| load.abs() >= size)
     }
@@ -228,9 +225,6 @@ impl AxisRun<'_> {
 
 impl AxisView<'_> {
     /// Returns the load from which this axis counts as loaded.
-    ///
-    /// # Errors
-    /// [`Reason`] if the axis has no full scale.
     pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
         if self.full_scale > 0.0 {
             Ok(self.measured.settings.loaded_share * self.full_scale)

@@ -113,7 +113,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_mean_loop",
             "Hysteresis, mean loop",
-            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest cycle's range, at the loads that these cycles have in common. A mean loop needs at least three cycles, which together cover more than half of the load range",
+            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest cycle's range, at the loads that these cycles have in common. A mean loop needs at least three cycles, and their common loads must cover more than half of the load range",
             "as hysteresis; this program also averages the cycles, to keep the repeated part and to reduce effects of other axes",
             ONE_AXIS_AT_REST,
         ],

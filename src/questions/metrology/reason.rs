@@ -38,7 +38,7 @@ pub enum Reason {
     )]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "{axis} has {} (at least {} % of the largest cycle's range), which have {} % of the load range in common; a mean loop needs {} \
+        "{axis} has {} (at least {} % of the largest cycle's range), with {} % of the load range in common; a mean loop needs {} \
          cycles with more than {} % in common. Only the largest cycle is shown", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
@@ -58,12 +58,12 @@ pub enum Reason {
     #[error("{axis} has no full scale, because the axis is never loaded; enter a full scale")]
     NoFullScale { axis: Axis },
     #[error(
-        "no interval of {} s in which the load is constant with {axis} at {} % of full scale or above",
+        "no recording holds the load constant for {} s while {axis} is at {} % of full scale or above",
         short(*.secs), short(100.0 * .share)
     )]
     NoHold { axis: Axis, share: f64, secs: f64 },
     #[error(
-        "no interval of {} s in which the load dwells at zero (every axis within {} % of full scale)",
+        "no recording dwells at zero for {} s (every axis within {} % of full scale)",
         short(*.secs), short(100.0 * .share)
     )]
     NoZero { share: f64, secs: f64 },
@@ -90,7 +90,7 @@ pub enum Reason {
     #[error("{axis} is the only axis, so there is no crosstalk")]
     OnlyAxis { axis: Axis },
     #[error(
-        "no interval in which {axis} alone is loaded (to {} % of full scale or above, every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
+        "no recording loads {axis} alone (to {} % of full scale or above, with every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
     )]
     NeverAlone { axis: Axis, loaded_share: f64, alone_share: f64 },
     #[error(

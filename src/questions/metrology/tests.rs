@@ -306,7 +306,7 @@ fn crosstalk_is_the_reading_of_the_other_axes_while_one_axis_is_loaded() {
     let loaded = Reason::LoadedAxis { axis: Axis::Fx };
     assert_eq!(cell(Axis::Fx, Axis::Fx).conventional, Err(loaded));
     let sentence = cell(Axis::Fy, Axis::Fx).conventional.clone().unwrap_err().to_string();
-    assert!(sentence.starts_with("no interval in which Fy alone is loaded"), "{sentence}");
+    assert!(sentence.starts_with("no recording loads Fy alone"), "{sentence}");
 }
 
 #[test]

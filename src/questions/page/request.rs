@@ -155,7 +155,6 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     })
 }
 
-/// Returns the outcome of each limit.
 fn checked(
     limits: &Limits,
     calibration: &Calibration,

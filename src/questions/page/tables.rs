@@ -90,7 +90,6 @@ pub(super) fn settings(calibration: &Calibration) -> Table {
         .table("", "")
 }
 
-/// Returns the matrices, and the standard errors of the compensated matrix.
 pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     let conventional = &calibration.conventional;
     let mut tables = vec![matrix("Uncompensated", conventional, calibration)];

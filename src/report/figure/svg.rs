@@ -231,7 +231,6 @@ impl Svg<'_> {
         (start <= end).then(|| [at(start), at(end)])
     }
 
-    /// Writes the legend: one row of named lines above the plot.
     fn legend(&self, out: &mut String) -> fmt::Result {
         let lines = self.figure.lines.iter();
         let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
@@ -267,7 +266,6 @@ impl Svg<'_> {
         rect(out, marked, r#"fill="none" stroke="black" stroke-width="2""#)
     }
 
-    /// Writes the colour scale beside the plot.
     fn shades(&self, scale: &Scale, out: &mut String) -> fmt::Result {
         let [_, top, right, bottom] = self.plot;
         let (left, width) = (right + 22.0, 18.0);
