@@ -62,7 +62,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     if shown != Shown::All {
         return rows.table(title, "");
     }
-    rows.words("cycles", |(_, cell)| {
+    rows.words("cycles, range", |(_, cell)| {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
