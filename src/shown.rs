@@ -1,19 +1,20 @@
-//! Text from files, such as names of gauges and recordings, made safe to show.
+//! Makes text from files, such as names of gauges and recordings, safe to show.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
-/// Maximum length of a message in characters. A longer one loses its middle, so that a terminal still shows earlier messages.
+/// Maximum length of a message in characters. The middle of a longer message is omitted, so that a terminal still shows earlier
+/// messages.
 const MESSAGE_CHARS: usize = 1200;
 /// Number of characters kept before the omitted middle.
 const START_CHARS: usize = 900;
-/// Maximum number of names in a message; others are only counted.
+/// Maximum number of names in a message. Further names are counted.
 const LISTED_NAMES: usize = 8;
-/// Maximum number of characters of a file's text in a message.
+/// Maximum number of characters that a message quotes from a file.
 const SHOWN_CHARS: usize = 40;
 
-/// Returns the name of a file without its folder, or the whole path if it has no name.
+/// Returns the name of a file without its folder. Returns the path if the path has no file name.
 pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
@@ -33,7 +34,7 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Returns true if a character is invisible but changes the display of others.
+/// Returns true if a character is invisible but changes the display of other characters.
 pub(crate) fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
@@ -45,7 +46,7 @@ pub(crate) fn for_xml(text: &str) -> String {
     quick_xml::escape::escape(text).into_owned()
 }
 
-/// Returns a message for a terminal or the window: [`printable`] and of limited length.
+/// Returns a message for a terminal or the window, on one line and of limited length.
 pub(crate) fn message(text: &dyn Display) -> String {
     let text = text.to_string();
     let text = printable(&text);
@@ -58,7 +59,7 @@ pub(crate) fn message(text: &dyn Display) -> String {
     start.chain(['…']).chain(end).collect()
 }
 
-/// Returns a text of a file for a message: control characters escaped, and of limited length.
+/// Returns a text from a file for a message, with control characters escaped and of limited length.
 pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.escape_debug().len() == 1;
     if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
@@ -72,17 +73,17 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Returns the first names from a file, and the number of others.
+/// Returns the first names from a file, and the number of further names.
 pub(crate) fn listed(names: &[String]) -> String {
     first(LISTED_NAMES, names.iter().map(|name| shown(name)))
 }
 
-/// Returns the first names, and the number of others.
+/// Returns the first names, separated by commas, and the number of further names.
 pub(crate) fn first(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by(", ", max, all)
 }
 
-/// Returns the first clauses, and the number of others.
+/// Returns the first clauses, separated by semicolons, and the number of further clauses.
 pub(crate) fn first_clauses(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by("; ", max, all)
 }
@@ -99,7 +100,7 @@ fn first_by(between: &str, max: usize, all: impl IntoIterator<Item = impl Displa
     )
 }
 
-/// Returns the number of items that are not shown, in words.
+/// Returns the number of omitted items in words; `None` if no item is omitted.
 pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
     (all > max).then(|| format!("and {} more", all - max))
 }

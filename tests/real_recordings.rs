@@ -12,12 +12,12 @@ use loopscope::import::map::ColumnMap;
 use loopscope::import::read;
 use loopscope::progress::Progress;
 use loopscope::questions::loops::{
-    Channel, CrossQuestion, LoadKind, Look, LookRequest, LoopQuestion, Output, Question, Span,
-    TableOf, TableQuestion, Up, Viewer,
+    Channel, CrossQuestion, Look, LookRequest, LoopQuestion, Question, Span, TableOf, Up, Viewer,
 };
 use loopscope::questions::metrology::MetrologySettings;
 use loopscope::questions::{OnScreen, Request, analyse};
 use loopscope::recording::{Entry, RecordingSet, Role};
+use loopscope::report::Trace;
 use loopscope::scoring::loops::{Density, Frame};
 use program::{fit, numbers};
 use serde_json::Value;
@@ -251,7 +251,7 @@ fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>
         let request = LookRequest {
             loads: OnScreen::of(&request, &analysis, None),
             measuring: MetrologySettings::default(),
-            question: Question::Table(TableQuestion { of: TableOf::All }),
+            question: Question::Table(TableOf::All),
         };
         (name, request, outputs)
     })
@@ -307,8 +307,8 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
         let axes = request.loads.calibration.axes.clone();
         let recordings = Arc::clone(&request.loads.recordings);
         let mut viewer = Viewer::default();
-        let load = Channel::Load(LoadKind::Calculated, axes[0]);
-        let output = Channel::Load(LoadKind::Output(Output::Conventional), axes[0]);
+        let load = Channel::Load(Trace::Calculated, axes[0]);
+        let output = Channel::Load(Trace::Conventional, axes[0]);
         for (across, up) in [
             (Channel::Time, Channel::Gauge(0)),
             (Channel::Gauge(1), Channel::Gauge(0)),
@@ -322,12 +322,10 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
                     match channel {
                         Channel::Time => own.times().to_vec(),
                         Channel::Gauge(at) => column(own.gauges(), at, own.n_gauges()).collect(),
-                        Channel::Load(LoadKind::Calculated, _) => {
+                        Channel::Load(Trace::Calculated, _) => {
                             column(own.loads(), 0, axes.len()).collect()
                         }
-                        Channel::Load(LoadKind::Output(_), _) => {
-                            column(outputs, 0, axes.len()).collect()
-                        }
+                        Channel::Load(_, _) => column(outputs, 0, axes.len()).collect(),
                     }
                 };
                 let points = values(across).into_iter().zip(values(up));

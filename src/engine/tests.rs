@@ -30,7 +30,7 @@ use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::progress::Progress;
 use crate::questions::Mark;
 use crate::questions::loops::asked::{AskFigures, LookAt};
-use crate::questions::loops::{Question, TableOf, TableQuestion};
+use crate::questions::loops::{Question, TableOf};
 use crate::questions::question::Query;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
@@ -472,7 +472,7 @@ fn an_empty_document_has_no_problem() {
 }
 
 fn ask_figures(engine: &mut Engine) {
-    if let Some(look) = engine.look(None, Question::Table(TableQuestion { of: TableOf::All })) {
+    if let Some(look) = engine.look(None, Question::Table(TableOf::All)) {
         engine.ask::<AskFigures>(LookAt(look));
     }
 }

@@ -1,5 +1,5 @@
-//! Results as plain data: a [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
-//! report, clipboard and files. This module depends on none of them.
+//! Results as plain data. A [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
+//! report, clipboard and files.
 
 pub mod figure;
 pub(crate) mod table;
@@ -7,4 +7,5 @@ pub(crate) mod trace;
 
 pub(crate) use table::{Align, Cell};
 pub use table::{Column, Table, Value};
-pub(crate) use trace::{Shown, Trace};
+pub(crate) use trace::Shown;
+pub use trace::Trace;

@@ -1,6 +1,6 @@
 //! Tables as plain data, and their conversion to text.
 //!
-//! Guarantees: every row has a cell for each column; a cell holds its number in full beside the rounded text.
+//! Guarantees: every row has a cell for each column. A cell of a number contains the exact number and a rounded text.
 
 use std::io;
 
@@ -11,7 +11,7 @@ use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 use crate::shown::printable;
 
-/// Numbers, or the reasons for missing ones, in rows and columns.
+/// Rows and columns of numbers, texts, and reasons for missing numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// Title; may be empty.
@@ -29,7 +29,7 @@ pub enum Align {
     #[default]
     Left,
     Right,
-    /// Hexadecimal digits, which may break anywhere.
+    /// Left-aligned hexadecimal digits, which may be broken into lines anywhere.
     Anywhere,
 }
 
@@ -40,13 +40,13 @@ pub struct Column {
     pub group: Option<(String, String)>,
     /// Short name.
     pub name: String,
-    /// Unit of its numbers; empty if each row has its own unit.
+    /// Unit of the numbers; empty if each row has its own unit.
     pub unit: &'static str,
     /// Alignment of the cells.
     pub align: Align,
     /// Explanation; may be empty.
     pub about: String,
-    /// Load that the numbers describe.
+    /// Load that the numbers describe; `None` for other columns.
     pub trace: Option<Trace>,
 }
 
@@ -62,7 +62,7 @@ impl Column {
         Self { align: Align::Right, ..Self::words(name) }
     }
 
-    /// Returns a column of numbers about one load.
+    /// Returns a column of numbers that describe one load.
     pub fn of(trace: Trace, unit: &'static str) -> Self {
         let head = Self { trace: Some(trace), ..Self::numbers(trace.label()) };
         head.unit(unit).about(trace.explanation())
@@ -88,7 +88,7 @@ impl Column {
         Self::numbers("change").about("From Uncompensated to Compensated")
     }
 
-    /// Returns group, name and unit.
+    /// Returns the head as text: group, name and unit.
     pub fn title(&self) -> String {
         let group =
             (self.group.as_ref()).map_or_else(String::new, |(group, _)| format!("{group} "));
@@ -106,7 +106,7 @@ pub enum Value {
     Words,
     /// A number in full precision.
     Number(f64),
-    /// A missing number; the explanation of the cell holds the reason.
+    /// A missing number. The explanation of the cell is the reason.
     Missing,
     /// Continuation of the cell to its left.
     Continued,
@@ -114,10 +114,10 @@ pub enum Value {
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// Text as shown: a rounded number, or one or two words for the reason.
+    /// Displayed text: a rounded number, or one or two words for the reason.
     pub text: String,
     pub value: Value,
-    /// Explanation of a value, or reason for a missing one; may be empty.
+    /// Explanation of a value, or reason for a missing number; may be empty.
     pub about: String,
 }
 
@@ -144,18 +144,18 @@ impl Cell {
         Self::number(number as f64, number.to_string())
     }
 
-    /// Returns a cell with the change from `from` to `to` in percent; a dash if it is meaningless.
+    /// Returns a cell with the change from `from` to `to` in percent; a dash if `from` is zero.
     pub fn change(from: f64, to: f64) -> Self {
         let change = percent_change(from, to);
         change.map_or_else(Self::none, |change| Self::number(change, format!("{change:+.1} %")))
     }
 
-    /// Returns a cell for a missing number with its reason; `word` is shown if there is little space.
+    /// Returns a cell for a missing number with its reason. A narrow cell shows `word` instead of the reason.
     pub fn missing(word: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::new(Value::Missing, word, reason)
     }
 
-    /// Returns the cell, or a dash with this reason if there is none.
+    /// Returns the cell, or for `None` a dash with this reason.
     pub fn known(cell: Option<Self>, reason: impl Into<String>) -> Self {
         cell.unwrap_or_else(|| Self::missing("–", reason))
     }
@@ -173,7 +173,7 @@ impl Cell {
         Self { about, ..self }
     }
 
-    /// Returns the reason for a missing number, if it is a sentence.
+    /// Returns the reason for a missing number, if the cell has one.
     pub fn reason(&self) -> Option<&str> {
         (self.value == Value::Missing && !self.about.is_empty()).then_some(&self.about)
     }
@@ -182,7 +182,7 @@ impl Cell {
 pub struct Rows<R> {
     of: Vec<R>,
     table: Table,
-    /// Cells that replace the next column in some rows.
+    /// For each row, the cell that replaces the remaining columns; `None` for a row with its own cells.
     instead: Vec<Option<Cell>>,
 }
 
@@ -230,7 +230,7 @@ impl<R> Rows<R> {
         self
     }
 
-    /// Replaces all further columns by one cell, in the rows for which `cell` returns one.
+    /// Replaces all further columns by one cell, in the rows for which `cell` returns a cell.
     pub fn instead(mut self, cell: impl Fn(&R) -> Option<Cell>) -> Self {
         self.instead = self.of.iter().map(cell).collect();
         self
@@ -253,7 +253,7 @@ impl Table {
     /// Returns the text of a cell for screen readers: column, row, value and unit, or the reason for a missing number.
     pub fn spoken(&self, row: usize, column: usize) -> String {
         let cell = &self.rows[row][column];
-        // A row is named by its first words. An empty cell repeats the cell above.
+        // The name of a row consists of its first texts. An empty cell repeats the cell above.
         let is_named = |at: &usize| matches!(self.rows[row][*at].value, Value::Words);
         let name = |at: usize| {
             let mut texts = self.rows[..=row].iter().rev().map(|row| row[at].text.as_str());
@@ -285,7 +285,7 @@ impl Table {
         parts.join(" ")
     }
 
-    /// Joins tables with the same first column side by side, under their names.
+    /// Joins tables with the same first column side by side. The other columns are grouped under the names of the tables.
     pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
         let mut all = Self { title: title.to_owned(), ..Self::default() };
         for (name, table) in tables {
@@ -304,7 +304,7 @@ impl Table {
         all
     }
 
-    /// Shows loads and errors with this number of decimals, for comparison with other tables.
+    /// Returns the table with this number of decimals for loads and errors, for comparison with other tables.
     pub fn with_decimals(mut self, decimals: usize) -> Self {
         for (at, column) in self.columns.iter().enumerate() {
             let cells = self.rows.iter_mut().map(|row| &mut row[at]);
@@ -346,7 +346,7 @@ impl Table {
         self
     }
 
-    /// Returns aligned text for a terminal, with control characters escaped. Long reasons are below their row.
+    /// Returns aligned text for a terminal, with control characters escaped. A reason that fits into no cell follows its row.
     pub fn text(&self) -> String {
         let width = |text: &str| text.chars().count();
         let titles: Vec<String> = self.columns.iter().map(Column::title).collect();
@@ -383,7 +383,7 @@ impl Table {
         lines.map(|line| format!("{line}\n")).collect()
     }
 
-    /// Returns the heads, then the rows: numbers in full, reasons as sentences.
+    /// Returns the heads, then the rows, with exact numbers and full reasons.
     fn records(&self) -> Vec<Vec<String>> {
         let mut records = vec![self.columns.iter().map(Column::title).collect()];
         for row in &self.rows {

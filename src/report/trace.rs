@@ -1,19 +1,20 @@
-//! Names of the loads that are compared, and units of their errors.
+//! Names of the compared loads, and units of their errors.
 
+/// Load that is compared with other loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// Reference load.
     Calculated,
-    /// Load computed from the present gauges alone.
+    /// Uncompensated load, from the present gauges alone.
     Conventional,
-    /// Load computed from present and past gauges.
+    /// Compensated load, from present and past gauges.
     Compensated,
     /// Load by the factory calibration.
     Factory,
 }
 
 impl Trace {
-    /// All loads in drawing order; later ones are drawn over earlier ones.
+    /// All loads in drawing order. The last load is drawn on top.
     pub const ALL: [Self; 4] =
         [Self::Calculated, Self::Factory, Self::Conventional, Self::Compensated];
 
@@ -21,6 +22,10 @@ impl Trace {
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
+    /// Outputs of the calibration, in the order used everywhere.
+    pub const OUTPUTS: [Self; 2] = [Self::Conventional, Self::Compensated];
+
+    /// Returns the name of the load.
     pub fn label(self) -> &'static str {
         match self {
             Self::Calculated => "Reference",
@@ -38,7 +43,7 @@ impl Trace {
                 "From the present gauges alone: the conventional calibration (Eq. 3-8; \"Conv.\" in the paper)"
             }
             Self::Compensated => {
-                "From the present gauges and what the features append, such as the past sample (Eq. 9-12; \"Comp.\" in the paper)"
+                "From the present gauges and the appended features, such as the past sample (Eq. 9-12; \"Comp.\" in the paper)"
             }
             Self::Factory => "From the calibration that the sensor came with",
         }

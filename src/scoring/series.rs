@@ -68,7 +68,7 @@ impl Values for Difference {
 
 #[derive(Clone, Debug)]
 pub struct Series {
-    values: Arc<dyn Values>,
+    pub(crate) values: Arc<dyn Values>,
     /// Number of samples in a run of the finest level.
     finest: usize,
     /// True if all samples of a finest run have the same value.

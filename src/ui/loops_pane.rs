@@ -10,8 +10,8 @@ mod save;
 use crate::engine::{Edit, Engine};
 use crate::questions::loops::asked::{AskLoops, LookAt};
 use crate::questions::loops::{
-    Channel, CrossQuestion, DwellQuestion, FiguresOf, LoadKind, Look, LoopQuestion, Output,
-    Question, Span, TableOf, Up,
+    Channel, CrossQuestion, DwellQuestion, FiguresOf, Look, LoopQuestion, Question, Span, TableOf,
+    Up,
 };
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
@@ -111,7 +111,7 @@ impl Default for LoopsPane {
             compensated: true,
             figures_of: FiguresOf::default(),
             lag_removed: false,
-            across: Channel::Load(LoadKind::Calculated, Axis::Fz),
+            across: Channel::Load(Trace::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
             rest: None,
             zooms: Zooms::default(),
@@ -299,10 +299,10 @@ impl LoopsPane {
         }
     }
 
-    fn is_shown(&self, output: Output) -> bool {
+    fn is_shown(&self, output: Trace) -> bool {
         match output {
-            Output::Conventional => self.conventional,
-            Output::Compensated => self.compensated,
+            Trace::Conventional => self.conventional,
+            _ => self.compensated,
         }
     }
 
@@ -405,14 +405,10 @@ fn up_name(up: Up, gauges: &[String]) -> String {
 
 fn channel_name(channel: Channel, engine: &Engine) -> String {
     let gauges = &engine.project().recordings.layout().gauge_names;
-    let load = |kind| match kind {
-        LoadKind::Calculated => Trace::Calculated,
-        LoadKind::Output(output) => trace_of(output),
-    };
     match channel {
         Channel::Time => "Time".to_owned(),
         Channel::Gauge(gauge) => gauges.get(gauge).cloned().unwrap_or_default(),
-        Channel::Load(kind, axis) => format!("{} {}", axis.symbol(), load(kind).label()),
+        Channel::Load(load, axis) => format!("{} {}", axis.symbol(), load.label()),
     }
 }
 
@@ -426,13 +422,9 @@ fn channel_unit(channel: Channel, engine: &Engine) -> &str {
 
 fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut Channel) {
     let n_gauges = engine.project().recordings.layout().gauge_names.len();
-    let kinds = [
-        LoadKind::Calculated,
-        LoadKind::Output(Output::Conventional),
-        LoadKind::Output(Output::Compensated),
-    ];
+    let kinds = [Trace::Calculated, Trace::Conventional, Trace::Compensated];
     let loads = (engine.project().axes().iter())
-        .flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
+        .flat_map(|axis| kinds.map(|load| Channel::Load(load, *axis)));
     let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
     let button =
         egui::ComboBox::from_label(label).selected_text(channel_name(*channel, engine)).width(96.0);
@@ -440,13 +432,6 @@ fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut
     let items = all.map(|one| (one, channel_name(one, engine).into(), ""));
     choice(ui, button, channel, items)
         .on_hover_text("Time, a gauge, or a reference, uncompensated or compensated load");
-}
-
-fn trace_of(output: Output) -> Trace {
-    match output {
-        Output::Conventional => Trace::Conventional,
-        Output::Compensated => Trace::Compensated,
-    }
 }
 
 fn rgb(color: egui::Color32) -> [u8; 3] {

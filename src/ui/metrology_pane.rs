@@ -6,7 +6,7 @@ use crate::engine::query::Lane;
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
 use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
-use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
+use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::metrology::{crosstalk, overview};
 use crate::recording::Axis;
@@ -45,7 +45,7 @@ impl PaneView for MetrologyPane {
         self.draw(ui, cx.engine, cx.out);
         // The pane was drawn, so its settings are the present ones.
         let of = self.of(cx.engine);
-        let question = Question::Table(TableQuestion { of });
+        let question = Question::Table(of);
         if let Some(look) = cx.engine.look(None, question) {
             match self.is_usual(cx.engine) {
                 true => cx.ask::<AskVerdict>(LookAt(look)),

@@ -7,7 +7,7 @@ use egui::{TextFormat, TextStyle};
 
 use crate::engine::{Action, Engine, SEARCH_MINUTES};
 use crate::questions::loops::asked::{AskVerdict, LookAt};
-use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
+use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{Verdict, VerdictFigure};
 use crate::recording::Axis;
 use crate::ui::command::Command;
@@ -43,7 +43,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
     });
     // While a slider moves, the verdict on the previous settings stays.
     let of = TableOf::usual(&engine.project().recordings);
-    let question = Question::Table(TableQuestion { of });
+    let question = Question::Table(of);
     if engine.gesture.is_none()
         && engine.is_current()
         && let Some(look) = engine.look(None, question)

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use loopscope::engine::{Action, Engine};
 use loopscope::progress::Progress;
 use loopscope::questions::loops::asked::{AskFigures, AskLoops, LookAt};
-use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, TableQuestion, Up};
+use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, Up};
 use loopscope::recording::Axis;
 use loopscope::scoring::numbers::significant;
 use serde_json::{Value, json};
@@ -47,7 +47,7 @@ fn window_report_and_command_line_give_the_same_number() {
     let mut engine = Engine::new(Arc::new(|| {}));
     engine.act(Action::Open(vec![workshop.file("session.json")]));
     settle(&mut engine);
-    let figures = Question::Table(TableQuestion { of: TableOf::Train });
+    let figures = Question::Table(TableOf::Train);
     engine.ask::<AskFigures>(LookAt(engine.look(None, figures).unwrap()));
     let loops = Question::Loops(LoopQuestion {
         axis: Axis::Fz,
@@ -85,7 +85,7 @@ fn window_report_and_command_line_give_the_same_number() {
     let html = workshop.read("r.html");
     assert!(html.contains("full scale 9.000, reversal threshold 0.700"));
     for (curve, name) in picture.curves.iter().zip(["conventional", "compensated"]) {
-        let own = curve.largest.as_ref().unwrap().largest_width;
+        let own = curve.largest.as_ref().unwrap().measures[0].0;
         let value = row["cells"][0][name]["value"].as_f64().unwrap();
         assert!((own / value - 1.0).abs() < 1e-9, "{name}: {own} is not {value}");
         let shown = format!("{value:.4}");

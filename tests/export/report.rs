@@ -161,7 +161,7 @@ fn the_errors_over_time_are_those_of_the_worst_test_recording() {
     let worst = tests
         .max_by(|a, b| {
             let error = |one: &loopscope::questions::page::ReportRecording| {
-                one.compensated_rmse.clone().unwrap()[0]
+                one.result.compensated_rmse.clone().unwrap()[0]
             };
             error(a).total_cmp(&error(b))
         })

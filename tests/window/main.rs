@@ -1017,8 +1017,8 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     show(&mut window, "loops");
     close(&mut window, "metrology");
     window.check_accessibility();
-    assert_eq!(panes(&window, "Fz error [N] over Fz Reference [N]"), 1);
-    assert_eq!(panes(&window, "Width over load"), 1);
+    assert_eq!(panes(&window, "Fz error [N] against Fz Reference [N]"), 1);
+    assert_eq!(panes(&window, "Width against load"), 1);
     for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
     {
         assert!(has(&window, part), "{part}");
@@ -1029,7 +1029,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
     assert!(has(&window, "raw·N"));
-    assert_eq!(panes(&window, "S1 [raw] over Fz Reference [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
     assert!(has(&window, "1200 samples of 3 recordings"));
@@ -1038,7 +1038,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     let highest = axes.min_by(|one, other| one.rect().top().total_cmp(&other.rect().top()));
     highest.expect("the axis of the loops").click();
     settle(&mut window);
-    assert_eq!(panes(&window, "S1 [raw] over Fx Reference [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] against Fx Reference [N]"), 1);
     click(&mut window, Role::Button, "Largest cycle");
     assert!(has(&window, "raw·N"));
     type_number(&mut window, "Reversal threshold", "50");
@@ -1075,12 +1075,12 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     show(&mut window, "loops");
     close(&mut window, "metrology");
     click(&mut window, Role::Button, "Cross-plot");
-    assert_eq!(panes(&window, "S1 [raw] over Fz Reference [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "across");
     click(&mut window, Role::Button, "Time");
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "Fx Compensated");
-    assert_eq!(panes(&window, "Fx Compensated [N] over Time [s]"), 1);
+    assert_eq!(panes(&window, "Fx Compensated [N] against Time [s]"), 1);
     let path = files.path("cross.svg");
     type_into(&mut window, "Figure", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
@@ -1174,7 +1174,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
     window.key_press(Key::F4);
     settle(&mut window);
     let plot = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Reference [N]")
+        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] against Fz Reference [N]")
         .rect();
     // The pointer moves down along the middle of the plot until a line is near.
     let on_loop = (1..40).find_map(|step| {
@@ -1202,8 +1202,8 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     settle(&mut window);
     assert!(!has(&window, "inked with Traces"));
     for (up, title) in [
-        (None, "Fz error [N] over Fz Reference [N]"),
-        (Some("S1"), "S1 [raw] over Fz Reference [N]"),
+        (None, "Fz error [N] against Fz Reference [N]"),
+        (Some("S1"), "S1 [raw] against Fz Reference [N]"),
     ] {
         if let Some(up) = up {
             click(&mut window, Role::ComboBox, "up");

@@ -351,7 +351,7 @@ fn keys_zoom_and_step_through_time() {
 fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
     let files = Files::new();
     let mut window = window(files.three());
-    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "over Fz Reference")] {
+    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "against Fz Reference")] {
         let shell = window.state_mut().as_mut().unwrap();
         shell.send(Command::ShowPane(pane));
         settle(&mut window);
@@ -391,7 +391,7 @@ fn a_plot_that_is_zoomed_into_far_draws_no_more_than_is_seen() {
     let before = window.output().shapes.len();
     let plot = window.get_by(|node| {
         node.role() == Role::GraphicsObject
-            && node.label().is_some_and(|label| label.contains("over Fz Reference"))
+            && node.label().is_some_and(|label| label.contains("against Fz Reference"))
     });
     plot.focus();
     wait(&mut window, 2);

@@ -7,7 +7,7 @@ use crate::questions::errors::query::{Analysis, Analyst};
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 
-/// Fits and scores a calibration, and makes its traces.
+/// Fits or applies a calibration, and computes scores and traces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analyse(pub Request);
 

@@ -1,10 +1,10 @@
-//! The factory calibration of the sensor beside the fitted one: another load, trace and row of errors.
+//! Loads and errors of the sensor's factory calibration, for comparison with the fitted calibration.
 //!
-//! Guarantees: the gauges are matched with the recordings by name. The axes are those of the analysis; an axis that the
-//! factory calibration lacks has neither trace nor error.
+//! Guarantees: gauges are matched with the recordings by name. An axis that the factory calibration lacks has no trace and no
+//! error.
 //!
-//! A factory matrix has no offset, because a sensor is tared before use. Its mean error over the training recordings is
-//! subtracted instead, one number per axis for all recordings.
+//! A factory matrix has no offset, because a sensor is tared before use. Instead, the mean error of each axis on the training
+//! recordings is subtracted from all recordings.
 
 use std::path::Path;
 
@@ -14,8 +14,8 @@ use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_fro
 use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
 use crate::recording::{Axis, Entry, Recording, Role};
 
-/// Reads a calibration to compare with, for [`Request::factory`](crate::questions::Request::factory). A file that lists its
-/// gauges by position only (an ATI-style `.cal`) gets these names.
+/// Reads a calibration for comparison, see [`Request::factory`](crate::questions::Request::factory). If the file lists its
+/// gauges by position only (an ATI-style `.cal`), the gauges get these names.
 ///
 /// # Errors
 /// [`ReadCalibrationError`] if the file cannot be read.
@@ -35,7 +35,7 @@ pub(crate) struct Factory {
     /// Loads of each recording, `n × n_axes` row-major with the axes of the factory calibration.
     loads: Vec<Vec<f64>>,
     axes: Vec<Axis>,
-    /// Offset that is added to each axis of the factory calibration.
+    /// Offset that is added to each axis of the factory calibration (N or N·m).
     offsets: Vec<f64>,
 }
 
@@ -53,12 +53,10 @@ impl Factory {
             loads,
         };
         if !calibration.offset {
-            let taken = (0..factory.axes.len()).map(|at| {
-                let axis = factory.axes[at];
-                let (sum, _, n) = factory.sums(entries, axis, Role::Train)?;
-                (n > 0).then(|| -sum / n as f64)
-            });
-            factory.offsets = taken.map(Option::unwrap_or_default).collect();
+            let mean_error = |axis: &Axis| mean(factory.errors(entries, *axis, Role::Train));
+            let errors: Vec<_> = factory.axes.iter().map(mean_error).collect();
+            factory.offsets =
+                errors.into_iter().map(|error| error.map_or(0.0, |error| -error)).collect();
         }
         Ok(factory)
     }
@@ -74,32 +72,20 @@ impl Factory {
         Some(values.step_by(self.axes.len()).map(move |load| load + offset))
     }
 
-    /// Returns the sum of the errors on one axis, the sum of their squares, and their number.
-    fn sums(&self, entries: &[Entry], axis: Axis, role: Role) -> Option<(f64, f64, u64)> {
-        self.column(axis)?;
-        let mut sums = (0.0, 0.0, 0);
-        for (at, entry) in entries.iter().enumerate() {
-            if entry.role != role {
-                continue;
-            }
-            let Some(truth) = truth(&entry.recording, axis) else {
-                continue;
-            };
-            for (load, truth) in self.load(at, axis)?.zip(truth) {
-                let error = load - truth;
-                sums = (sums.0 + error, sums.1 + error * error, sums.2 + 1);
-            }
-        }
-        Some(sums)
+    /// Returns the errors on one axis in all recordings that have this role and a reference for the axis.
+    fn errors(&self, entries: &[Entry], axis: Axis, role: Role) -> impl Iterator<Item = f64> {
+        let entries = entries.iter().enumerate().filter(move |(_, entry)| entry.role == role);
+        let pairs = entries.filter_map(move |(at, entry)| {
+            Some(self.load(at, axis)?.zip(truth(&entry.recording, axis)?))
+        });
+        pairs.flatten().map(|(load, truth)| load - truth)
     }
 
     pub fn scores(&self, entries: &[Entry], axes: &[Axis]) -> FactoryScores {
         let rmse = |role: Role| {
-            let axes = axes.iter().map(|axis| {
-                let (_, squares, n) = self.sums(entries, *axis, role)?;
-                (n > 0).then(|| (squares / n as f64).sqrt())
-            });
-            axes.collect()
+            let squares =
+                |axis: &Axis| self.errors(entries, *axis, role).map(|error| error * error);
+            axes.iter().map(|axis| mean(squares(axis)).map(f64::sqrt)).collect()
         };
         let offset = |axis: &Axis| Some(self.offsets[self.column(*axis)?]);
         FactoryScores {
@@ -108,6 +94,11 @@ impl Factory {
             offsets: axes.iter().map(offset).collect(),
         }
     }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (n, sum) = values.fold((0_u64, 0.0), |(n, sum), value| (n + 1, sum + value));
+    (n > 0).then(|| sum / n as f64)
 }
 
 fn truth(recording: &Recording, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
@@ -167,7 +158,7 @@ mod tests {
         path
     }
 
-    /// Twice (half the load + 3) is the load + 6, and the tare subtracts the 6.
+    /// The matrix gives 2 (load / 2 + 3) = load + 6, and the tare subtracts 6.
     #[test]
     fn a_right_matrix_has_no_error_after_taring() {
         let directory = tempfile::tempdir().unwrap();

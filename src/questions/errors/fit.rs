@@ -1,4 +1,4 @@
-//! The linear fit: one pass over all recordings, then all results from the sums.
+//! Linear fit: one pass through all recordings gives sums, and all results follow from the sums.
 
 use std::sync::Arc;
 
@@ -19,35 +19,35 @@ use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 use crate::scoring::metrics;
 use crate::scoring::part_squares::PartSquares;
 
-/// Maximum size of the sums that are kept for the next thresholds (bytes).
+/// Maximum size of the sums that are kept for the next change of thresholds (bytes).
 const MOST_KEPT_BYTES: usize = 1 << 26;
 
 pub(crate) struct Sums {
-    /// Sums by recording and piece.
+    /// Sums of each piece of each recording.
     pub of_recordings: Vec<Vec<NormalEquations>>,
     pub train: NormalEquations,
     pub test: NormalEquations,
-    /// Training sums of the parts that cross-validation leaves out.
+    /// Training sums of each part that cross-validation leaves out.
     pub parts: Vec<NormalEquations>,
-    /// Sums on which fits without a part are scored, if they differ from the part's own: blocks of a recording, each with its
-    /// own history.
+    /// Sums of each part with a history that starts anew, on which the fit without the part is scored. `None` if the parts are
+    /// whole recordings, or if the features have no memory; `parts` then serve for both.
     pub cold: Option<Vec<NormalEquations>>,
 }
 
 pub(crate) struct LinearFit {
     pub errors: Vec<Option<Errors>>,
     pub shares: Vec<Vec<f64>>,
-    /// Squared errors of each part by fits without it; `None` if the other parts do not determine a fit.
+    /// Squared errors of each part, predicted by a fit to the other parts; `None` if the other parts do not determine a fit.
     pub left_out: Option<PartSquares>,
 }
 
 impl Dataset {
-    /// Computes the sums in one pass. The sums are incomplete if the work was cancelled.
+    /// Returns the sums of all recordings; incomplete if the work was cancelled.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
         let of_recordings = self.sums_of_recordings(design, past, progress);
-        let empty = || NormalEquations::new(design.n_columns(), n_axes);
-        let (mut train, mut test) = (empty(), empty());
-        let mut parts = vec![empty(); self.folds.n_parts];
+        let empty = NormalEquations::new(design.n_columns(), n_axes);
+        let mut parts = vec![empty.clone(); self.folds.n_parts];
+        let (mut train, mut test) = (empty.clone(), empty);
         let entries = self.entries.iter().zip(&self.folds.pieces);
         for ((entry, pieces), sums) in entries.zip(&of_recordings) {
             for (piece, sums) in pieces.iter().zip(sums) {
@@ -65,7 +65,6 @@ impl Dataset {
         Sums { of_recordings, train, test, parts, cold }
     }
 
-    /// Returns the sums of the parts with a history that restarts in each part; `None` if the history restarts anyway.
     fn cold_parts(
         &self,
         design: &Design,
@@ -89,8 +88,8 @@ impl Dataset {
         Some(parts)
     }
 
-    /// Returns the sums by recording and piece. If only thresholds changed, only the columns of the look-backs are summed
-    /// again, with a result that is identical to the bit.
+    /// Returns the sums of each piece of each recording. If only thresholds changed, only the columns of the look-backs are
+    /// summed again. The result is identical to the bit.
     fn sums_of_recordings(
         &self,
         design: &Design,
@@ -130,24 +129,17 @@ impl Dataset {
         sums
     }
 
-    /// Returns the training sums by recording; `None` for a single one, whose blocks are too similar to choose a ridge.
+    /// Returns the sums of each training recording, if there are exactly two. The blocks of a single recording are too similar to
+    /// choose a ridge. With more recordings, the parts of cross-validation are whole recordings.
     pub fn recordings_left_out(
         &self,
         sums: &[Vec<NormalEquations>],
     ) -> Option<Vec<NormalEquations>> {
         let training = self.entries.iter().zip(sums).filter(|(entry, _)| entry.role == Role::Train);
-        let whole: Vec<NormalEquations> = training
-            .filter_map(|(_, pieces)| {
-                let (first, others) = pieces.split_first()?;
-                let mut whole = first.clone();
-                others.iter().for_each(|piece| whole.add(piece));
-                Some(whole)
-            })
-            .collect();
-        (whole.len() == 2).then_some(whole) // with more recordings, the parts are whole recordings anyway
+        let whole: Vec<_> = training.filter_map(|(_, pieces)| total(pieces)).collect();
+        (whole.len() == 2).then_some(whole)
     }
 
-    /// Fits the compensated map from sums alone.
     pub fn fit(
         &self,
         ridge: RidgeChoice,
@@ -172,7 +164,7 @@ impl Dataset {
         let Sums { of_recordings, train, test, parts, cold } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
-        // Only an automatic ridge needs the sums of all parts. This function runs at every step of a slider.
+        // Only an automatic ridge needs the sums of whole recordings, which take time at every step of a slider.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
@@ -229,8 +221,7 @@ impl Dataset {
             ..Quality::default()
         };
         let errors = |pieces: &Vec<NormalEquations>| {
-            let mut whole = NormalEquations::new(design.n_columns(), n_axes);
-            pieces.iter().for_each(|piece| whole.add(piece));
+            let whole = total(pieces)?;
             let before = metrics::rmse(&whole, &none)?;
             Some((before, metrics::rmse(&whole, &found.coefficients)?))
         };
@@ -239,7 +230,14 @@ impl Dataset {
     }
 }
 
-/// Returns the effective number of coefficients of the axis that has the most.
+fn total(pieces: &[NormalEquations]) -> Option<NormalEquations> {
+    let (first, others) = pieces.split_first()?;
+    let mut whole = first.clone();
+    others.iter().for_each(|piece| whole.add(piece));
+    Some(whole)
+}
+
+/// Returns the largest effective number of coefficients of an axis.
 fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     let mut different: Vec<&Vec<f64>> = Vec::new();
     for own in shares {
@@ -252,12 +250,12 @@ fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
 }
 
 struct Chosen {
-    /// Weakest nonzero strength for each axis.
+    /// Smallest ridge strength of a block, for each axis; infinite if all blocks are left out.
     strengths: Vec<f64>,
     by_block: Vec<BlockRidge>,
-    /// Ridge share for each axis and column.
+    /// Ridge of each column for each axis, as a share of the column's squared length.
     shares: Vec<Vec<f64>>,
-    /// Squared errors of the parts, if they are known.
+    /// Squared errors of the parts with these strengths; `None` if the choice did not compute them.
     squares: Option<Vec<f64>>,
 }
 
@@ -268,7 +266,7 @@ impl Chosen {
                 let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
                 Self::by_group(left_out, design, &groups)
             }
-            // Coefficients of auxiliary channels and of features with memory have different magnitudes.
+            // Coefficients of auxiliary channels and of features with memory differ in magnitude, so each group has a strength.
             RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
                 Self::by_group(left_out, design, &design.ridge_groups())
             }
@@ -289,7 +287,7 @@ impl Chosen {
         }
     }
 
-    /// Chooses a strength for each group of blocks. Returns [`Self::alike`] if there is nothing to compare.
+    /// Chooses a strength for each group of blocks. If the groups cannot be compared, chooses one strength as [`Self::alike`].
     fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
         let own = design.blocks().into_iter().map(|own| (own.description, own.columns));
         let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = own.unzip();

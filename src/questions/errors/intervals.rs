@@ -1,4 +1,4 @@
-//! Samples that are written when traces are saved to a file.
+//! Intervals of recordings whose traces are saved to a file.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::questions::request::Request;
 use crate::recording::{Recording, RecordingSet};
 use crate::same::same_where;
 
-/// Loads on screen: the traces, and the data from which they are computed.
+/// Traces on screen, and the data from which they are computed.
 #[derive(Clone, Debug)]
 pub struct OnScreen {
     /// Calibration that computes the loads.
@@ -21,14 +21,14 @@ pub struct OnScreen {
     pub decimation: usize,
     /// Traces that the trace panes draw.
     pub traces: Arc<TraceSet>,
-    /// Visible interval of the traces' time; `None` for all of it.
+    /// Visible interval of the traces' time (s); `None` for all samples.
     pub visible: Option<(f64, f64)>,
 }
 
 same_where!(OnScreen: shared(calibration, recordings, traces) value(decimation, visible) besides());
 
 impl OnScreen {
-    /// Returns the loads of an analysis that answers this request.
+    /// Returns the traces of an analysis that answers this request.
     pub fn of(request: &Request, analysis: &Analysis, visible: Option<(f64, f64)>) -> Self {
         Self {
             calibration: Arc::clone(&analysis.calibration),
@@ -51,7 +51,7 @@ impl OnScreen {
 }
 
 /// Returns the samples of every recording from `from_secs` to `to_secs` on the recording's own clock, decimated like the fit.
-/// Recordings without a sample in this interval are left out.
+/// Recordings without a sample in this interval are omitted.
 pub fn intervals_within<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     decimation: usize,

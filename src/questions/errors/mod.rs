@@ -1,4 +1,4 @@
-//! Errors of a fit per recording and axis, and the traces that show them.
+//! Errors of a calibration for each recording and axis, and the traces of loads and errors.
 
 pub mod asked;
 pub(crate) mod factory;

@@ -1,4 +1,4 @@
-//! The fit of a request, its errors, and the traces that show them.
+//! Fits or applies a calibration, and computes its errors and traces.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -6,23 +6,22 @@ use std::time::{Duration, Instant};
 use crate::calibration::{Calibration, FactoryScores, Past};
 use crate::finding::Finding;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::Dataset;
+use crate::questions::dataset::{Dataset, Errors};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
-use crate::questions::errors::traces::FixedTraces;
-use crate::questions::errors::traces::TraceSet;
+use crate::questions::errors::traces::{FixedTraces, TraceSet};
 use crate::questions::errors::view::View;
 use crate::questions::request::Request;
 use crate::same::Shared as _;
 
-/// Result of an analysis.
+/// Result of fitting or applying a calibration.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// Calibration, fitted or applied. The `quality` of an applied calibration is its quality on the loaded recordings.
+    /// Fitted or applied calibration. The `quality` of an applied calibration is measured on the loaded recordings.
     pub calibration: Arc<Calibration>,
     /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
-    /// One entry per recording of the set, in its order.
+    /// Results of all recordings, in the order of the set.
     pub recordings: Vec<RecordingResult>,
     /// Errors of the factory calibration; `None` without one.
     pub factory: Option<FactoryScores>,
@@ -32,7 +31,7 @@ pub struct Analysis {
     pub traces: Arc<TraceSet>,
     /// Time that the analysis took.
     pub elapsed: Duration,
-    /// Number of samples that a preview uses; `None` for a complete analysis.
+    /// For a preview, the number n if every n-th sample is used; `None` for a complete analysis.
     pub preview_of: Option<usize>,
 }
 
@@ -51,32 +50,32 @@ pub struct RecordingResult {
     pub share_with_past: Option<f64>,
 }
 
-/// Analyses a request without a cache.
+/// Analyses one request.
 ///
 /// # Errors
-/// [`AnalysisError`] if the request cannot be met.
+/// [`AnalysisError`] if the recordings or settings allow no analysis, or the work was cancelled.
 pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, AnalysisError> {
     Analyst::default().analyse(request, progress)
 }
 
-/// Analyses requests, and keeps the data that a moved threshold does not change.
+/// Analyses requests, and keeps the data that do not depend on the thresholds.
 #[derive(Debug, Default)]
 pub struct Analyst {
     data: Option<Arc<Dataset>>,
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
-    /// A subset of the cached data for previews, if there are many samples.
+    /// Decimated data for previews, if there are many samples.
     thinned: Option<Dataset>,
 }
 
-/// Approximate number of samples in a preview.
-pub(crate) const PREVIEW_SAMPLES: usize = 100_000;
+/// Approximate maximum number of samples in a preview.
+const PREVIEW_SAMPLES: usize = 100_000;
 
 impl Analyst {
-    /// Fits or applies a calibration, scores it, and makes the traces.
+    /// Fits or applies a calibration, and computes scores and traces.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the request cannot be met; the cache stays valid.
+    /// As [`analyse`]. The kept data stay valid.
     pub fn analyse(
         &mut self,
         request: &Request,
@@ -85,7 +84,8 @@ impl Analyst {
         self.analyse_showing(request, progress, None)
     }
 
-    /// Analyses like [`Self::analyse`]. If many samples were analysed before, `show` first gets a preview on some of them.
+    /// Analyses like [`Self::analyse`]. If many samples were analysed before, `show` first receives a preview of every n-th
+    /// sample.
     ///
     /// # Errors
     /// As [`Self::analyse`].
@@ -103,18 +103,18 @@ impl Analyst {
         progress.add_total(2 * request.recordings.entries().len() as u64);
         let data = self.data(request, progress)?;
         if let Some(show) = show
-            && let Some(preview) = self.preview(&data, request, start, progress)
+            && let Some(preview) = self.preview(&data, request, progress)
         {
             show(preview);
         }
-        self.exactly(&data, request, start, progress)
+        let exact = self.exactly(&data, request, progress)?;
+        Ok(Analysis { elapsed: start.elapsed(), ..exact })
     }
 
     fn exactly(
         &mut self,
         data: &Dataset,
         request: &Request,
-        start: Instant,
         progress: &Progress,
     ) -> Result<Analysis, AnalysisError> {
         let mut calibration = match &request.calibration {
@@ -130,38 +130,25 @@ impl Analyst {
             }
             errors
         } else {
-            let fit = data.fit(request.settings.ridge, &past, &mut calibration, progress)?;
-            fit.errors
+            data.fit(request.settings.ridge, &past, &mut calibration, progress)?.errors
         };
         progress.check()?;
         let recordings = results(data, &past, errors);
-        let past = Arc::new(past);
-        let traces = self.traces(data, request.view, &calibration, &past, progress)?;
-        let factory = self.factory.as_ref();
+        let traces = self.traces(data, request.view, &calibration, &Arc::new(past), progress)?;
         let fitted = request.calibration.is_none() || request.trained;
-        Ok(Analysis {
-            findings: data.findings(&calibration, fitted),
-            factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
-            calibration: Arc::new(calibration),
-            fitted,
-            recordings,
-            traces: Arc::new(traces),
-            elapsed: start.elapsed(),
-            preview_of: None,
-        })
+        Ok(self.analysis(data, calibration, fitted, recordings, traces))
     }
 
-    /// Returns a preview on some of the samples, with the unchanged traces. Returns `None` if there are few samples, if they
-    /// were not analysed before, or if a preview would take as long.
+    /// Returns a preview of every n-th sample. Returns `None` if there are few samples, if the samples were not analysed
+    /// before, or if a calibration is applied, because a preview would then take as long as the analysis.
     fn preview(
         &mut self,
         data: &Dataset,
         request: &Request,
-        start: Instant,
         progress: &Progress,
     ) -> Option<Analysis> {
         let view = request.view.within(data.entries.len());
-        let fixed = self.fixed_traces.as_ref().filter(|own| own.view() == view)?;
+        let fixed = self.fixed_traces.as_ref().filter(|own| own.view == view)?;
         if data.kept_loads().is_some() || request.calibration.is_some() {
             return None;
         }
@@ -177,17 +164,29 @@ impl Analyst {
             result.n_samples = entry.recording.n_samples();
         }
         let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
+        let analysis = self.analysis(data, calibration, true, recordings, traces);
+        Some(Analysis { preview_of: Some(each), ..analysis })
+    }
+
+    fn analysis(
+        &self,
+        data: &Dataset,
+        calibration: Calibration,
+        fitted: bool,
+        recordings: Vec<RecordingResult>,
+        traces: TraceSet,
+    ) -> Analysis {
         let factory = self.factory.as_ref();
-        Some(Analysis {
-            findings: data.findings(&calibration, true),
+        Analysis {
+            findings: data.findings(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
-            fitted: true,
+            fitted,
             recordings,
             traces: Arc::new(traces),
-            elapsed: start.elapsed(),
-            preview_of: Some(each),
-        })
+            elapsed: Duration::ZERO,
+            preview_of: None,
+        }
     }
 
     fn data(
@@ -224,7 +223,7 @@ impl Analyst {
     ) -> Result<TraceSet, Cancelled> {
         let view = view.within(data.entries.len());
         let fixed = match self.fixed_traces.take() {
-            Some(fixed) if fixed.view() == view => fixed,
+            Some(fixed) if fixed.view == view => fixed,
             _ => {
                 let factory = self.factory.as_ref().map(|(_, factory)| factory);
                 FixedTraces::new(view, data, calibration, factory, progress)?
@@ -235,11 +234,7 @@ impl Analyst {
     }
 }
 
-pub(crate) fn results(
-    data: &Dataset,
-    past: &[Past],
-    errors: Vec<Option<(Vec<f64>, Vec<f64>)>>,
-) -> Vec<RecordingResult> {
+fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<RecordingResult> {
     let entries = data.entries.iter().zip(past).zip(errors).enumerate();
     let results = entries.map(|(at, ((entry, past), errors))| {
         let n_samples = entry.recording.n_samples();
@@ -271,13 +266,13 @@ mod tests {
         Request { view: View::All, ..Request::fit(Arc::new(simulated::recordings(5)), settings) }
     }
 
-    /// Returns an analysis that behaves as if its samples were too many to store.
+    /// Returns an analysis that computes loads again at each use, as for very many samples.
     fn of_many(request: &Request) -> (Analyst, Dataset, Analysis) {
         let progress = Progress::default();
         let data = Dataset::prepare(&request.key(), &progress).unwrap();
         let data = data.with_loads_made();
         let mut analyst = Analyst::default();
-        let analysis = analyst.exactly(&data, request, Instant::now(), &progress);
+        let analysis = analyst.exactly(&data, request, &progress);
         (analyst, data, analysis.unwrap())
     }
 
@@ -345,10 +340,10 @@ mod tests {
         let (mut analyst, data, before) = of_many(&request);
         request.settings.features.look_backs[0].f_th = 5.0;
         let progress = Progress::default();
-        let preview = analyst.preview(&data, &request, Instant::now(), &progress);
+        let preview = analyst.preview(&data, &request, &progress);
         let preview = preview.expect("the samples were analysed before");
         assert_eq!(preview.preview_of, Some(3));
-        let exact = analyst.exactly(&data, &request, Instant::now(), &progress);
+        let exact = analyst.exactly(&data, &request, &progress);
         let exact = exact.unwrap();
         let rmse = |of: &Analysis| {
             let quality = &of.calibration.quality;

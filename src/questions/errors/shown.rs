@@ -1,4 +1,4 @@
-//! The errors of a calibration as tables.
+//! Tables of the errors of a calibration.
 
 use crate::calibration::{Calibration, FactoryScores};
 use crate::questions::thresholds::ScoreSet;
@@ -6,10 +6,10 @@ use crate::report::table::{Cell, Column, Table};
 use crate::report::trace::{Shown, Trace};
 use crate::scoring::numbers::significant;
 
-/// Returns the errors on one set of samples, one row per axis.
+/// Returns the RMSE of each axis on one set of samples, one row per axis.
 ///
 /// # Errors
-/// A sentence with the reason why there are none.
+/// A sentence with the reason why there are no errors.
 pub fn errors(
     calibration: &Calibration,
     factory: Option<&FactoryScores>,
@@ -51,7 +51,7 @@ pub fn errors(
         .table(format!("RMSE, {}{how}", set.label()), format!("{}.", set.explanation())))
 }
 
-/// Returns a note on the column of the factory calibration, and on the errors that were subtracted from it.
+/// Returns a note on the column of the factory calibration, with the offsets that were added to its loads.
 pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> String {
     let added = (calibration.axes.iter().zip(&factory.offsets))
         .filter_map(|(axis, offset)| {
@@ -64,7 +64,7 @@ pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> Strin
     match added.is_empty() {
         true => note.to_owned(),
         false => format!(
-            "{note} As a tare, its mean error over the training recordings was subtracted: {}.",
+            "{note} As a tare, offsets were added that make its mean error on the training recordings zero: {}.",
             added.join(", ")
         ),
     }

@@ -1,6 +1,5 @@
 //! Values of traces: columns of existing tables, or loads that are computed for the visible samples.
 
-use std::fmt;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
@@ -15,7 +14,7 @@ pub struct Segment {
     /// Index of the recording in the set.
     pub recording: usize,
     pub name: String,
-    /// Samples of the recording, counted over the traces.
+    /// Samples of the recording, counted from the first sample of all recordings on screen.
     pub samples: Range<usize>,
     /// Difference between the recording's own clock and the time axis (s).
     pub clock_offset_secs: f64,
@@ -37,19 +36,16 @@ impl Table {
     }
 }
 
-/// A column of a table, with the table's width.
-pub(crate) type Column = (Table, usize, usize);
-
-/// One column of all recordings on screen, end to end.
+/// One column of the recordings on screen, which follow one another.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub segments: Arc<[Segment]>,
-    /// Column of each segment.
-    pub columns: Vec<Column>,
+    /// Table, column and number of columns, for each segment.
+    pub columns: Vec<(Table, usize, usize)>,
 }
 
-/// Passes the parts of `samples` to `take`, each with the index of its segment, its samples within the segment, and its start
-/// within `samples`.
+/// Calls `take` for each segment that overlaps `samples`. The arguments are the index of the segment, the overlapping samples
+/// counted within the segment, and their start counted within `samples`.
 fn by_segment(
     segments: &[Segment],
     samples: Range<usize>,
@@ -88,29 +84,24 @@ impl Values for Columns {
     }
 }
 
-/// Number of samples whose loads are computed at a time.
+/// Number of samples whose loads are computed together.
 const BLOCK: usize = 4096;
-/// Maximum number of blocks that are kept: more than a plot shows sample by sample.
+/// Maximum number of blocks that are kept. A plot that shows single samples needs fewer.
 const KEPT: usize = 64;
 
-/// Loads of one block, axis after axis.
+/// Loads of one block: all samples of the first axis, then of the next axis.
 type Block = Arc<[f64]>;
 
-/// Loads of more samples than can be kept. The newest blocks are kept, others are computed when needed.
+/// Loads of more samples than fit in memory. The newest blocks are kept; other blocks are computed when they are read.
+#[derive(Debug)]
 pub(crate) struct Made {
     segments: Arc<[Segment]>,
     recordings: Vec<Arc<Recording>>,
     calibration: Calibration,
     design: Design,
-    /// Past samples by recording. Without them, the loads are the conventional ones.
+    /// Past samples of each recording; `None` for conventional loads.
     past: Option<Arc<Vec<Past>>>,
     kept: Vec<Mutex<Option<(usize, Block)>>>,
-}
-
-impl fmt::Debug for Made {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Made").finish_non_exhaustive()
-    }
 }
 
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! Traces that the panes draw: reference, uncompensated and compensated loads of the recordings on screen, end to end.
+//! Traces that the panes draw: loads and errors of the recordings on screen, which follow one another.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::features::{Distance, Thresholds};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::Dataset;
 use crate::questions::errors::factory::Factory;
-use crate::questions::errors::trace_values::{Column, Columns, Made, MadeAxis, Segment, Table};
+use crate::questions::errors::trace_values::{Columns, Made, MadeAxis, Segment, Table};
 use crate::questions::errors::view::View;
 use crate::recording::{Axis, Entry};
 use crate::report::trace::Trace;
@@ -21,16 +21,16 @@ use crate::scoring::series::Values;
 #[derive(Clone, Debug)]
 pub struct AxisTraces {
     pub axis: Axis,
-    /// Reference load; `None` if one of the recordings has none for this axis.
+    /// Reference load; `None` if a recording on screen has no reference for this axis.
     pub calculated: Option<Arc<Series>>,
     pub conventional: Arc<Series>,
     pub compensated: Arc<Series>,
     pub conventional_error: Option<Arc<Series>>,
     pub compensated_error: Option<Arc<Series>>,
-    /// Load by the factory calibration, if there is one with this axis.
+    /// Load by the factory calibration; `None` without a factory calibration of this axis.
     pub factory: Option<Arc<Series>>,
     pub factory_error: Option<Arc<Series>>,
-    /// Compensated load minus and plus two standard deviations, for regressors that know them.
+    /// Compensated load minus and plus two standard deviations; `None` if the regressor computes no standard deviation.
     pub band: Option<[Arc<Series>; 2]>,
 }
 
@@ -59,22 +59,23 @@ pub struct TraceSet {
     pub view: View,
     /// Recordings in the order of time.
     pub segments: Arc<[Segment]>,
-    /// Time of each sample on the axis (s). The first recording starts at zero; each next one follows after one step.
+    /// Time of each sample on the time axis (s). The first recording starts at zero. Each further recording starts one time step
+    /// after the previous recording.
     pub times: Arc<Vec<f64>>,
     /// True for load cases, whose times are row numbers.
     pub is_static: bool,
     /// Past samples by recording; see [`Self::past_of`].
     past: Arc<Vec<Past>>,
-    /// Number of samples that each past sample represents; more than one in a preview.
+    /// Decimation of the past samples: 1, or more in a preview.
     each: usize,
     /// Intervals without a past sample, if there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
     pub axes: Vec<AxisTraces>,
     /// Thresholds that chose the past samples; `None` without a look-back.
     pub thresholds: Option<Thresholds>,
-    /// Quantity in which F_th is measured.
+    /// Kind of distance that is compared with F_th.
     pub distance: Distance,
-    /// Factor of the difference on each axis, before the norm is compared with F_th.
+    /// Weight of each axis in the distance that is compared with F_th.
     pub weights: Vec<f64>,
 }
 
@@ -100,7 +101,8 @@ impl TraceSet {
         self.segments.get(at)
     }
 
-    /// Returns the past sample of sample `k` by the first look-back, counted over the traces; `k` if there is none.
+    /// Returns the index of the past sample that the first look-back finds for sample `k`, or `k` without a past sample. Both
+    /// indices count all samples on screen.
     pub fn past_of(&self, k: usize) -> usize {
         let past = self.segment_of(k).and_then(|segment| {
             let first = segment.samples.start;
@@ -123,7 +125,7 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
-    /// Returns the recordings on screen, each with its samples in an interval of time; `None` for all samples.
+    /// Returns the index of each recording on screen, with the samples in the interval `visible` (s); `None` means all samples.
     pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
         let visible = match visible {
             None => 0..self.times.len(),
@@ -167,29 +169,34 @@ impl TraceSet {
 /// Part of the traces that does not depend on thresholds.
 #[derive(Debug)]
 pub(crate) struct FixedTraces {
-    view: View,
+    pub(crate) view: View,
     is_static: bool,
     segments: Arc<[Segment]>,
     times: Arc<Vec<f64>>,
-    axes: Vec<FixedAxis>,
+    /// Traces of each axis. The compensated load is not computed yet, and equals the conventional load.
+    axes: Vec<AxisTraces>,
 }
 
-#[derive(Debug)]
-struct FixedAxis {
-    truth: Option<Arc<dyn Values>>,
-    /// Traces of the axis. The compensated load is still the conventional one.
-    traces: AxisTraces,
+/// Makes the traces of all values at once, so that computed loads are read only once.
+fn series_of<const N: usize>(
+    values: Vec<[Option<Arc<dyn Values>>; N]>,
+    progress: &Progress,
+) -> Result<Vec<[Option<Arc<Series>>; N]>, Cancelled> {
+    let all = values.iter().flatten().flatten().cloned().collect();
+    let mut series = Series::all_of(all, progress).into_iter().map(Arc::new);
+    progress.check()?;
+    let of_axis = |own: [Option<_>; N]| own.map(|own| own.and_then(|_| series.next()));
+    Ok(values.into_iter().map(of_axis).collect())
 }
 
-fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
-    series.by_ref().take(usize::from(is_there)).next().map(Arc::new)
+fn difference(
+    load: Option<&Arc<dyn Values>>,
+    truth: Option<&Arc<dyn Values>>,
+) -> Option<Arc<dyn Values>> {
+    Some(Series::difference(Arc::clone(load?), Arc::clone(truth?)))
 }
 
 impl FixedTraces {
-    pub(crate) fn view(&self) -> View {
-        self.view
-    }
-
     pub(crate) fn new(
         view: View,
         data: &Dataset,
@@ -201,66 +208,47 @@ impl FixedTraces {
         let shown = view.recordings(entries.len());
         let (segments, times) = end_to_end(shown.clone(), entries);
         let segments: Arc<[Segment]> = segments.into();
-        let of = |columns: Vec<Column>| -> Arc<dyn Values> {
-            let segments = Arc::clone(&segments);
-            Arc::new(Columns { segments, columns })
-        };
         let conventional = match data.kept_loads() {
-            Some(loads) => {
-                let table = |at: usize| Table::Loads(Arc::clone(&loads[at]));
-                tables(axes.len(), shown.clone().map(table), &of)
-            }
+            Some(loads) => tables(&segments, axes.len(), loads[shown.clone()].to_vec()),
             None => made(&segments, data, calibration, None),
         };
-        let truths: Vec<Option<Arc<dyn Values>>> = (axes.iter())
-            .map(|axis| {
-                let columns = shown.clone().map(|at| {
-                    let recording = &entries[at].recording;
-                    let column = recording.axes().iter().position(|own| own == axis)?;
-                    let table = Table::Reference(Arc::clone(recording));
-                    Some((table, column, recording.axes().len()))
-                });
-                columns.collect::<Option<Vec<Column>>>().map(&of)
-            })
-            .collect();
-        let factories: Vec<Option<Arc<dyn Values>>> = (axes.iter())
-            .map(|axis| {
-                let loads = shown.clone().map(|at| factory?.load(at, *axis));
-                let loads: Option<Vec<_>> = loads.collect();
-                let values: Arc<[f64]> = loads?.into_iter().flatten().collect();
-                Some(Arc::new(values) as Arc<dyn Values>)
-            })
-            .collect();
-        let mut all = Vec::new();
-        for ((load, truth), factory) in conventional.iter().zip(&truths).zip(&factories) {
-            let loads = [Some(load), truth.as_ref(), factory.as_ref()];
-            all.extend(loads.into_iter().flatten().map(Arc::clone));
-            for load in [Some(load), factory.as_ref()].into_iter().flatten() {
-                let error = |truth| Series::difference(Arc::clone(load), Arc::clone(truth));
-                all.extend(truth.as_ref().map(error));
+        let values = axes.iter().zip(conventional).map(|(axis, load)| {
+            let columns = shown.clone().map(|at| {
+                let recording = &entries[at].recording;
+                let column = recording.axes().iter().position(|own| own == axis)?;
+                let table = Table::Reference(Arc::clone(recording));
+                Some((table, column, recording.axes().len()))
+            });
+            let truth = columns.collect::<Option<_>>().map(|columns| -> Arc<dyn Values> {
+                Arc::new(Columns { segments: Arc::clone(&segments), columns })
+            });
+            let loads = shown.clone().map(|at| factory?.load(at, *axis));
+            let factory = loads.collect::<Option<Vec<_>>>().map(|loads| -> Arc<dyn Values> {
+                let values: Arc<[f64]> = loads.into_iter().flatten().collect();
+                Arc::new(values)
+            });
+            let errors =
+                [Some(&load), factory.as_ref()].map(|load| difference(load, truth.as_ref()));
+            let [conventional_error, factory_error] = errors;
+            [Some(load), truth, factory, conventional_error, factory_error]
+        });
+        let series = series_of(values.collect(), progress)?;
+        let axes = axes.iter().zip(series).map(|(&axis, series)| {
+            let [conventional, calculated, factory, conventional_error, factory_error] = series;
+            let conventional = conventional.expect("one trace per axis");
+            AxisTraces {
+                axis,
+                compensated: Arc::clone(&conventional),
+                conventional,
+                calculated,
+                factory,
+                conventional_error,
+                factory_error,
+                compensated_error: None,
+                band: None,
             }
-        }
-        let mut series = Series::all_of(all, progress).into_iter();
-        progress.check()?;
-        let axes = axes.iter().zip(truths).zip(factories);
-        let axes = axes
-            .map(|((&axis, truth), factory)| {
-                let (has_truth, has_factory) = (truth.is_some(), factory.is_some());
-                let conventional = next(&mut series, true).expect("one trace per axis");
-                let traces = AxisTraces {
-                    axis,
-                    compensated: Arc::clone(&conventional),
-                    conventional,
-                    calculated: next(&mut series, has_truth),
-                    factory: next(&mut series, has_factory),
-                    conventional_error: next(&mut series, has_truth),
-                    factory_error: next(&mut series, has_truth && has_factory),
-                    compensated_error: None,
-                    band: None,
-                };
-                FixedAxis { truth, traces }
-            })
-            .collect();
+        });
+        let axes = axes.collect();
         Ok(Self {
             view,
             is_static: shown.clone().any(|at| entries[at].recording.is_static()),
@@ -284,18 +272,11 @@ impl FixedTraces {
         let loads = match is_made {
             true => made(&self.segments, data, calibration, Some(past)),
             false => {
-                let tables_of: Vec<Table> = (self.segments.par_iter())
-                    .map(|segment| {
-                        let at = segment.recording;
-                        let recording = &entries[at].recording;
-                        let loads = calibration.compensated_loads(recording, &past[at]);
-                        Table::Loads(Arc::new(loads))
-                    })
-                    .collect();
-                tables(n_axes, tables_of.into_iter(), &|columns| {
-                    let segments = Arc::clone(&self.segments);
-                    Arc::new(Columns { segments, columns })
-                })
+                let loads = self.segments.par_iter().map(|segment| {
+                    let at = segment.recording;
+                    Arc::new(calibration.compensated_loads(&entries[at].recording, &past[at]))
+                });
+                tables(&self.segments, n_axes, loads.collect())
             }
         };
         progress.check()?;
@@ -319,23 +300,21 @@ impl FixedTraces {
             Some([edge(-2.0), edge(2.0)])
         };
         let bands: Vec<_> = loads.iter().enumerate().map(|(at, load)| band(at, load)).collect();
-        let mut all = Vec::new();
-        for (load, fixed) in loads.into_iter().zip(&self.axes) {
-            all.push(Arc::clone(&load));
-            let truth = fixed.truth.as_ref();
-            all.extend(truth.map(|truth| Series::difference(load, Arc::clone(truth))));
-        }
-        let mut series = Series::all_of(all, progress).into_iter();
-        progress.check()?;
-        let moving = self.axes.iter().zip(bands).map(|(fixed, band)| Moving {
-            compensated: next(&mut series, true).expect("one trace per axis"),
-            error: next(&mut series, fixed.truth.is_some()),
+        let values = loads.into_iter().zip(&self.axes).map(|(load, fixed)| {
+            let truth = fixed.calculated.as_ref().map(|truth| &truth.values);
+            let error = difference(Some(&load), truth);
+            [Some(load), error]
+        });
+        let series = series_of(values.collect(), progress)?;
+        let moving = series.into_iter().zip(bands).map(|([compensated, error], band)| Moving {
+            compensated: compensated.expect("one trace per axis"),
+            error,
             band,
         });
         Ok(self.with_moving(moving, calibration, past, 1))
     }
 
-    /// Adds the traces from every `each`-th sample of each recording, which represents the samples after it.
+    /// Adds preview traces from every `each`-th sample of each recording. Each value is held until the next value.
     pub(crate) fn preview(
         &self,
         thinned: &Dataset,
@@ -351,7 +330,7 @@ impl FixedTraces {
             })
             .collect();
         let n = self.times.len();
-        // For each run of samples with the same value: the recording's index on screen, and the sample within it.
+        // For each held value: the index of its segment, and the decimated sample within the segment.
         let runs: Vec<(usize, usize)> = (0..n)
             .step_by(each)
             .map(|k| {
@@ -365,14 +344,14 @@ impl FixedTraces {
         };
         let moving = self.axes.iter().enumerate().map(|(column, fixed)| {
             let load = |at: usize, sample: usize| loads[at][sample * n_axes + column];
-            let truth = fixed.truth.as_ref();
+            let truth = fixed.calculated.as_ref();
             Moving {
                 compensated: held(&load),
                 error: truth.map(|_| {
                     held(&|at, sample| {
                         let recording = &thinned.entries[self.segments[at].recording].recording;
                         let axes = recording.axes();
-                        let own = axes.iter().position(|axis| *axis == fixed.traces.axis);
+                        let own = axes.iter().position(|axis| *axis == fixed.axis);
                         let truth = own.map(|own| recording.loads()[sample * axes.len() + own]);
                         load(at, sample) - truth.unwrap_or(f64::NAN)
                     })
@@ -394,7 +373,7 @@ impl FixedTraces {
             compensated: moving.compensated,
             compensated_error: moving.error,
             band: moving.band,
-            ..fixed.traces.clone()
+            ..fixed.clone()
         });
         let thresholds = calibration.features.look_backs.first().copied();
         TraceSet {
@@ -422,17 +401,21 @@ struct Moving {
     band: Option<[Arc<Series>; 2]>,
 }
 
+/// Returns one column per axis. `loads` are row-major tables, one for each segment.
 fn tables(
+    segments: &Arc<[Segment]>,
     n_axes: usize,
-    tables: impl Iterator<Item = Table> + Clone,
-    of: &dyn Fn(Vec<Column>) -> Arc<dyn Values>,
+    loads: Vec<Arc<Vec<f64>>>,
 ) -> Vec<Arc<dyn Values>> {
-    (0..n_axes)
-        .map(|column| of(tables.clone().map(|table| (table, column, n_axes)).collect()))
-        .collect()
+    let axes = (0..n_axes).map(|column| {
+        let columns = loads.iter().map(|own| (Table::Loads(Arc::clone(own)), column, n_axes));
+        let (segments, columns) = (Arc::clone(segments), columns.collect());
+        Arc::new(Columns { segments, columns }) as Arc<dyn Values>
+    });
+    axes.collect()
 }
 
-/// Returns the axes of loads that are computed when needed.
+/// Returns one column per axis, of loads that are computed when they are read.
 fn made(
     segments: &Arc<[Segment]>,
     data: &Dataset,
@@ -449,29 +432,23 @@ fn made(
     axes.collect()
 }
 
-/// Places recordings on one axis of time, each one step after the last.
+/// Places recordings on one time axis. Each recording starts one time step after the previous recording.
 fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<f64>>) {
     let mut segments = Vec::new();
-    let mut times = Arc::default();
+    let mut times = Arc::<Vec<f64>>::default();
     let n_shown = shown.len();
     for at in shown {
         let recording = &entries[at].recording;
-        if n_shown == 1 && recording.times()[0] == 0.0 {
-            times = recording.shared_times();
-            segments.push(Segment {
-                recording: at,
-                name: recording.name().to_owned(),
-                samples: 0..times.len(),
-                clock_offset_secs: 0.0,
-            });
-            break;
-        }
-        let times = Arc::make_mut(&mut times);
         let step = recording.rate_hz().map_or(0.0, |rate| 1.0 / rate);
-        let start = times.last().map_or(0.0, |last: &f64| last + step);
+        let start = times.last().map_or(0.0, |last| last + step);
         let clock_offset_secs = recording.times()[0] - start;
         let first = times.len();
-        times.extend(recording.times().iter().map(|t| t - clock_offset_secs));
+        if n_shown == 1 && clock_offset_secs == 0.0 {
+            times = recording.shared_times();
+        } else {
+            let own = recording.times().iter().map(|time| time - clock_offset_secs);
+            Arc::make_mut(&mut times).extend(own);
+        }
         segments.push(Segment {
             recording: at,
             name: recording.name().to_owned(),
@@ -482,7 +459,7 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
     (segments, times)
 }
 
-/// Returns the runs of samples without a past sample; no run crosses two recordings.
+/// Returns the intervals of samples without a past sample; no interval crosses two recordings.
 fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {

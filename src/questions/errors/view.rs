@@ -1,13 +1,13 @@
-//! Recordings on screen.
+//! Choice of the recordings on screen.
 
 use std::ops::Range;
 
 /// Recordings on screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum View {
-    /// One recording.
+    /// The recording with this index.
     One(usize),
-    /// All recordings, end to end.
+    /// All recordings, one after another.
     #[default]
     All,
 }

@@ -1,4 +1,4 @@
-//! Question for the contents of the loop pane and the metrology pane.
+//! Questions of the panes that show loops and metrology figures.
 
 use std::sync::Arc;
 
@@ -6,19 +6,20 @@ use crate::questions::loops::query::{Look, Viewer};
 use crate::questions::loops::request::LookRequest;
 use crate::questions::question::{Answered, Query, Work};
 
-/// Question for loops, cross-plots, dwells, or figures. Each part of the window has its own type, and so its own lane.
+/// Question of one part of the window. Each part has its own type, so that the answers do not replace each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 
 /// Question of the loop pane.
 pub type AskLoops = LookAt<'l'>;
-/// Question of the metrology pane, if it shows other recordings than the verdict.
+/// Question of the metrology pane, if the verdict strip shows other recordings.
 pub type AskFigures = LookAt<'m'>;
-/// Question of the verdict strip at the top of the window, and of the metrology pane if it shows the same recordings.
+/// Question of the verdict strip at the top of the window. The metrology pane uses the answer if both show the same
+/// recordings.
 pub type AskVerdict = LookAt<'v'>;
-/// Question about predicted over reference load of the model on screen.
+/// Question of the plot of predicted against reference load, for the model on screen.
 pub type AskPredicted = LookAt<'p'>;
-/// Question about residual over load of the model on screen.
+/// Question of the plot of residual against reference load, for the model on screen.
 pub type AskResidual = LookAt<'e'>;
 
 impl<const PANE: char> Query for LookAt<PANE> {

@@ -1,19 +1,20 @@
-//! Cross-plots of any channel over any other.
+//! Cross-plots: one channel against another.
 
 use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
 use crate::questions::loops::output::column_of;
 use crate::questions::loops::picture::{Drawn, drawn};
-use crate::questions::loops::request::{Channel, CrossQuestion, LoadKind};
+use crate::questions::loops::request::{Channel, CrossQuestion};
 use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::check_numbers;
+use crate::report::Trace;
 use crate::scoring::loops::Frame;
 
 /// A cross-plot, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct CrossPlot {
-    /// The request.
+    /// The request that the plot answers.
     pub question: CrossQuestion,
     /// Number of plotted samples.
     pub n_samples: usize,
@@ -44,19 +45,20 @@ pub(crate) fn picture(
 
 fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<f64>>, LookError> {
     let column = |part: &Part| -> Result<Vec<f64>, LookError> {
-        let recording = source.recording(part.recording);
+        let recording = &source.recordings[part.recording];
         let found = match channel {
-            Channel::Time => recording.map(|own| own.times()[part.samples.clone()].to_vec()),
+            Channel::Time => Some(recording.times()[part.samples.clone()].to_vec()),
             Channel::Gauge(gauge) => source.gauge(part, gauge),
-            Channel::Load(LoadKind::Calculated, axis) => source.loads(part, axis),
-            Channel::Load(LoadKind::Output(output), axis) => {
+            Channel::Load(Trace::Calculated, axis) => source.loads(part, axis),
+            Channel::Load(Trace::Factory, _) => None,
+            Channel::Load(output, axis) => {
                 let (at, _) = column_of(&source.calibration, axis)?;
-                source.output(part, at, output)
+                Some(source.output(part, at, output))
             }
         };
         let values = found.ok_or(LookError::NoChannel)?;
         if let Channel::Load(_, axis) = channel {
-            check_numbers(axis, recording.map_or("", |own| own.name()), &values)?;
+            check_numbers(axis, recording.name(), &values)?;
         }
         Ok(values)
     };

@@ -2,24 +2,23 @@
 
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
-use crate::questions::loops::output::Output;
 use crate::questions::loops::output::column_of;
 use crate::questions::loops::request::DwellQuestion;
 use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells};
+use crate::report::Trace;
 use crate::scoring::Series;
 use crate::scoring::holds::Drift;
 use crate::scoring::loops::Frame;
 
 const FIT_POINTS: usize = 200;
 
-/// All dwells, and one of them ready to be drawn.
+/// List of all dwells, and the drift in one dwell, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct DwellPlot {
     pub question: DwellQuestion,
     pub hold_secs: f64,
     pub dwells: Vec<Dwell>,
-    pub levels: Vec<Option<f64>>,
     /// Index of the dwell that is drawn.
     pub chosen: usize,
     pub curve: Result<DwellCurve, Reason>,
@@ -27,9 +26,8 @@ pub struct DwellPlot {
 
 #[derive(Clone, Debug)]
 pub struct DwellCurve {
-    /// Range of all points: seconds since the dwell began, and the error.
+    /// Range of all points: time since the start of the dwell (s), and error.
     pub whole: Frame,
-    /// Errors of the uncompensated and the compensated load.
     pub outputs: [DwellOutput; 2],
 }
 
@@ -39,7 +37,7 @@ pub struct DwellOutput {
     pub points: Vec<[f64; 2]>,
     /// Fitted exponential; `None` if all times are equal.
     pub drift: Option<Drift>,
-    /// Points of the fit.
+    /// Points `[seconds, error]` of the fitted exponential.
     pub fit: Vec<[f64; 2]>,
 }
 
@@ -50,33 +48,31 @@ pub(crate) fn picture(
 ) -> Result<DwellPlot, LookError> {
     let calibration = &source.calibration;
     let (column, _) = column_of(calibration, question.axis)?;
-    let runs = source.runs();
+    let runs: Vec<_> = (0..source.recordings.len()).map(|at| source.run(at)).collect();
     if runs.iter().any(|run| run.is_static) {
         return Err(Reason::NoTimes { axis: question.axis }.into());
     }
-    let found = dwells(&runs, &source.rules(measuring))?;
-    let last =
-        found.len().checked_sub(1).ok_or(LookError::NoDwell { secs: measuring.hold_secs })?;
-    let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
+    let found = dwells(&runs, &source.rules(measuring), column)?;
+    let longest = longest(&found).ok_or(LookError::NoDwell { secs: measuring.hold_secs })?;
+    let chosen = question.rest.map_or(longest, |rest| rest.min(found.len() - 1));
     let curve = curve(source, &found[chosen], question, column);
     Ok(DwellPlot {
         question: question.clone(),
         hold_secs: measuring.hold_secs,
-        levels: (found.iter()).map(|rest| rest.level.get(column).copied().flatten()).collect(),
         dwells: found,
         chosen,
         curve,
     })
 }
 
-fn longest(dwells: &[Dwell]) -> usize {
+/// Returns the index of the longest dwell under load. Without a dwell under load, the longest dwell at zero is returned.
+fn longest(dwells: &[Dwell]) -> Option<usize> {
     let secs = |rest: &Dwell| rest.place.to_secs - rest.place.from_secs;
     let by_length = |a: &(usize, &Dwell), b: &(usize, &Dwell)| {
         let loaded = b.1.at_zero.cmp(&a.1.at_zero);
         loaded.then(secs(a.1).total_cmp(&secs(b.1)))
     };
-    let longest = dwells.iter().enumerate().max_by(by_length);
-    longest.map_or(0, |(at, _)| at)
+    dwells.iter().enumerate().max_by(by_length).map(|(at, _)| at)
 }
 
 fn curve(
@@ -87,16 +83,13 @@ fn curve(
 ) -> Result<DwellCurve, Reason> {
     let axis = question.axis;
     let part = Part { recording: rest.place.recording, samples: rest.place.samples.clone() };
-    let missing = Reason::NoReference { axis };
-    let loads = source.loads(&part, axis).ok_or(missing.clone())?;
-    let recording = source.recording(part.recording).ok_or(missing.clone())?;
+    let loads = source.loads(&part, axis).ok_or(Reason::NoReference { axis })?;
+    let recording = &source.recordings[part.recording];
     let times = &recording.times()[part.samples.clone()];
-    let mut errors = Vec::new();
-    for output in Output::ALL {
-        let mut values = source.output(&part, column, output).ok_or(missing.clone())?;
+    let mut errors = Trace::OUTPUTS.map(|output| source.output(&part, column, output));
+    for values in &mut errors {
         values.iter_mut().zip(&loads).for_each(|(value, load)| *value -= load);
-        check_numbers(axis, recording.name(), &values)?;
-        errors.push(values);
+        check_numbers(axis, recording.name(), values)?;
     }
     let (first, last) = (rest.place.from_secs, rest.place.to_secs);
     Ok(DwellCurve {
@@ -104,15 +97,15 @@ fn curve(
             [0.0, last - first].iter().collect(),
             errors.iter().flatten().collect(),
         ),
-        outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values, question)),
+        outputs: errors.each_ref().map(|values| output_of(times, values, question)),
     })
 }
 
 fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOutput {
     let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
-    let all = (0.0, since.last().copied().unwrap_or(0.0));
+    let all = (0.0, since[since.len() - 1]);
     let (from, to) = question.frame.map_or(all, |frame| frame.loads);
-    // Visible samples, and one more on each side.
+    // One sample beyond each visible end, so that the line reaches the edge of the plot.
     let start = since.partition_point(|time| *time < from).saturating_sub(1);
     let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
     let column_secs = (to - from) / question.pixels[0].max(1.0);

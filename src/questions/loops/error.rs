@@ -7,14 +7,16 @@ use crate::questions::metrology::{MetrologyError, Reason};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LookError {
-    #[error("no sample is chosen; choose a recording, or show more of the traces")]
+    #[error("no samples to plot; choose a recording, or show a longer interval in Traces")]
     NoSamples,
-    #[error("no recording has this role; give one this role, or choose all recordings")]
+    #[error(
+        "no recording has the chosen role; assign this role to a recording, or choose all recordings"
+    )]
     NoRecordings,
-    #[error("these recordings have no channel of this name; choose another one")]
+    #[error("the chosen recordings do not have this channel; choose another channel")]
     NoChannel,
     #[error(
-        "no recording has a dwell of {secs} s (every axis within 1 % of full scale, or ten times its noise); record one, or choose a shorter time"
+        "no recording has a dwell of {secs} s, in which every axis stays within its stability tolerance; record a dwell, or choose a shorter dwell"
     )]
     NoDwell { secs: f64 },
     #[error(transparent)]

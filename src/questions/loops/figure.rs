@@ -1,20 +1,24 @@
-//! Loops as figures, defined once for window, files and report.
+//! Figures of loops and cross-plots, the same in window, files and report.
 
 use std::sync::Arc;
 
 use crate::questions::loops::cross::CrossPlot;
-use crate::questions::loops::output::Output;
 use crate::questions::loops::picture::{Drawn, LoopCurve, LoopFigures, LoopPlot};
 use crate::questions::loops::request::{Channel, Up};
-use crate::questions::loops::shown::RATES_APART;
 use crate::questions::metrology::Reason;
 use crate::report::Trace;
 use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;
 
-/// Length over which the direction of an arrow is computed, as a share of the branch. Neighbouring points are too noisy.
+/// Minimum ratio of the load rates of the fastest and the slowest cycle, below which lag and hysteresis look alike.
+const RATES_APART: f64 = 2.0;
+
+/// Divisor: an arrow's direction is computed from a tenth of the branch on each side. Neighbouring points are too noisy.
 const ARROW_SHARE: usize = 10;
+
+/// Margin around widths and rates in a plot, as a share of their range.
+const WIDTH_MARGIN: f64 = 0.06;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum FiguresOf {
@@ -27,9 +31,9 @@ pub(crate) enum FiguresOf {
 pub(crate) struct Inks {
     pub(crate) conventional: [u8; 3],
     pub(crate) compensated: [u8; 3],
-    /// Colour of gauges and of other channels in cross-plots.
+    /// Colour of gauges, and of cross-plots.
     pub(crate) gauge: [u8; 3],
-    /// Colour of text. Densities of falling branches are mixed with it.
+    /// Colour of text. The colour of a load is mixed with the colour of text for the density of falling branches.
     pub(crate) text: [u8; 3],
     pub(crate) guide: [u8; 3],
 }
@@ -44,10 +48,10 @@ impl Inks {
         guide: color::GUIDE,
     };
 
-    fn of(&self, output: Option<Output>) -> [u8; 3] {
+    fn of(&self, output: Option<Trace>) -> [u8; 3] {
         match output {
-            Some(Output::Conventional) => self.conventional,
-            Some(Output::Compensated) => self.compensated,
+            Some(Trace::Conventional) => self.conventional,
+            Some(_) => self.compensated,
             None => self.gauge,
         }
     }
@@ -56,26 +60,24 @@ impl Inks {
 #[derive(Clone, Debug)]
 pub(crate) struct LoopView<'a> {
     pub(crate) plot: &'a LoopPlot,
-    /// Name and unit of the gauge on the vertical axis, if it shows one.
+    /// Name and unit of the gauge on the vertical axis; empty for a load.
     pub(crate) gauge: (&'a str, &'a str),
     pub(crate) figures_of: FiguresOf,
     pub(crate) shown: Vec<&'a LoopCurve>,
 }
 
 impl<'a> LoopView<'a> {
-    /// Returns a view of all curves. The figures describe the mean loop if it exists and no other loop was requested.
+    /// Returns a view of all curves. Without a mean loop, the figures describe the largest cycle instead of the loop `asked`.
     pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
         Self {
             plot,
             gauge,
-            // With too few cycles there is no mean loop. The largest cycle is shown instead, with its label.
             figures_of: if has_mean { asked } else { FiguresOf::Largest },
             shown: plot.curves.iter().collect(),
         }
     }
 
-    /// Returns the loop of a curve that the figures describe.
     pub(crate) fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
         match self.figures_of {
             FiguresOf::Mean => curve.mean.as_ref(),
@@ -83,7 +85,7 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    pub(crate) fn found(&self) -> Vec<(Option<Output>, &'a LoopFigures)> {
+    pub(crate) fn found(&self) -> Vec<(Option<Trace>, &'a LoopFigures)> {
         let found = self.shown.iter();
         found.filter_map(|curve| Some((curve.output, self.figures(curve).ok()?))).collect()
     }
@@ -105,10 +107,13 @@ impl<'a> LoopView<'a> {
         [axis.label_of(Trace::Calculated.label()), up]
     }
 
-    /// Returns the title: vertical quantity over horizontal quantity.
     pub(crate) fn title(&self) -> String {
         let [across, up] = self.labels();
-        format!("{up} over {across}")
+        format!("{up} against {across}")
+    }
+
+    fn without_lag(&self) -> &'static str {
+        if self.plot.question.lag_removed { ", lag removed" } else { "" }
     }
 
     fn long_title(&self) -> String {
@@ -116,27 +121,26 @@ impl<'a> LoopView<'a> {
         let what = match self.plot.question.up {
             Up::Load => axis.to_owned(),
             Up::Error => format!("{axis} error"),
-            Up::Gauge(_) => format!("{} over {axis}", self.gauge.0),
+            Up::Gauge(_) => format!("{} against {axis}", self.gauge.0),
         };
-        let what = match self.plot.question.lag_removed {
-            true => format!("{what}, lag removed"),
-            false => what,
-        };
+        let what = format!("{what}{}", self.without_lag());
         let found = self.found();
         let Some((_, figures)) = found.first() else {
             return what;
         };
-        let basis = &figures.basis[0];
+        let basis = figures.basis();
         let share = significant(100.0 * basis.range_share, 2);
-        let of = match (self.figures_of, basis.n_cycles) {
-            (FiguresOf::Mean, n) => format!("mean of {n} of {} cycles", self.plot.n_cycles),
-            (FiguresOf::Largest, _) => "largest cycle".to_owned(),
+        let of = match self.figures_of {
+            FiguresOf::Mean => {
+                format!("mean of {} of {} cycles", basis.n_cycles, self.plot.cycles.len())
+            }
+            FiguresOf::Largest => "largest cycle".to_owned(),
         };
-        format!("{what}: {of}, {share} % of the loads")
+        format!("{what}: {of}, {share} % of the load range")
     }
 
-    /// Returns the figure: all branches as thin lines, and the described loop as a thick line with arrows and a dashed
-    /// falling branch.
+    /// Returns the figure: all branches as thin lines, and the loop of the figures as a thick line with arrows. The falling
+    /// branch of the thick line is dashed.
     pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
         let frame = frame.unwrap_or(self.plot.whole);
         let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
@@ -153,8 +157,9 @@ impl<'a> LoopView<'a> {
         });
         let found = self.found();
         let loops = found.iter().flat_map(|(output, figures)| {
-            let width = significant(figures.mean_width, 3);
-            let name = format!("{}, mean width {width} {}", name(*output), self.unit());
+            let width = significant(figures.mean_width(), 3);
+            let name = output.map_or("Gauge", Trace::label);
+            let name = format!("{name}, mean width {width} {}", self.unit());
             let ways = [(name, None), (String::new(), Some(DASHED))];
             let ways = figures.branches.iter().zip(ways);
             ways.map(|(branch, (name, dash))| Line {
@@ -181,8 +186,8 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns a plot of the mean width of the full cycles against the rate of their load; `None` if the rates are too similar to
-    /// distinguish lag from hysteresis.
+    /// Returns a plot of the mean width of full cycles against load rate. Returns `None` if the rates are too similar to distinguish
+    /// lag from hysteresis.
     pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
         let spread = |curve: &&LoopCurve| {
             let ends = curve.by_rate.first().zip(curve.by_rate.last());
@@ -191,52 +196,44 @@ impl<'a> LoopView<'a> {
         if !self.shown.first().is_some_and(spread) {
             return None;
         }
-        let groups: Vec<(Option<Output>, Vec<[f64; 2]>)> =
-            self.shown.iter().map(|curve| (curve.output, grouped(&curve.by_rate))).collect();
-        let points = || groups.iter().flat_map(|(_, points)| points);
-        let axis = self.plot.question.axis.unit();
-        Some(Figure {
-            title: match self.plot.question.lag_removed {
-                true => "Mean width over rate, lag removed".to_owned(),
-                false => "Mean width over rate".to_owned(),
-            },
-            across: Scale::spanning(
-                format!("rate [{axis}/s]"),
-                points().map(|point| point[0]).chain([0.0]),
-                0.06,
-            ),
-            up: Scale::spanning(
-                format!("mean width [{}]", self.unit()),
-                points().map(|point| point[1]).chain([0.0]),
-                0.06,
-            ),
-            lines: (groups.iter())
-                .map(|(output, points)| Line {
-                    width: 1.6,
-                    ..Line::new("", inks.of(*output), [points.clone()])
-                })
-                .collect(),
-            ..Figure::default()
-        })
+        let groups = self.shown.iter().map(|curve| (curve.output, grouped(&curve.by_rate)));
+        let rates = self.shown.iter().flat_map(|curve| grouped(&curve.by_rate));
+        let rates = rates.map(|[rate, _]| rate).chain([0.0]);
+        let label = format!("rate [{}/s]", self.plot.question.axis.unit());
+        Some(self.figure_of_widths(
+            format!("Mean width against rate{}", self.without_lag()),
+            Scale::spanning(label, rates, WIDTH_MARGIN),
+            "mean width",
+            groups.map(|(output, points)| Line::new("", inks.of(output), [points])).collect(),
+        ))
     }
 
     pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
-        let found = self.found();
-        let widths = found.iter().flat_map(|(_, figures)| &figures.widths);
-        let heights = widths.map(|point| point[1]).chain([0.0]);
         let [across, _] = self.labels();
-        Figure {
-            title: "Width over load".to_owned(),
-            across: Scale::new(across, self.plot.whole.loads),
-            up: Scale::spanning(format!("width [{}]", self.unit()), heights, 0.06),
-            lines: (found.iter())
-                .map(|(output, figures)| Line {
-                    width: 1.6,
-                    ..Line::new("", inks.of(*output), [&figures.widths[..]])
-                })
-                .collect(),
-            ..Figure::default()
-        }
+        let lines = self
+            .found()
+            .into_iter()
+            .map(|(output, figures)| Line::new("", inks.of(output), [&figures.widths[..]]));
+        self.figure_of_widths(
+            "Width against load".to_owned(),
+            Scale::new(across, self.plot.whole.loads),
+            "width",
+            lines.collect(),
+        )
+    }
+
+    fn figure_of_widths<'b>(
+        &self,
+        title: String,
+        across: Scale,
+        label: &str,
+        mut lines: Vec<Line<'b>>,
+    ) -> Figure<'b> {
+        lines.iter_mut().for_each(|line| line.width = 1.6);
+        let points = lines.iter().flat_map(|line| line.pieces.iter().flat_map(|piece| &**piece));
+        let heights = points.map(|[_, width]| *width).chain([0.0]);
+        let up = Scale::spanning(format!("{label} [{}]", self.unit()), heights, WIDTH_MARGIN);
+        Figure { title, across, up, lines, ..Figure::default() }
     }
 }
 
@@ -262,7 +259,7 @@ impl CrossPlot {
         };
         let [across, up] = labels;
         Figure {
-            title: format!("{up} over {across}"),
+            title: format!("{up} against {across}"),
             across: Scale::new(across, frame.loads),
             up: Scale::new(up, frame.outputs),
             clouds: clouds(&self.drawn, inks.gauge, inks.text),
@@ -272,7 +269,7 @@ impl CrossPlot {
     }
 }
 
-/// Returns the branches that are drawn as density: rising ones in this colour, falling ones halfway to the colour of text.
+/// Returns the densities of branches. Rising branches have the colour `own`, falling branches a colour between `own` and `ink`.
 fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
@@ -296,15 +293,7 @@ fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     means.collect()
 }
 
-fn name(output: Option<Output>) -> &'static str {
-    match output {
-        Some(Output::Conventional) => Trace::Conventional.label(),
-        Some(Output::Compensated) => Trace::Compensated.label(),
-        None => "Gauge",
-    }
-}
-
-/// Returns an arrow in the middle of a branch, whose points are sorted by rising load.
+/// Returns an arrow in the middle of a branch. The points of the branch are sorted by rising load.
 fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     let middle = branch.len() / 2;
     let around = (branch.len() / ARROW_SHARE).max(1);
@@ -316,7 +305,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// Returns the opacity of thin lines: the more lines, the fainter, so that thick lines stand out; a single line stays visible.
+/// Returns the opacity of thin lines. More points give fainter lines, so that thick lines stand out.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);

@@ -1,9 +1,9 @@
 //! Loops, cross-plots, dwells and metrology figures, as the loop pane and the metrology pane show them.
 //!
-//! A [`Viewer`] answers one [`Question`] at a time. Between questions it keeps only the loads of the calibration. So a change
-//! of axis, zoom or reversal threshold costs one pass over the visible samples.
+//! A [`Viewer`] answers one [`Question`] at a time, and keeps the computed loads for the next question. After a change of
+//! axis, zoom or reversal threshold, the viewer reads the visible samples once.
 //!
-//! Guarantees: every number in an answer is finite. Loops and cross-plots are drawn to the pixel for any number of samples. A
+//! Guarantees: every number in an answer is finite. Loops and cross-plots are exact to the pixel for any number of samples. A
 //! figure that the data do not determine is replaced by a sentence with the reason.
 
 pub mod asked;
@@ -16,22 +16,21 @@ mod output;
 mod picture;
 pub mod query;
 mod request;
-pub(crate) mod shown;
+mod shown;
 mod source;
 
 pub use cross::CrossPlot;
 pub(crate) use dwell::{DwellCurve, DwellPlot};
 pub use error::LookError;
 pub(crate) use figure::{FiguresOf, Inks, LoopView};
-pub use output::{Output, Span, TableOf};
+pub use output::{Span, TableOf};
 pub(crate) use picture::LoopPlot;
 pub use query::{Look, Viewer};
 pub(crate) use request::DwellQuestion;
-pub use request::{
-    Channel, CrossQuestion, LoadKind, LookRequest, LoopQuestion, Question, TableQuestion, Up,
-};
-pub(crate) use shown::{LoopMeasures, LoopScale, drifts, lag_in_words, loop_figures};
+pub use request::{Channel, CrossQuestion, LookRequest, LoopQuestion, Question, Up};
+pub(crate) use shown::{drifts, lag_in_words, loop_figures};
 pub use source::OutputLag;
+pub(crate) use source::Part;
 
 #[cfg(test)]
 mod tests;

@@ -1,61 +1,39 @@
-//! Outputs on the vertical axis of a plot, and the samples that it shows.
+//! Samples that a plot shows, and the position of an axis in the calibration.
 
-use crate::calibration::{AppliedLoads, Calibration};
+use crate::calibration::Calibration;
 use crate::questions::loops::error::LookError;
 use crate::questions::metrology::Reason;
 use crate::recording::{Axis, RecordingSet, Role};
 
-/// Uncompensated or compensated load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Output {
-    /// Uncompensated load.
-    Conventional,
-    /// Compensated load.
-    Compensated,
-}
-
-impl Output {
-    /// Both outputs, in the order used everywhere.
-    pub const ALL: [Self; 2] = [Self::Conventional, Self::Compensated];
-
-    pub(crate) fn of(self, applied: &AppliedLoads) -> &[f64] {
-        match self {
-            Self::Conventional => &applied.conventional,
-            Self::Compensated => &applied.compensated,
-        }
-    }
-}
-
 /// Samples to plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Span {
-    /// Samples on screen in the trace panes.
+    /// Samples that the trace panes show.
     #[default]
     Visible,
-    /// All samples of this recording.
+    /// All samples of the recording with this index.
     One(usize),
-    /// All recordings that the table of figures covers.
+    /// All recordings that the metrology table covers.
     Of(TableOf),
     /// All recordings.
     All,
 }
 
-/// Returns the position of an axis in the calibration, with its full scale.
+/// Returns the position of an axis in the calibration, and the full scale of the axis.
 pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
     let at = calibration.axes.iter().position(|own| *own == axis);
     let at = at.ok_or(Reason::NoReference { axis })?;
-    let full_scale = calibration.full_scale.get(at).copied().unwrap_or(0.0);
-    Ok((at, full_scale))
+    Ok((at, calibration.full_scale[at]))
 }
 
-/// Recordings that the table of figures covers.
+/// Recordings that the metrology table covers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableOf {
     /// Test recordings.
     Test,
     /// Training recordings.
     Train,
-    /// Recordings that do not enter the fit: test recordings and those that are off.
+    /// Recordings that the fit does not use: test recordings, and recordings that are off.
     NotFitted,
     /// All recordings.
     #[default]
@@ -63,7 +41,7 @@ pub enum TableOf {
 }
 
 impl TableOf {
-    /// Returns true if recordings with this role are covered.
+    /// Returns true if the metrology table covers recordings with this role.
     pub fn includes(self, role: Role) -> bool {
         match self {
             Self::Test => role == Role::Test,
@@ -73,8 +51,8 @@ impl TableOf {
         }
     }
 
-    /// Returns the default: the test recordings, else the training recordings, else all. For the built-in sensor, the default
-    /// includes its bench recordings, although their role is off.
+    /// Returns the default: the test recordings, else the training recordings, else all recordings. For the built-in sensor,
+    /// the default includes its bench recordings, although their role is off.
     pub fn usual(set: &RecordingSet) -> Self {
         let has = |role| set.entries().iter().any(|entry| entry.role == role);
         match () {

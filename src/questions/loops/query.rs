@@ -1,4 +1,4 @@
-//! One question about loops, cross-plots, dwells or the table of figures, and its answer.
+//! One question about loops, cross-plots, dwells or the metrology table, and its answer.
 
 use std::sync::Arc;
 
@@ -6,27 +6,27 @@ use crate::progress::Progress;
 use crate::questions::loops::cross::CrossPlot;
 use crate::questions::loops::dwell::DwellPlot;
 use crate::questions::loops::error::LookError;
-use crate::questions::loops::output::Span;
+use crate::questions::loops::output::{Span, TableOf};
 use crate::questions::loops::picture::LoopPlot;
-use crate::questions::loops::request::{LookRequest, Question, TableQuestion};
+use crate::questions::loops::request::{LookRequest, Question};
 use crate::questions::loops::source::Source;
 use crate::questions::loops::{cross, dwell, picture};
 use crate::questions::metrology::{Metrology, Run, table_by};
 
-/// An answer.
+/// Answer to a [`Question`].
 #[derive(Clone, Debug)]
 pub enum Look {
     /// Loops of one axis.
     Loops(LoopPlot),
-    /// Any channel over any other.
+    /// One channel against another.
     Cross(CrossPlot),
     /// Dwells of the load.
     Dwells(DwellPlot),
-    /// Table of figures.
+    /// Metrology table.
     Table(Arc<Metrology>),
 }
 
-/// Answers questions one after another, and keeps the loads of the last calibration.
+/// Answers questions one after another. Keeps the computed loads for the next question about the same calibration.
 #[derive(Debug, Default)]
 pub struct Viewer {
     source: Option<Source>,
@@ -39,57 +39,51 @@ impl Viewer {
     /// [`LookError`] if there is nothing to show. The kept loads stay valid.
     pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
         if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
-            let mut before = self.source.take();
-            // The old loads are dropped first, because both may not fit in memory.
-            if let Some(before) = &mut before {
-                before.forget_all();
-            }
-            self.source = Some(Source::of(request, before));
+            self.source = Some(Source::of(request, self.source.take()));
         }
         let source = self.source.as_mut().expect("the source was just made");
-        let answer = Self::answer(source, request, progress);
+        let answer = answer(source, request, progress);
         source.forget_many();
         answer
     }
+}
 
-    fn answer(
-        source: &mut Source,
-        request: &LookRequest,
-        progress: &Progress,
-    ) -> Result<Look, LookError> {
-        match &request.question {
-            Question::Loops(question) => {
-                let parts = source.parts(question.span, request, progress)?;
-                picture::picture(source, &parts, question, &request.measuring, progress)
-                    .map(Look::Loops)
-            }
-            Question::Cross(question) => {
-                let parts = source.parts(question.span, request, progress)?;
-                cross::picture(source, &parts, question, progress).map(Look::Cross)
-            }
-            Question::Dwells(question) => {
-                source.parts(Span::All, request, progress)?;
-                dwell::picture(source, question, &request.measuring).map(Look::Dwells)
-            }
-            Question::Table(question) => table_of(source, question, request, progress),
+fn answer(
+    source: &mut Source,
+    request: &LookRequest,
+    progress: &Progress,
+) -> Result<Look, LookError> {
+    match &request.question {
+        Question::Loops(question) => {
+            let parts = source.parts(question.span, request, progress)?;
+            picture::picture(source, parts, question, &request.measuring, progress).map(Look::Loops)
         }
+        Question::Cross(question) => {
+            let parts = source.parts(question.span, request, progress)?;
+            cross::picture(source, &parts, question, progress).map(Look::Cross)
+        }
+        Question::Dwells(question) => {
+            source.parts(Span::All, request, progress)?;
+            dwell::picture(source, question, &request.measuring).map(Look::Dwells)
+        }
+        Question::Table(of) => table_of(source, *of, request, progress),
     }
 }
 
-pub(crate) fn table_of(
+fn table_of(
     source: &mut Source,
-    question: &TableQuestion,
+    of: TableOf,
     request: &LookRequest,
     progress: &Progress,
 ) -> Result<Look, LookError> {
     let entries = request.loads.recordings.entries().iter().enumerate();
     let chosen: Vec<usize> =
-        entries.filter(|(_, entry)| question.of.includes(entry.role)).map(|(at, _)| at).collect();
+        entries.filter(|(_, entry)| of.includes(entry.role)).map(|(at, _)| at).collect();
     if chosen.is_empty() {
         return Err(LookError::NoRecordings);
     }
     source.apply(chosen.iter().copied(), progress)?;
-    let runs: Vec<Run<'_>> = chosen.iter().filter_map(|at| source.run(*at)).collect();
+    let runs: Vec<Run<'_>> = chosen.iter().map(|at| source.run(*at)).collect();
     let figures = table_by(&runs, &source.rules(&request.measuring))?;
     Ok(Look::Table(Arc::new(figures)))
 }

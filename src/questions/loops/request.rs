@@ -1,9 +1,10 @@
-//! Requests about loops, cross-plots, dwells and the table of figures.
+//! Requests for loops, cross-plots, dwells and the metrology table.
 
 use crate::questions::errors::intervals::OnScreen;
-use crate::questions::loops::output::{Output, Span, TableOf};
+use crate::questions::loops::output::{Span, TableOf};
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
+use crate::report::Trace;
 use crate::scoring::loops::Frame;
 
 /// Quantity on the vertical axis.
@@ -27,21 +28,12 @@ pub struct LoopQuestion {
     pub up: Up,
     /// Samples to plot.
     pub span: Span,
-    /// True to remove the time lag between gauges and reference first.
+    /// True to remove the time lag between gauges and reference before the loops are drawn.
     pub lag_removed: bool,
-    /// Visible range; `None` shows everything.
+    /// Visible range of the plot; `None` shows all points.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
-}
-
-/// A reference or computed load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LoadKind {
-    /// Reference load.
-    Calculated,
-    /// Uncompensated or compensated load.
-    Output(Output),
 }
 
 /// A channel with a value at every sample.
@@ -51,8 +43,8 @@ pub enum Channel {
     Time,
     /// A raw gauge.
     Gauge(usize),
-    /// A load of an axis.
-    Load(LoadKind, Axis),
+    /// Load of an axis, except for the load by the factory calibration.
+    Load(Trace, Axis),
 }
 
 /// Request for a cross-plot of two channels.
@@ -64,7 +56,7 @@ pub struct CrossQuestion {
     pub up: Channel,
     /// Samples to plot.
     pub span: Span,
-    /// Visible range; `None` shows everything.
+    /// Visible range of the plot; `None` shows all points.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
@@ -73,37 +65,30 @@ pub struct CrossQuestion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DwellQuestion {
     pub axis: Axis,
-    /// Index of the dwell, in the order of recordings and time; a larger index means the last dwell. `None` takes the longest
-    /// dwell under load, or else the longest.
+    /// Index of the dwell to draw, in the order of recordings and time. A larger index means the last dwell. `None` means the
+    /// longest dwell under load; without a dwell under load, the longest dwell at zero.
     pub rest: Option<usize>,
-    /// Visible range; `None` shows everything.
+    /// Visible range of the plot; `None` shows all points.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
 }
 
-/// Request for the table of figures.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TableQuestion {
-    /// Recordings that the table covers.
-    pub of: TableOf,
-}
-
-/// Requested view.
+/// Loops, cross-plot, dwells or metrology table that a pane shows.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Loops of one axis.
     Loops(LoopQuestion),
-    /// Any channel over any other.
+    /// One channel against another.
     Cross(CrossQuestion),
     /// Dwells of the load.
     Dwells(DwellQuestion),
-    /// Table of figures.
-    Table(TableQuestion),
+    /// Metrology table of these recordings.
+    Table(TableOf),
 }
 
 impl Question {
-    /// Returns true if the answer depends on the view of the trace panes.
+    /// Returns true if the answer depends on the interval that the trace panes show.
     pub fn follows_screen(&self) -> bool {
         let span = match self {
             Self::Loops(question) => question.span,
@@ -114,12 +99,12 @@ impl Question {
     }
 }
 
-/// A question with its inputs.
+/// A question, and the data from which the answer is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookRequest {
-    /// Loads on screen.
+    /// Recordings, calibration and traces on screen.
     pub loads: OnScreen,
-    /// Settings of reversals and dwells, the same for all questions.
+    /// Settings that define reversals and dwells.
     pub measuring: MetrologySettings,
     /// The question.
     pub question: Question,

@@ -1,4 +1,4 @@
-//! Samples behind a plot: recordings as in the analysis, with the loads of the calibration.
+//! Data of a plot: the recordings of the analysis, with the loads of the calibration.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -9,33 +9,35 @@ use rayon::prelude::*;
 use crate::calibration::{AppliedLoads, Calibration};
 use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
-use crate::questions::loops::output::{Output, Span};
+use crate::questions::loops::output::Span;
 use crate::questions::loops::request::LookRequest;
 use crate::questions::metrology::{MetrologySettings, Rules, Run};
 use crate::recording::{Axis, Recording, RecordingSet, Role};
+use crate::report::Trace;
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lag_of, widths};
 use crate::scoring::loops::{LoadExtent, extents_of_set};
 
+/// Samples of one recording.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Part {
+pub struct Part {
     pub(crate) recording: usize,
     pub(crate) samples: Range<usize>,
 }
 
-/// Lag of one output behind its reference.
+/// Time lag of one output behind its reference.
 #[derive(Clone, Debug)]
 pub struct OutputLag {
-    /// The lag, or the reason why it is unknown.
+    /// The lag, or the reason why the lag is unknown.
     pub lag: Result<Lag, NoLag>,
     /// Widths of the loop with and without the lag; `None` if there is no lag or no loop.
     pub widths: Option<Widths>,
-    /// Removal of the lag; `None` if there is no lag, or if it is too uncertain.
+    /// Removal of the lag; `None` if there is no lag, or if the lag is too uncertain.
     pub(crate) in_time: Option<InTime>,
 }
 
 impl OutputLag {
-    /// Returns true if the lag is known well enough to know the width of the loop without it.
+    /// Returns true if the lag is known accurately enough to compute the width of the loop without the lag.
     pub fn is_removable(&self) -> bool {
         self.in_time.is_some()
     }
@@ -48,62 +50,58 @@ impl OutputLag {
     }
 }
 
-/// All recordings, with the computed loads of the requested ones.
+/// Recordings of the analysis, with the computed loads that the questions needed so far.
 #[derive(Debug)]
 pub(crate) struct Source {
     set: Arc<RecordingSet>,
     decimation: usize,
     pub(crate) calibration: Arc<Calibration>,
-    recordings: Vec<Arc<Recording>>,
+    pub(crate) recordings: Vec<Arc<Recording>>,
     applied: Vec<Option<AppliedLoads>>,
-    /// Noise and range of all samples, so that the reversal threshold does not depend on the decimation.
+    /// Noise and range of all samples before decimation, so that the reversal threshold does not depend on the decimation.
     extents: Vec<LoadExtent>,
-    /// Computed lags, by the output's column.
-    lags: HashMap<(usize, Output), OutputLag>,
+    /// Measured lags, by the axis' position in the calibration and the output.
+    lags: HashMap<(usize, Trace), OutputLag>,
 }
 
 impl Source {
-    /// Takes over the data of the source `before` that the changed calibration does not affect.
+    /// Makes a source for this request. Results of the source `before` that are still valid are kept. Its loads are dropped
+    /// first, because two sets of loads may not fit in memory.
     pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
-        let axes = &request.loads.calibration.axes;
-        let lags = before.as_ref().map(|own| own.lags_of(request)).unwrap_or_default();
-        let extents = before.and_then(|own| own.into_extents_of(request));
-        let extents = extents.unwrap_or_else(|| extents_of_set(&request.loads.recordings, axes));
-        let recordings: Vec<_> = (request.loads.recordings.entries().iter())
-            .map(|entry| match request.loads.decimation {
+        let loads = &request.loads;
+        let (mut extents, mut lags) = (None, HashMap::new());
+        if let Some(before) = before.filter(|own| Arc::ptr_eq(&own.set, &loads.recordings)) {
+            let (old, new) = (&before.calibration, &loads.calibration);
+            extents = (old.axes == new.axes).then_some(before.extents);
+            if before.decimation == loads.decimation && old.conventional == new.conventional {
+                lags = before.lags;
+                lags.retain(|(_, output), _| *output == Trace::Conventional);
+            }
+        }
+        let recordings: Vec<_> = (loads.recordings.entries().iter())
+            .map(|entry| match loads.decimation {
                 0 | 1 => Arc::clone(&entry.recording),
                 step => Arc::new(entry.recording.decimated(step)),
             })
             .collect();
         Self {
-            set: Arc::clone(&request.loads.recordings),
-            decimation: request.loads.decimation,
-            calibration: Arc::clone(&request.loads.calibration),
+            set: Arc::clone(&loads.recordings),
+            decimation: loads.decimation,
+            calibration: Arc::clone(&loads.calibration),
             applied: recordings.iter().map(|_| None).collect(),
             recordings,
-            extents,
+            extents: extents
+                .unwrap_or_else(|| extents_of_set(&loads.recordings, &loads.calibration.axes)),
             lags,
         }
     }
 
-    fn lags_of(&self, request: &LookRequest) -> HashMap<(usize, Output), OutputLag> {
-        let same = Arc::ptr_eq(&self.set, &request.loads.recordings)
-            && self.decimation == request.loads.decimation
-            && self.calibration.conventional == request.loads.calibration.conventional;
-        let lags =
-            self.lags.iter().filter(|((_, output), _)| same && *output == Output::Conventional);
-        lags.map(|(which, lag)| (*which, lag.clone())).collect()
-    }
-
-    /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all
-    /// recordings with this reference.
-    ///
-    /// # Errors
-    /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
+    /// Returns the lag of an output, which the first call measures. The lag is measured on the training recordings with a
+    /// reference for every axis. If there is no such training recording, all recordings with this reference are used.
     pub(crate) fn lag(
         &mut self,
         column: usize,
-        output: Output,
+        output: Trace,
         reversal_threshold: f64,
         progress: &Progress,
     ) -> Result<OutputLag, LookError> {
@@ -118,8 +116,17 @@ impl Source {
         let training: Vec<usize> = usable.iter().copied().filter(is_training).collect();
         let chosen = if training.is_empty() { usable } else { training };
         self.apply(chosen.iter().copied(), progress)?;
-        let runs = chosen.iter().filter_map(|at| self.lag_run(*at, output));
-        let runs: Vec<LagRun<'_>> = runs.collect();
+        let runs: Vec<LagRun<'_>> = (chosen.iter())
+            .map(|at| {
+                let recording = &self.recordings[*at];
+                LagRun {
+                    times: recording.times(),
+                    gauges: recording.gauges(),
+                    loads: recording.loads(),
+                    outputs: self.output_rows(*at, output),
+                }
+            })
+            .collect();
         let lag = lag_of(&runs, column);
         progress.check()?;
         let known = lag.as_ref().ok();
@@ -133,37 +140,6 @@ impl Source {
         };
         self.lags.insert((column, output), found.clone());
         Ok(found)
-    }
-
-    fn lag_run(&self, at: usize, output: Output) -> Option<LagRun<'_>> {
-        let recording = &self.recordings[at];
-        Some(LagRun {
-            times: recording.times(),
-            gauges: recording.gauges(),
-            loads: recording.loads(),
-            outputs: output.of(self.applied[at].as_ref()?),
-        })
-    }
-
-    /// Returns the reference of an axis, delayed like an output.
-    pub(crate) fn late_loads(&self, part: &Part, axis: Axis, lag: &InTime) -> Option<Vec<f64>> {
-        let whole = Part { samples: 0..usize::MAX, ..part.clone() };
-        let loads = self.loads(&whole, axis)?;
-        let late = lag.reference(self.recordings.get(part.recording)?.times(), &loads);
-        Some(late[part.samples.clone()].to_vec())
-    }
-
-    /// Returns an output with its gains fitted to the delayed reference.
-    pub(crate) fn refitted(&self, part: &Part, output: Output, lag: &InTime) -> Option<Vec<f64>> {
-        let values = output.of(self.applied.get(part.recording)?.as_ref()?);
-        let width = self.calibration.axes.len();
-        Some(lag.output(&values[part.samples.start * width..part.samples.end * width]))
-    }
-
-    fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
-        let same = Arc::ptr_eq(&self.set, &request.loads.recordings)
-            && self.calibration.axes == request.loads.calibration.axes;
-        same.then_some(self.extents)
     }
 
     pub(crate) fn rules<'a>(&'a self, measuring: &'a MetrologySettings) -> Rules<'a> {
@@ -181,6 +157,7 @@ impl Source {
             && self.decimation == request.loads.decimation
     }
 
+    /// Returns the samples of a span, and computes their loads.
     pub(crate) fn parts(
         &mut self,
         span: Span,
@@ -220,8 +197,7 @@ impl Source {
         recordings: impl Iterator<Item = usize>,
         progress: &Progress,
     ) -> Result<(), LookError> {
-        let missing: Vec<usize> =
-            recordings.filter(|at| self.applied.get(*at).is_some_and(Option::is_none)).collect();
+        let missing: Vec<usize> = recordings.filter(|at| self.applied[*at].is_none()).collect();
         progress.add_total(missing.len() as u64);
         let made = (missing.par_iter())
             .map(|at| {
@@ -238,55 +214,68 @@ impl Source {
         Ok(())
     }
 
+    /// Drops the computed loads if they take too much memory.
     pub(crate) fn forget_many(&mut self) {
         let kept = self.recordings.iter().zip(&self.applied);
         let kept = kept.filter(|(_, applied)| applied.is_some());
         let n_samples: usize = kept.map(|(recording, _)| recording.n_samples()).sum();
         if n_samples > MANY_SAMPLES {
-            self.forget_all();
+            self.applied.fill_with(|| None);
         }
     }
 
-    pub(crate) fn forget_all(&mut self) {
-        self.applied.fill_with(|| None);
+    fn applied(&self, at: usize) -> &AppliedLoads {
+        self.applied[at].as_ref().expect("the loads of a recording are computed before its plot")
     }
 
-    pub(crate) fn recording(&self, at: usize) -> Option<&Arc<Recording>> {
-        self.recordings.get(at)
+    /// Returns an output of a recording on all axes, row-major.
+    fn output_rows(&self, at: usize, output: Trace) -> &[f64] {
+        match output {
+            Trace::Conventional => &self.applied(at).conventional,
+            _ => &self.applied(at).compensated,
+        }
     }
 
-    pub(crate) fn run(&self, at: usize) -> Option<Run<'_>> {
-        Some(Run::new(self.recordings.get(at)?, self.applied.get(at)?.as_ref()?))
-    }
-
-    pub(crate) fn runs(&self) -> Vec<Run<'_>> {
-        let all = 0..self.recordings.len();
-        all.filter_map(|at| self.run(at)).collect()
+    pub(crate) fn run(&self, at: usize) -> Run<'_> {
+        Run::new(&self.recordings[at], self.applied(at))
     }
 
     /// Returns the reference load of an axis; `None` if the recording has none.
     pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
-        let recording = self.recordings.get(part.recording)?;
+        let recording = &self.recordings[part.recording];
         let at = recording.axes().iter().position(|own| *own == axis)?;
         Some(column(recording.loads(), recording.axes().len(), at, &part.samples))
     }
 
-    /// Returns a gauge channel; `None` if there is none with this number.
+    /// Returns the reference load of an axis, delayed like an output; `None` if the recording has none.
+    pub(crate) fn late_loads(&self, part: &Part, axis: Axis, lag: &InTime) -> Option<Vec<f64>> {
+        let whole = Part { samples: 0..usize::MAX, ..part.clone() };
+        let loads = self.loads(&whole, axis)?;
+        let late = lag.reference(self.recordings[part.recording].times(), &loads);
+        Some(late[part.samples.clone()].to_vec())
+    }
+
+    /// Returns a gauge channel; `None` if there is none with this index.
     pub(crate) fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
-        let recording = self.recordings.get(part.recording)?;
+        let recording = &self.recordings[part.recording];
         let width = recording.n_gauges();
         (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
     }
 
-    pub(crate) fn output(&self, part: &Part, column_at: usize, output: Output) -> Option<Vec<f64>> {
-        let applied = self.applied.get(part.recording)?.as_ref()?;
+    pub(crate) fn output(&self, part: &Part, at: usize, output: Trace) -> Vec<f64> {
+        let rows = self.output_rows(part.recording, output);
+        column(rows, self.calibration.axes.len(), at, &part.samples)
+    }
+
+    /// Returns an output with gains fitted to the delayed reference.
+    pub(crate) fn refitted(&self, part: &Part, output: Trace, lag: &InTime) -> Vec<f64> {
+        let rows = self.output_rows(part.recording, output);
         let width = self.calibration.axes.len();
-        Some(column(output.of(applied), width, column_at, &part.samples))
+        lag.output(&rows[part.samples.start * width..part.samples.end * width])
     }
 }
 
 fn column(values: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
-    let rows = values.chunks_exact(width);
-    let rows = rows.skip(samples.start).take(samples.len());
-    rows.map(|row| row[at]).collect()
+    let column = values.iter().skip(samples.start * width + at).step_by(width);
+    column.take(samples.len()).copied().collect()
 }

@@ -9,8 +9,7 @@ use crate::questions::OnScreen;
 use crate::questions::errors::query::{Analysis, analyse};
 use crate::questions::errors::view::View;
 use crate::questions::loops::*;
-use crate::questions::metrology::MetrologySettings;
-use crate::questions::metrology::Reason;
+use crate::questions::metrology::{Basis, MetrologySettings, Reason};
 use crate::questions::request::Request;
 use crate::recording::Axis;
 use crate::recording::RecordingSet;
@@ -19,13 +18,14 @@ use crate::recording::simulated;
 use crate::recording::simulated::{Late, PLAY_NEWTONS};
 use crate::recording::{Entry, Recording, Source as Origin};
 use crate::report::figure::DOTTED;
+use crate::report::{Table, Trace};
 use crate::scoring::loops::Frame;
 use crate::scoring::loops::Stroke;
 
 /// Half-width of the play in the gauge.
 const RADIUS: f64 = 0.5;
 
-/// Returns a recording whose load moves between ±10 at 20 Hz, with one gauge that follows with play and one without play.
+/// Returns a recording whose load moves between ±10 at 20 Hz, with one gauge that follows with play and another gauge without play.
 fn with_play(name: &str, axes: Vec<Axis>) -> Recording {
     let loads: Vec<f64> =
         (0..2000).map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin()).collect();
@@ -110,8 +110,8 @@ fn n_drawn(drawn: &picture::Drawn) -> usize {
     points(&drawn.strokes) + touched.sum::<usize>()
 }
 
-/// The play gauge reads load + r while falling and load − r while rising: its width is 2 r, except at the ends, where it turns
-/// over a load of 2 r. Five periods from zero have 10 turns: 4 full cycles, and two halves that make another.
+/// The play gauge reads load + r while the load falls and load − r while the load rises, so the width is 2 r. At each end, the
+/// gauge stays while the load changes by 2 r. Five periods from zero have 10 reversals: 4 full cycles, and two half cycles.
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -119,17 +119,17 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
     for figures in [&curve.mean, &curve.largest] {
         let figures = figures.as_ref().unwrap();
-        assert!((figures.largest_width - 2.0 * RADIUS).abs() < 0.01);
+        assert!((figures.measures[0].0 - 2.0 * RADIUS).abs() < 0.01);
         // The area of the parallelogram is 4 r (A − r).
-        assert!((figures.area - 4.0 * RADIUS * (10.0 - RADIUS)).abs() < 0.2);
+        assert!((figures.measures[2].0 - 4.0 * RADIUS * (10.0 - RADIUS)).abs() < 0.2);
         assert_eq!(figures.widths.len(), 101);
     }
-    assert_eq!((picture.n_cycles, picture.n_full_cycles), (5, 4));
+    assert_eq!((picture.cycles.len(), picture.n_full_cycles), (5, 4));
     assert!((picture.output_scale - 9.5).abs() < 0.01);
     assert!(points(&curve.drawn.strokes) <= 2000 + 2 * curve.drawn.strokes.len());
 }
 
-/// Noise turns at every sample. A plot of 400 × 300 pixels draws all of it with fewer points than branches, zoomed in or not.
+/// Noise turns at every sample. A plot of 400 × 300 pixels draws all branches with fewer points than branches, zoomed in or not.
 #[test]
 fn very_many_branches_are_all_drawn_in_few_points() {
     let n = 60_000;
@@ -151,9 +151,9 @@ fn very_many_branches_are_all_drawn_in_few_points() {
         let asked = request(&recordings, Question::Loops(question.clone()));
         let picture = picture(&behind(0.0, asked));
         let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
-        assert!(picture.n_cycles > 15_000, "{}", picture.n_cycles);
+        assert!(picture.cycles.len() > 15_000, "{}", picture.cycles.len());
         if zoomed {
-            // A hundredth of the plot has few enough lines.
+            // A hundredth of the plot has so few branches that lines are drawn.
             assert!((100..20_000).contains(&points(&curve.drawn.strokes)));
             continue;
         }
@@ -175,9 +175,9 @@ fn loads_have_two_curves_and_errors_are_relative_to_the_load() {
     let load = picture(&request);
     request.question = Question::Loops(loops(Up::Error, Span::All));
     let error = picture(&request);
-    for (at, output) in Output::ALL.into_iter().enumerate() {
+    for (at, output) in Trace::OUTPUTS.into_iter().enumerate() {
         assert_eq!(load.curves[at].output, Some(output));
-        let widths = [&load, &error].map(|one| one.curves[at].mean.as_ref().unwrap().mean_width);
+        let widths = [&load, &error].map(|one| one.curves[at].mean.as_ref().unwrap().mean_width());
         assert!((widths[0] - widths[1]).abs() < 1e-9, "{widths:?}");
     }
     assert_eq!(load.output_scale, 10.0);
@@ -223,13 +223,9 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
         frame: None,
         pixels: [400.0, 300.0],
     };
-    request.question = Question::Cross(cross(Channel::Load(LoadKind::Calculated, axis)));
+    request.question = Question::Cross(cross(Channel::Load(Trace::Calculated, axis)));
     assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
-    for up in [
-        Channel::Time,
-        Channel::Gauge(0),
-        Channel::Load(LoadKind::Output(Output::Compensated), axis),
-    ] {
+    for up in [Channel::Time, Channel::Gauge(0), Channel::Load(Trace::Compensated, axis)] {
         request.question = Question::Cross(cross(up));
         let Ok(Look::Cross(found)) = look(&request) else { panic!("no plot of {up:?}") };
         assert_eq!(found.n_samples, 2000);
@@ -239,7 +235,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
 }
 
-/// Half a minute at 4, while the gauge's error creeps by 0.5 with τ = 5 s.
+/// The load stays at 4 N for half a minute, while the gauge creeps by 0.5 with τ = 5 s.
 #[test]
 fn a_dwell_shows_its_drift_and_time_constant() {
     let n = 1200;
@@ -269,7 +265,7 @@ fn a_dwell_shows_its_drift_and_time_constant() {
     let mut request = request(&recordings, question);
     let Ok(Look::Dwells(found)) = look(&request) else { panic!("no rest") };
     assert_eq!((found.dwells.len(), found.chosen), (1, 0));
-    assert_eq!(found.levels, [Some(4.0)]);
+    assert_eq!(found.dwells[0].level, Some(4.0));
     let curve = found.curve.unwrap();
     let tau = curve.outputs[0].drift.as_ref().unwrap().tau_secs().unwrap();
     assert!((tau - 5.0).abs() < 0.3, "{tau}");
@@ -281,7 +277,7 @@ fn a_dwell_shows_its_drift_and_time_constant() {
 #[test]
 fn the_table_is_of_the_recordings_with_the_chosen_role() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
-    let question = |of| Question::Table(TableQuestion { of });
+    let question = |of| Question::Table(of);
     let mut request = request(&recordings, question(TableOf::Train));
     let Ok(Look::Table(table)) = look(&request) else { panic!("no table") };
     assert_eq!((table.n_recordings, table.n_samples), (1, 2000));
@@ -289,7 +285,7 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
 }
 
-/// The figure has an arrow on the rising and the falling branch of each output, and the line of zero error.
+/// Each output has an arrow on its rising and on its falling branch. A figure of loads has the line of equal loads.
 #[test]
 fn a_figure_of_loops_shows_their_direction() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -306,13 +302,13 @@ fn a_figure_of_loops_shows_their_direction() {
         assert_eq!(svg.matches("class=\"arrow\"").count(), 4);
     }
     let cross = |up| CrossQuestion {
-        across: Channel::Load(LoadKind::Calculated, Axis::Fz),
+        across: Channel::Load(Trace::Calculated, Axis::Fz),
         up,
         span: Span::All,
         frame: None,
         pixels: [400.0, 300.0],
     };
-    let output = Channel::Load(LoadKind::Output(Output::Conventional), Axis::Fz);
+    let output = Channel::Load(Trace::Conventional, Axis::Fz);
     for (up, n_lines) in [(output, 2), (Channel::Gauge(0), 1)] {
         let Ok(Look::Cross(plot)) = look(&request(&recordings, Question::Cross(cross(up)))) else {
             panic!("no cross-plot of {up:?}")
@@ -322,7 +318,7 @@ fn a_figure_of_loops_shows_their_direction() {
     }
 }
 
-/// One of the two recordings has a tenth of the other's load. The threshold is 5 % of the range of all loads.
+/// One of two recordings has a tenth of the other recording's load. The threshold is 5 % of the range of all loads.
 #[test]
 fn the_reversal_threshold_is_the_same_in_every_view() {
     let large = with_play("large", vec![Axis::Fz]);
@@ -338,7 +334,7 @@ fn the_reversal_threshold_is_the_same_in_every_view() {
     );
     let recordings = set(vec![large, small.unwrap()]);
     let expected = 0.05 * 20.0;
-    let mut request = request(&recordings, Question::Table(TableQuestion { of: TableOf::All }));
+    let mut request = request(&recordings, Question::Table(TableOf::All));
     request.loads.decimation = 10;
     let Ok(Look::Table(table)) = look(&request) else { panic!("no table") };
     assert_eq!(table.reversal_thresholds, [expected]);
@@ -428,7 +424,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     }
 }
 
-/// With a low-pass and no hysteresis, no loop remains after the lag is removed. With play, its width of 2 r remains.
+/// With a low-pass and no hysteresis, no loop remains after the lag is removed. With play of radius r, a width of 2 r remains.
 #[test]
 fn without_its_lag_a_loop_is_as_wide_as_the_hysteresis() {
     for (late, width) in
@@ -444,9 +440,38 @@ fn without_its_lag_a_loop_is_as_wide_as_the_hysteresis() {
         for up in [Up::Error, Up::Load] {
             let question = LoopQuestion { lag_removed: true, ..loops(up, Span::All) };
             request.question = Question::Loops(question);
-            let after = picture(&request).curves[0].mean.clone().unwrap().mean_width;
+            let after = picture(&request).curves[0].mean.clone().unwrap().mean_width();
             let allowed = (0.1 * width).max(0.03);
             assert!((after - width).abs() < allowed, "{late:?} {up:?}: {after}");
         }
     }
+}
+
+/// Full scale is 20 N: a width of 1 N is 5 %, and an area of 8 N² is 2 % of its square.
+#[test]
+fn figures_are_in_units_in_percent_and_as_a_change() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
+    let shown = |up, output_scale, figures: &[[f64; 4]], gauge| -> Vec<Vec<String>> {
+        let mut plot = picture(&request(&recordings, Question::Loops(loops(up, Span::All))));
+        (plot.full_scale, plot.output_scale) = (20.0, output_scale);
+        let basis = Basis { reversal_threshold_halved: Some(1.1), ..Basis::new(3, 0.5) };
+        for (curve, figures) in plot.curves.iter_mut().zip(figures) {
+            let own = curve.mean.as_mut().unwrap();
+            own.measures = figures.map(|figure| (figure, basis));
+        }
+        let view = LoopView::of_all(&plot, gauge, FiguresOf::Mean);
+        let Table { rows, .. } = loop_figures(&view);
+        rows.iter().map(|row| row.iter().map(|cell| cell.text.clone()).collect()).collect()
+    };
+    let rows = shown(Up::Load, 20.0, &[[1.0, 0.5, 8.0, 8.0], [0.5, 0.25, 2.0, -2.0]], ("", ""));
+    assert_eq!(rows[0], ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]);
+    assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
+    assert_eq!(rows[2], ["½, 2 × threshold", "%", "+10.0, –", "+120.0, –", ""]);
+    assert_eq!(rows[6], ["Area", "N²", "8.000", "2.000", "-75.0 %"]);
+    assert_eq!(rows[7], ["", "% FS²", "2.00", "0.500", ""]);
+    assert_eq!(rows[9], ["Dissipated work", "N²", "8.000", "-2.000", "–"]);
+    let rows = shown(Up::Gauge(0), 0.0, &[[1.0; 4]], ("S1", "ohm"));
+    assert_eq!(rows[0], ["Largest width", "ohm", "1.000"]);
+    assert_eq!(rows[1], ["", "%", "–"]);
+    assert_eq!(rows[6][1], "ohm·N");
 }

@@ -1,25 +1,22 @@
 //! Metrology rows of load cases, which have no order in time: nonlinearity and repeatability.
 
 use crate::min_max::MinMax;
-use crate::questions::metrology::figures::{Found, Result};
-use crate::questions::metrology::loop_rows::Line;
+use crate::questions::metrology::figures::{Figure, Value};
+use crate::questions::metrology::loop_rows::{FEWEST_LOADS, Line};
 use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::load_cases;
 
-/// Minimum number of loads for a line that shows nonlinearity.
-const FEWEST_LOADS: usize = 3;
-
-pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Result<Found>); 2] {
+pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     [
         (Quantity::BestFitNonlinearity, nonlinearity(view, output)),
         (Quantity::Repeatability, repeatability(view, output)),
     ]
 }
 
-/// Returns the largest deviation of the output's mean in a load case from the best straight line over the load.
-fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
+/// Returns the largest deviation of a load case's mean output from the best-fit straight line.
+fn nonlinearity(view: &AxisView<'_>, output: usize) -> Figure {
     let cases = cases(view);
     let mean = |rows: &[usize], values: &[f64]| {
         rows.iter().map(|row| values[*row]).sum::<f64>() / rows.len() as f64
@@ -34,11 +31,11 @@ fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
     loads.dedup();
     let few = Reason::TooFewLoads { axis: view.axis, found: loads.len() };
     let line = Line::best_fit(&points).filter(|_| loads.len() >= FEWEST_LOADS).ok_or(few)?;
-    Ok(Found::everywhere(line.largest_deviation(points.iter())))
+    Ok(Value::everywhere(line.largest_deviation(points.iter())))
 }
 
-/// Returns the largest difference between the errors of an output in one load case.
-fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
+/// Returns the largest difference between the errors of one load case.
+fn repeatability(view: &AxisView<'_>, output: usize) -> Figure {
     let run = &view.runs[0];
     let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];
     let spread = |rows: Vec<usize>| {
@@ -47,10 +44,10 @@ fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
     let spreads = cases(view).into_iter().filter_map(spread);
     let largest = spreads.reduce(f64::max);
     let largest = largest.ok_or(Reason::NoRepeats { axis: view.axis })?;
-    Ok(Found::everywhere(largest))
+    Ok(Value::everywhere(largest))
 }
 
-/// Groups the rows by load case, comparing all axes with a reference.
+/// Groups the rows by load case. Rows of one load case have the same reference on every axis.
 fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
     let measured = view.measured;
     let columns = &measured.runs[0].loads;

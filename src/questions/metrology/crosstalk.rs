@@ -3,19 +3,19 @@
 
 use rayon::prelude::*;
 
-use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::figures::{Figure, Result, Value};
 use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 
-/// Minimum number of samples in which an axis is loaded alone.
+/// Minimum number of samples for a slope, and for an average.
 const FEWEST_SAMPLES: usize = 10;
-/// Minimum of the largest load of an axis that is loaded alone, as a share of full scale.
+/// Load above which an axis counts as present, as a share of full scale.
 const PRESENT: f64 = 0.1;
-/// Number of load cells per full scale on each side of zero, in which deviations are averaged.
+/// Number of load intervals between zero and full scale, on each side of zero. Deviations are averaged in each interval.
 const CELLS: usize = 10;
-/// Largest mean deviation that counts as noise, in standard errors.
+/// Mean deviation up to which an average counts as noise, in standard errors.
 const STANDARD_ERRORS: f64 = 3.0;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,43 +32,32 @@ impl Sums {
         self.squares += value * value;
     }
 
-    fn mean(&self) -> f64 {
-        self.sum / self.n
-    }
-
-    /// Returns the mean, if it exceeds the noise.
+    /// Returns the mean; 0 if the mean is within the noise.
     fn systematic(&self) -> f64 {
-        let mean = self.mean();
+        let mean = self.sum / self.n;
         let variance = (self.squares / self.n - mean * mean).max(0.0);
         let standard_error = (variance / (self.n - 1.0)).sqrt();
         if mean.abs() > STANDARD_ERRORS * standard_error { mean } else { 0.0 }
     }
 }
 
-#[derive(Clone, Debug)]
-pub(crate) struct Alone {
-    count: usize,
-    /// Largest magnitude of the axis' load.
-    reached: f64,
-    /// Error per load, by output and axis; `None` if the load does not change.
-    slopes: [Vec<Option<f64>>; OUTPUTS],
-    /// Largest mean deviation over the load cells, by output and axis.
-    largest: [Vec<f64>; OUTPUTS],
-}
+/// Errors by output and axis while one axis is loaded alone: the error at full load, and the largest mean deviation. `None` if
+/// the load does not change enough for a slope.
+pub(crate) type Response = [Vec<Option<[f64; 2]>>; OUTPUTS];
 
-/// Returns the samples in which each axis is loaded alone; one entry per loaded axis.
-pub(crate) fn intervals_alone(measured: &Measured<'_>) -> Vec<Alone> {
+pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
     let axes = (0..measured.axes.len()).into_par_iter();
-    axes.map(|loaded| alone(measured, loaded)).collect()
+    axes.map(|loaded| response(measured, loaded)).collect()
 }
 
-/// Returns the samples of a run in which only this axis is loaded; `None` without a reference for each axis.
+/// Returns the loads of a run, and the samples in which no axis but `loaded` is loaded. Returns `None` without a reference for
+/// each axis.
 fn samples<'a>(
-    measured: &'a Measured<'_>,
-    run: &'a Columns<'_>,
+    measured: &Measured<'_>,
+    columns: &'a Columns<'_>,
     loaded: usize,
 ) -> Option<(Vec<&'a [f64]>, Vec<usize>)> {
-    let loads = run.all_loads()?;
+    let loads: Vec<&[f64]> = columns.loads.iter().map(Option::as_deref).collect::<Option<_>>()?;
     let share = measured.settings.alone_share;
     let others = measured.full_scale.iter().enumerate();
     let others: Vec<(usize, f64)> = others
@@ -76,52 +65,51 @@ fn samples<'a>(
         .map(|(axis, full_scale)| (axis, share * full_scale))
         .collect();
     let is_alone = |k: &usize| others.iter().all(|(axis, most)| loads[*axis][*k].abs() <= *most);
-    let found = (0..run.times.len()).filter(is_alone).collect();
+    let found = (0..columns.run.times.len()).filter(is_alone).collect();
     Some((loads, found))
 }
 
-fn alone(measured: &Measured<'_>, loaded: usize) -> Alone {
-    let n_axes = measured.axes.len();
+fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
+    let (axis, n_axes, settings) = (measured.axes[loaded], measured.axes.len(), measured.settings);
     let full_scale = measured.full_scale[loaded];
-    let present = PRESENT.max(measured.settings.alone_share) * full_scale;
-    let mut found = Alone {
-        count: 0,
-        reached: 0.0,
-        slopes: std::array::from_fn(|_| vec![None; n_axes]),
-        largest: std::array::from_fn(|_| vec![0.0; n_axes]),
-    };
+    if n_axes == 1 {
+        return Err(Reason::OnlyAxis { axis });
+    }
+    if full_scale <= 0.0 {
+        return Err(Reason::NoFullScale { axis });
+    }
     let runs: Vec<_> = (measured.runs.iter())
-        .filter_map(|run| Some((run, samples(measured, run, loaded)?)))
+        .filter_map(|columns| Some((columns, samples(measured, columns, loaded)?)))
         .collect();
-    for (_, (loads, samples)) in &runs {
-        for load in samples.iter().map(|k| loads[loaded][*k].abs()) {
-            found.count += usize::from(load > present);
-            found.reached = found.reached.max(load);
-        }
+    let sizes = || {
+        let runs = runs.iter();
+        runs.flat_map(|(_, (loads, samples))| samples.iter().map(|k| loads[loaded][*k].abs()))
+    };
+    let present = PRESENT.max(settings.alone_share) * full_scale;
+    let count = sizes().filter(|load| *load > present).count();
+    if count < FEWEST_SAMPLES || sizes().fold(0.0, f64::max) < settings.loaded_share * full_scale {
+        let (loaded_share, alone_share) = (settings.loaded_share, settings.alone_share);
+        return Err(Reason::NeverAlone { axis, loaded_share, alone_share });
     }
-    let is_scaled = full_scale > 0.0;
-    if !is_scaled || found.count < FEWEST_SAMPLES {
-        return found;
-    }
-    for output in 0..OUTPUTS {
-        for axis in (0..n_axes).filter(|axis| *axis != loaded) {
-            let points = |(run, (loads, samples)): &(&Columns<'_>, (Vec<&[f64]>, Vec<usize>))| {
-                let error = |k: usize| run.output(output, axis, k) - loads[axis][k];
-                let points = samples.iter().map(|k| (loads[loaded][*k], error(*k)));
-                points.collect::<Vec<_>>()
-            };
-            let points: Vec<_> = runs.iter().map(points).filter(|own| !own.is_empty()).collect();
-            let Some(slope) = slope(&points, present) else {
-                continue;
-            };
-            found.slopes[output][axis] = Some(slope);
-            found.largest[output][axis] = largest_deviation(&points, slope, full_scale);
-        }
-    }
-    found
+    let of = |output: usize, axis: usize| {
+        let points: Vec<Vec<(f64, f64)>> = (runs.iter())
+            .map(|(columns, (loads, samples))| {
+                let outputs = columns.outputs()[output];
+                let error = |k: usize| outputs[k * n_axes + axis] - loads[axis][k];
+                samples.iter().map(|k| (loads[loaded][*k], error(*k))).collect()
+            })
+            .filter(|own: &Vec<_>| !own.is_empty())
+            .collect();
+        let slope = slope(&points, present)?;
+        Some([slope * full_scale, largest_deviation(&points, slope, full_scale)])
+    };
+    Ok(std::array::from_fn(|output| {
+        (0..n_axes).map(|axis| if axis == loaded { None } else { of(output, axis) }).collect()
+    }))
 }
 
-/// Returns the least-squares slope of errors over loads, with an offset for each run; `None` if no run has different loads.
+/// Returns the least-squares slope of errors against loads, with an offset for each run. Returns `None` if no load differs from
+/// the mean of its run by more than `apart`.
 fn slope(runs: &[Vec<(f64, f64)>], apart: f64) -> Option<f64> {
     let (mut xx, mut xy, mut reach) = (0.0, 0.0, 0.0_f64);
     for points in runs {
@@ -141,7 +129,7 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-/// Returns the largest mean deviation in a load cell, relative to the errors at no load.
+/// Returns the largest mean deviation in a load interval, relative to the error at no load.
 fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f64 {
     let mut cells = [Sums::default(); 2 * CELLS];
     for points in runs {
@@ -158,44 +146,20 @@ fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f
 
 pub(crate) fn crosstalk_figures(
     measured: &Measured<'_>,
-    alone: &[Alone],
+    responses: &[Result<Response>],
     axis: usize,
     output: usize,
-) -> Vec<(Quantity, Result<Found>)> {
+) -> Vec<(Quantity, Figure)> {
     let of_axis = |(loaded, from): (usize, &Axis)| {
-        let slope = response(measured, alone, (loaded, axis), output);
-        let largest = slope.clone().map(|_| Found::everywhere(alone[loaded].largest[output][axis]));
-        let full = slope.map(|slope| Found::everywhere(slope * measured.full_scale[loaded]));
+        let found = match &responses[loaded] {
+            Err(reason @ Reason::OnlyAxis { .. }) => Err(reason.clone()),
+            _ if loaded == axis => Err(Reason::LoadedAxis { axis: *from }),
+            Ok(own) => own[output][axis].ok_or(Reason::NotLinear { axis: *from }),
+            Err(reason) => Err(reason.clone()),
+        };
+        let [full, largest] =
+            [0, 1].map(|at| found.clone().map(|sizes| Value::everywhere(sizes[at])));
         [(Quantity::Crosstalk(*from), full), (Quantity::CrosstalkDeviation(*from), largest)]
     };
     measured.axes.iter().enumerate().flat_map(of_axis).collect()
-}
-
-/// Returns the slope of the error of `axis` over the load of `loaded`, which is loaded alone.
-fn response(
-    measured: &Measured<'_>,
-    alone: &[Alone],
-    (loaded, axis): (usize, usize),
-    output: usize,
-) -> Result<f64> {
-    let (settings, loaded_axis) = (measured.settings, measured.axes[loaded]);
-    if measured.axes.len() == 1 {
-        return Err(Reason::OnlyAxis { axis: loaded_axis });
-    }
-    if loaded == axis {
-        return Err(Reason::LoadedAxis { axis: loaded_axis });
-    }
-    let full_scale = measured.full_scale[loaded];
-    if full_scale <= 0.0 {
-        return Err(Reason::NoFullScale { axis: loaded_axis });
-    }
-    let found = &alone[loaded];
-    if found.count < FEWEST_SAMPLES || found.reached < settings.loaded_share * full_scale {
-        return Err(Reason::NeverAlone {
-            axis: loaded_axis,
-            loaded_share: settings.loaded_share,
-            alone_share: settings.alone_share,
-        });
-    }
-    found.slopes[output][axis].ok_or(Reason::NotLinear { axis: loaded_axis })
 }

@@ -1,79 +1,64 @@
-//! Metrology rows from dwells: zero return, creep with its time constant, creep recovery.
+//! Metrology rows from dwells: zero return, creep, time constant of creep, creep recovery.
 
 use std::ops::Range;
 
-use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::figures::{Figure, Result, Value};
 use crate::questions::metrology::measured::{AxisRun, AxisView};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::holds::{Drift, Hold};
 
-pub(crate) struct DwellRows<'a> {
-    view: &'a AxisView<'a>,
-    /// Longest dwell with the axis loaded.
-    loaded_hold: Result<(&'a AxisRun<'a>, &'a Hold)>,
-    /// Pairs of neighbouring dwells at zero, with the axis loaded between them.
-    returns: Result<Vec<(&'a AxisRun<'a>, &'a Hold, &'a Hold)>>,
-    /// Longest dwell at zero after the axis was loaded.
-    recovery: Result<(&'a AxisRun<'a>, &'a Hold)>,
-}
+type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
 
-impl<'a> DwellRows<'a> {
-    pub(crate) fn of(view: &'a AxisView<'a>) -> Self {
-        Self {
-            view,
-            loaded_hold: loaded_hold(view),
-            returns: returns(view),
-            recovery: recovery(view),
-        }
-    }
-
-    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
-        let creep = self.drift(&self.loaded_hold, output);
-        vec![
-            (Quantity::ZeroReturn, self.zero_return(output)),
-            (Quantity::CreepTime, creep.clone().and_then(time_constant)),
-            (Quantity::Creep, creep.map(size)),
-            (Quantity::CreepRecovery, self.drift(&self.recovery, output).map(size)),
-        ]
-    }
-
-    fn zero_return(&self, output: usize) -> Result<Found> {
-        let pairs = self.returns.as_ref().map_err(Clone::clone)?;
-        let secs = self.view.measured.settings.hold_secs;
-        let returned = |(run, before, after): &(&AxisRun<'_>, &Hold, &Hold)| {
-            let size = mean_error(run, output, beginning(run, after, secs))
-                - mean_error(run, output, end(run, before, secs));
-            Found::at(size, Some(run.place(before.samples.start..after.samples.end)))
-        };
-        let largest = pairs.iter().map(returned).reduce(|largest, other| {
-            if other.size.abs() > largest.size.abs() { other } else { largest }
-        });
-        Ok(largest.expect("a found list has at least one pair"))
-    }
-
-    fn drift(
-        &self,
-        hold: &Result<(&'a AxisRun<'a>, &'a Hold)>,
-        output: usize,
-    ) -> Result<(Drift, &'a AxisRun<'a>, &'a Hold)> {
-        let (run, hold) = hold.as_ref().map_err(Clone::clone)?;
+pub(crate) fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
+    let drift = |(run, hold): Dwelling<'_>| {
         let errors: Vec<f64> = run.errors(output, hold.samples.clone()).collect();
-        let drift = Drift::of(&run.run.times[hold.samples.clone()], &errors);
-        Ok((drift.expect("a dwell has samples and a duration"), run, hold))
-    }
+        let drift = Drift::of(&run.times()[hold.samples.clone()], &errors);
+        let place = run.place(hold.samples.clone());
+        (drift.expect("a dwell has samples and a duration"), Some(place))
+    };
+    let creep = loaded_hold(view).map(drift);
+    let size = |(drift, place): (Drift, _)| Value::at(drift.size, place);
+    let time_constant = creep.clone().and_then(|(drift, place)| {
+        let tau_secs = drift.tau_secs()?;
+        Ok(Value::at(tau_secs, place))
+    });
+    vec![
+        (Quantity::ZeroReturn, zero_return(view, output)),
+        (Quantity::CreepTime, time_constant),
+        (Quantity::Creep, creep.map(size)),
+        (Quantity::CreepRecovery, recovery(view).map(drift).map(size)),
+    ]
 }
 
-fn size((drift, run, hold): (Drift, &AxisRun<'_>, &Hold)) -> Found {
-    Found::at(drift.size, Some(run.place(hold.samples.clone())))
+/// Returns the largest change of an output at zero by a load between two neighbouring dwells at zero.
+fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
+    let least = view.loaded_from()?;
+    check_zero(view)?;
+    let secs = view.measured.settings.hold_secs;
+    let pairs = view.runs.iter().flat_map(|run| {
+        let dwells = dwells_at_zero(view, run);
+        let pairs = dwells.windows(2).map(|pair| (run, pair[0], pair[1]));
+        pairs.collect::<Vec<_>>()
+    });
+    let loaded = pairs
+        .filter(|(run, before, after)| run.reaches(least, before.samples.end..after.samples.start));
+    let returned = loaded.map(|(run, before, after)| {
+        let size = mean_error(run, output, beginning(run, after, secs))
+            - mean_error(run, output, end(run, before, secs));
+        Value::at(size, Some(run.place(before.samples.start..after.samples.end)))
+    });
+    let largest =
+        returned.reduce(
+            |largest, other| {
+                if other.value.abs() > largest.value.abs() { other } else { largest }
+            },
+        );
+    largest.ok_or(Reason::NoReturn { axis: view.axis, share: view.measured.settings.loaded_share })
 }
 
-fn time_constant((drift, run, hold): (Drift, &AxisRun<'_>, &Hold)) -> Result<Found> {
-    let place = run.place(hold.samples.clone());
-    Ok(Found::at(drift.tau_secs()?, Some(place)))
-}
-
-fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
+/// Returns the longest dwell with the axis loaded.
+fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
     let least = view.loaded_from()?;
     let holds = view.runs.iter().flat_map(|run| {
         let own = view.measured.holds[run.index].iter();
@@ -87,27 +72,8 @@ fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)
     })
 }
 
-fn returns<'a>(view: &'a AxisView<'a>) -> Result<Vec<(&'a AxisRun<'a>, &'a Hold, &'a Hold)>> {
-    let least = view.loaded_from()?;
-    check_zero(view)?;
-    let pairs: Vec<_> = (view.runs.iter())
-        .flat_map(|run| {
-            let dwells = dwells_at_zero(view, run);
-            let pairs = dwells.windows(2).map(|pair| (run, pair[0], pair[1]));
-            pairs.collect::<Vec<_>>()
-        })
-        .filter(|(run, before, after)| run.reaches(least, before.samples.end..after.samples.start))
-        .collect();
-    if pairs.is_empty() {
-        return Err(Reason::NoReturn {
-            axis: view.axis,
-            share: view.measured.settings.loaded_share,
-        });
-    }
-    Ok(pairs)
-}
-
-fn recovery<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
+/// Returns the longest dwell at zero after the axis was loaded.
+fn recovery<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
     let least = view.loaded_from()?;
     check_zero(view)?;
     let after_a_load = view.runs.iter().flat_map(|run| {
@@ -137,11 +103,10 @@ fn check_zero(view: &AxisView<'_>) -> Result<()> {
     Ok(())
 }
 
-fn longest<'a>(
-    holds: impl Iterator<Item = (&'a AxisRun<'a>, &'a Hold)>,
-) -> Option<(&'a AxisRun<'a>, &'a Hold)> {
-    let secs = |(run, hold): &(&AxisRun<'_>, &Hold)| {
-        run.run.times[hold.samples.end - 1] - run.run.times[hold.samples.start]
+/// Returns the longest dwell. If several dwells are equally long, the first dwell is returned.
+fn longest<'a>(holds: impl Iterator<Item = Dwelling<'a>>) -> Option<Dwelling<'a>> {
+    let secs = |(run, hold): &Dwelling<'_>| {
+        run.times()[hold.samples.end - 1] - run.times()[hold.samples.start]
     };
     holds.reduce(|longest, other| if secs(&other) > secs(&longest) { other } else { longest })
 }
@@ -157,14 +122,14 @@ fn mean_error(run: &AxisRun<'_>, output: usize, samples: Range<usize>) -> f64 {
 
 fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
-    let times = &run.run.times[samples.clone()];
+    let times = &run.times()[samples.clone()];
     let n = times.partition_point(|time| *time <= times[0] + secs);
     samples.start..samples.start + n
 }
 
 fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
-    let times = &run.run.times[samples.clone()];
+    let times = &run.times()[samples.clone()];
     let before = times.partition_point(|time| *time < times[times.len() - 1] - secs);
     samples.start + before..samples.end
 }

@@ -1,36 +1,37 @@
 //! Dwells of the recordings, under load or at zero, whose drift curves are drawn.
 
 use crate::questions::metrology::figures::{Place, Run};
-use crate::questions::metrology::measured::Measured;
+use crate::questions::metrology::measured::{Columns, Measured};
 use crate::questions::metrology::settings::{MetrologyError, Rules};
 
-/// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in it.
+/// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in a dwell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dwell {
     pub place: Place,
-    /// Mean load of each axis of the table; `None` if the recording has no reference for it.
-    pub level: Vec<Option<f64>>,
-    /// True if every known axis is near zero.
+    /// Mean load of the axis; `None` if the recording has no reference for the axis.
+    pub level: Option<f64>,
+    /// True if every axis with a reference is near zero.
     pub at_zero: bool,
 }
 
-/// Returns all dwells of these runs, in the order of runs and time. The rows on zero and creep choose among these dwells.
+/// Returns all dwells of these runs, in the order of runs and time. Zero return and creep are measured in these dwells. `axis`
+/// is the position of the axis whose level is returned.
 ///
 /// # Errors
 /// See [`table_by`](crate::questions::metrology::table_by).
-pub fn dwells(runs: &[Run<'_>], rules: &Rules<'_>) -> Result<Vec<Dwell>, MetrologyError> {
+pub(crate) fn dwells(
+    runs: &[Run<'_>],
+    rules: &Rules<'_>,
+    axis: usize,
+) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
     let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {
-        let (measured, run) = (&measured, &measured.runs[index]);
-        holds.iter().map(move |hold| {
-            let mut levels = hold.level.iter().copied();
-            Dwell {
-                place: run.place(index, hold.samples.clone()),
-                level: (run.loads.iter())
-                    .map(|loads| loads.as_ref().and_then(|_| levels.next()))
-                    .collect(),
-                at_zero: measured.is_at_zero(index, hold),
-            }
+        let (measured, Columns { run, loads }) = (&measured, &measured.runs[index]);
+        let before = loads[..axis].iter().flatten().count();
+        holds.iter().map(move |hold| Dwell {
+            place: run.place(index, hold.samples.clone()),
+            level: loads[axis].as_ref().map(|_| hold.level[before]),
+            at_zero: measured.is_at_zero(index, hold),
         })
     });
     Ok(of_runs.collect())

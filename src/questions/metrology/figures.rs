@@ -15,14 +15,14 @@ use crate::recording::{Axis, Recording};
 /// **Shapes** reference `n × reference_axes` row-major, conventional and compensated `n × n_axes` row-major, with the axes
 /// of the table.
 ///
-/// **Units** times (s), loads (N) and (N·m).
+/// **Units** times in s, forces in N, moments in N·m.
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
     /// Name of the recording.
     pub name: &'a str,
-    /// Sample times.
+    /// Times of the samples (s).
     pub times: &'a [f64],
-    /// Gauge channels, row-major; may be empty. The gauges show which of them have hysteresis.
+    /// Gauge channels, row-major; may be empty. They show which gauges have hysteresis when the lag is measured.
     pub gauges: &'a [f64],
     /// Axes whose reference load is known; empty without a reference.
     pub reference_axes: &'a [Axis],
@@ -52,6 +52,18 @@ impl<'a> Run<'a> {
     }
 }
 
+impl Run<'_> {
+    pub(crate) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
+        Place {
+            recording,
+            name: self.name.to_owned(),
+            from_secs: self.times[samples.start],
+            to_secs: self.times[samples.end - 1],
+            samples,
+        }
+    }
+}
+
 /// Interval of a recording that a figure comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
@@ -59,43 +71,55 @@ pub struct Place {
     pub recording: usize,
     /// Name of the recording.
     pub name: String,
-    /// Time of the first sample.
+    /// Time of the first sample (s).
     pub from_secs: f64,
-    /// Time of the last sample.
+    /// Time of the last sample (s).
     pub to_secs: f64,
     /// The samples.
     #[serde(skip)]
     pub samples: Range<usize>,
 }
 
-/// A figure; always finite.
+/// A figure, which is a finite number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
-    /// Value in the unit of its cell.
+    /// Value, in the unit of the cell.
     pub value: f64,
     /// Value in % of full scale; `None` for times, and for an axis without a full scale.
     pub percent_fs: Option<f64>,
     /// Interval that the figure comes from; `None` for a figure of all samples.
     pub place: Option<Place>,
-    /// Basis of the figure, if it comes from loops.
+    /// Cycles behind the figure; `None` for a figure that does not come from loops.
     pub basis: Option<Basis>,
 }
 
-/// Number of cycles of a loop figure, and its dependence on the reversal threshold.
+impl Value {
+    /// Returns a figure of all samples. The percentage of full scale is still missing.
+    pub(crate) fn everywhere(value: f64) -> Self {
+        Self::at(value, None)
+    }
+
+    /// Returns a figure of an interval. The percentage of full scale is still missing.
+    pub(crate) fn at(value: f64, place: Option<Place>) -> Self {
+        Self { value, percent_fs: None, place, basis: None }
+    }
+}
+
+/// Cycles from which a loop figure is computed, and the dependence of the figure on the reversal threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Basis {
     /// Number of cycles.
     pub n_cycles: usize,
     /// Share of all loads of the axis that the cycles have in common.
     pub range_share: f64,
-    /// The figure with half the reversal threshold; `None` if there is none then.
+    /// The figure with half the reversal threshold; `None` if the figure would be missing.
     pub reversal_threshold_halved: Option<f64>,
-    /// The figure with twice the reversal threshold; `None` if there is none then.
+    /// The figure with twice the reversal threshold; `None` if the figure would be missing.
     pub reversal_threshold_doubled: Option<f64>,
 }
 
 impl Basis {
-    /// Returns a basis without the figures of other reversal thresholds.
+    /// Returns a basis without figures for other reversal thresholds.
     pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
         Self {
             n_cycles,
@@ -104,7 +128,28 @@ impl Basis {
             reversal_threshold_doubled: None,
         }
     }
+
+    /// Returns the change of a figure with half and twice the reversal threshold, in percent.
+    pub(crate) fn moves(&self, value: f64) -> String {
+        let others = [self.reversal_threshold_halved, self.reversal_threshold_doubled];
+        let moved = others.map(|other| match other {
+            Some(other) if value != 0.0 => {
+                let percent = 100.0 * (other / value - 1.0);
+                match percent {
+                    _ if percent.abs() < 0.05 => "0".to_owned(),
+                    _ if percent.abs() < 1000.0 => format!("{percent:+.1}"),
+                    _ => format!("{percent:+.0}"),
+                }
+            }
+            Some(0.0) => "0".to_owned(),
+            _ => "–".to_owned(),
+        });
+        format!("{}, {} %", moved[0], moved[1])
+    }
 }
+
+/// Explanation of [`Basis::moves`].
+pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash means that the figure would be missing";
 
 /// A figure, or the reason why there is none.
 pub type Figure = std::result::Result<Value, Reason>;
@@ -142,66 +187,38 @@ pub struct Row {
 pub struct Metrology {
     /// Axes in the order of the cells.
     pub axes: Vec<Axis>,
-    /// Full scale per axis, in its unit; 0 if there is none.
+    /// Full scale of each axis (N or N·m); 0 without a full scale.
     pub full_scale: Vec<f64>,
-    /// Reversal threshold per axis, in its unit.
+    /// Reversal threshold of each axis (N or N·m).
     pub reversal_thresholds: Vec<f64>,
     /// Number of recordings.
     pub n_recordings: usize,
-    /// Number of their samples.
+    /// Number of samples of all recordings.
     pub n_samples: usize,
-    /// Findings about the whole table.
+    /// Findings about the recordings of the table.
     pub findings: Vec<Finding>,
     /// Rows in a fixed order.
     pub rows: Vec<Row>,
 }
 
 impl Metrology {
-    /// Returns the rows without crosstalk, which has a table of its own.
-    pub fn own_rows(&self) -> impl Iterator<Item = &Row> {
-        let rows = self.rows.iter();
-        rows.filter(|row| row.quantity.crosstalk_from().is_none())
-    }
-
-    /// Returns the rows of crosstalk, with the axis that is loaded.
-    pub fn crosstalk_rows(&self) -> impl Iterator<Item = (Axis, &Row)> {
-        let rows = self.rows.iter();
-        rows.filter_map(|row| Some((row.quantity.crosstalk_from()?, row)))
-    }
-
-    /// Returns the definitions of all rows with their names. Crosstalk is defined once for all axes.
-    pub fn definitions(&self) -> impl Iterator<Item = (&str, &Definition)> {
-        let first = self.crosstalk_rows().next().map(|(axis, _)| axis);
-        let rows = self.rows.iter();
-        rows.filter_map(move |row| {
-            let is_again = row.quantity.crosstalk_from().is_some_and(|from| Some(from) != first);
-            let name = row.quantity.general_name().unwrap_or(&row.definition.name);
-            (!is_again).then_some((name, &row.definition))
+    /// Returns names and definitions of the rows. All crosstalk rows share the definition of the first loaded axis.
+    pub fn definitions(&self) -> impl Iterator<Item = (String, &Definition)> {
+        self.rows.iter().filter_map(|Row { quantity, definition, .. }| {
+            match quantity.crosstalk_from() {
+                None => Some((definition.name.clone(), definition)),
+                Some(from) if from == self.axes[0] => {
+                    Some((definition.name.replace(&format!(" from {from}"), ""), definition))
+                }
+                Some(_) => None,
+            }
         })
     }
 }
 
 pub(crate) type Result<T> = std::result::Result<T, Reason>;
 
-#[derive(Clone, Debug)]
-pub(crate) struct Found {
-    pub(crate) size: f64,
-    pub(crate) place: Option<Place>,
-    pub(crate) basis: Option<Basis>,
-}
-
-impl Found {
-    /// Returns a figure of all samples.
-    pub(crate) fn everywhere(size: f64) -> Self {
-        Self::at(size, None)
-    }
-
-    pub(crate) fn at(size: f64, place: Option<Place>) -> Self {
-        Self { size, place, basis: None }
-    }
-}
-
-/// Serialises `value`, `percent_fs`, `place`, `basis` and `reason`; missing ones are null.
+/// Serialises `value`, `percent_fs`, `place`, `basis` and `reason` of a figure. Missing fields are null.
 pub(crate) fn figure<S: Serializer>(
     figure: &Figure,
     serializer: S,

@@ -1,39 +1,40 @@
 //! Metrology rows that distinguish a time lag from hysteresis.
 
-use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::figures::{Figure, Value};
 use crate::questions::metrology::measured::AxisView;
+use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
-use crate::scoring::lag::{LagRun, WORTH_REMOVING, widths};
+use crate::scoring::lag::{WORTH_REMOVING, widths};
 
-/// Returns the lag of one output on one axis, its hysteresis without the lag, and the lag's share of the mean width.
-pub(crate) fn figures(
-    view: &AxisView<'_>,
-    place: usize,
-    output: usize,
-) -> ([Result<Found>; 2], Option<f64>) {
+type Rows = [(Quantity, Figure); 2];
+
+/// Returns the rows of one output: its lag, and its hysteresis without the lag. Also returns the share of the mean width that
+/// the lag explains. `place` is the position of the axis.
+pub(crate) fn lag_figures(view: &AxisView<'_>, place: usize, output: usize) -> (Rows, Option<f64>) {
     let axis = view.axis;
+    let rows = |lag, without| [(Quantity::TimeLag, lag), (Quantity::HysteresisWithoutLag, without)];
     let lag = match &view.measured.lags()[output][place] {
         Ok(lag) => lag,
         Err(reason) => {
             let none = Err(Reason::NoLag { axis, reason: *reason });
-            return ([none.clone(), none], None);
+            return (rows(none.clone(), none), None);
         }
     };
-    let found = Ok(Found::everywhere(lag.seconds));
+    let found = Ok(Value::everywhere(lag.seconds));
     if !lag.is_significant() {
-        return ([found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })], Some(0.0));
+        return (rows(found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })), Some(0.0));
     }
-    let own: Vec<LagRun<'_>> = view.measured.lag_runs(output).collect();
-    let Some(widths) = widths(lag, place, &own, view.reversal_threshold) else {
-        return ([found, Err(Reason::NoCycle { axis })], None);
+    let runs = view.measured.lag_runs(output);
+    let Some(widths) = widths(lag, place, &runs, view.reversal_threshold) else {
+        return (rows(found, Err(Reason::NoCycle { axis })), None);
     };
     let share = widths.explained_share();
     let without = match share > WORTH_REMOVING {
         true if widths.is_uncertain(view.full_scale) => {
             Err(Reason::LagTooUncertain { axis, uncertainty: widths.uncertainty })
         }
-        true => Ok(Found::everywhere(widths.largest[1])),
+        true => Ok(Value::everywhere(widths.largest[1])),
         false => Err(Reason::LagExplainsLittle { axis, share }),
     };
-    ([found, without], Some(share))
+    (rows(found, without), Some(share))
 }

@@ -1,48 +1,36 @@
 //! Metrology rows from loops: hysteresis, nonlinearity, combined error, repeatability.
 
-use std::ops::Range;
-
 use crate::min_max::MinMax;
-use crate::questions::metrology::figures::{Basis, Place};
-use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::cycles::Cycles;
+use crate::questions::metrology::figures::{Basis, Figure, Place, Result, Value};
 use crate::questions::metrology::measured::{AxisRun, AxisView};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 use crate::scoring::loops::{
-    Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, branches, common_loads, even_loads,
+    Branch, Curve, Cycle, FULL_SHARE, Loop, branches, common_loads, even_loads,
 };
 
-/// Minimum number of averages for a line that shows nonlinearity.
-const FEWEST_AVERAGES: usize = 3;
-/// Largest difference between the turns of repeated cycles, and between the loads of the other axes, as a share of the range.
+/// Minimum number of different loads for a line that shows nonlinearity.
+pub(crate) const FEWEST_LOADS: usize = 3;
+/// Largest difference between repeated cycles: between their reversals, as a share of the largest cycle's span, and between
+/// the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
-/// Minimum number of branches of repeated cycles: two cycles, up and down.
+/// Minimum number of branches of repeated cycles: two cycles with two branches each.
 const FEWEST_REPEATS: usize = 4;
 
 pub(crate) struct LoopRows<'a> {
     view: &'a AxisView<'a>,
-    loops: Loops,
-    largest: Result<Cycle>,
-    /// Cycles of the mean loop, or the reason why there is none.
-    mean_cycles: Result<Vec<Cycle>>,
+    cycles: Cycles,
 }
 
 impl<'a> LoopRows<'a> {
     pub(crate) fn of(view: &'a AxisView<'a>, reversal_threshold: f64) -> Self {
-        let (axis, range) = (view.axis, view.range());
-        let loops = Loops::of(view.runs.iter().map(|run| run.loads), reversal_threshold);
-        let largest = loops.largest();
-        let largest =
-            largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, reversal_threshold));
-        let mean_cycles = largest.clone().and_then(|_| {
-            let enough = loops.mean_cycles(range);
-            enough.map_err(|few| Reason::few_cycles(axis, few))
-        });
-        Self { view, loops, largest, mean_cycles }
+        let loads = view.runs.iter().map(|run| run.loads);
+        Self { view, cycles: Cycles::of(view.axis, loads, reversal_threshold) }
     }
 
-    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
+    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
         let [largest_width, mean_width] = self.mean_loop(output);
         let [terminal, best_fit] =
             [Line::through_ends, |curve: &Curve| Line::best_fit(curve.averages())]
@@ -58,50 +46,46 @@ impl<'a> LoopRows<'a> {
         ]
     }
 
-    /// Returns the span of the largest cycle as a share of the load's whole range; `None` without a cycle.
+    /// Returns the span of the largest cycle as a share of the load range; `None` without a cycle.
     pub(crate) fn share_of_range(&self) -> Option<f64> {
-        let cycle = self.largest.as_ref().ok()?;
-        Some(cycle.loads().share_of(self.view.range()))
+        let cycle = self.cycles.largest.as_ref().ok()?;
+        Some(cycle.loads().share_of(self.cycles.range))
     }
 
-    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Found {
-        let range_share = loads.share_of(self.view.range());
-        Found { size, place, basis: Some(Basis::new(n_cycles, range_share)) }
-    }
-
-    fn run(&self, recording: usize) -> &AxisRun<'a> {
-        &self.view.runs[recording]
+    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Value {
+        let range_share = loads.share_of(self.cycles.range);
+        Value { basis: Some(Basis::new(n_cycles, range_share)), ..Value::at(size, place) }
     }
 
     fn curve(&self, recording: usize, branch: &Branch, output: usize) -> Curve {
-        let run = self.run(recording);
+        let run = &self.view.runs[recording];
         Curve::of(branch, run.loads, &run.outputs[output])
     }
 
     fn cycle_loop(&self, cycle: &Cycle, output: usize) -> Loop {
-        let run = self.run(cycle.recording);
+        let run = &self.view.runs[cycle.recording];
         Loop::of(cycle, run.loads, &run.outputs[output])
     }
 
     fn largest(&self) -> Result<&Cycle> {
-        self.largest.as_ref().map_err(Clone::clone)
+        self.cycles.largest.as_ref().map_err(Clone::clone)
     }
 
-    fn hysteresis(&self, output: usize) -> Result<Found> {
+    fn hysteresis(&self, output: usize) -> Figure {
         let cycle = self.largest()?;
         let width = self.cycle_loop(cycle, output).largest_width();
         Ok(self.of_cycle(width, cycle))
     }
 
-    fn of_cycle(&self, size: f64, cycle: &Cycle) -> Found {
+    fn of_cycle(&self, size: f64, cycle: &Cycle) -> Value {
         let samples = cycle.first.samples.start..cycle.second.samples.end;
-        let place = self.run(cycle.recording).place(samples);
+        let place = self.view.runs[cycle.recording].place(samples);
         self.found(size, Some(place), 1, cycle.loads())
     }
 
-    fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
+    fn mean_loop(&self, output: usize) -> [Figure; 2] {
         let axis = self.view.axis;
-        let mean = self.mean_cycles.as_ref().map_err(Clone::clone);
+        let mean = self.cycles.mean.as_ref().map_err(Clone::clone);
         let mean = mean.and_then(|cycles| {
             let loops = cycles.iter().map(|cycle| self.cycle_loop(cycle, output));
             let mean = Loop::mean(&loops.collect::<Vec<_>>());
@@ -114,30 +98,29 @@ impl<'a> LoopRows<'a> {
         })
     }
 
-    /// Returns the rising branch of the largest cycle; without a cycle, the widest rising branch.
+    /// Returns the rising branch of the largest cycle, with its recording. Without a cycle, the widest rising branch is used.
     fn rising(&self) -> Result<(usize, &Branch)> {
-        match &self.largest {
+        match &self.cycles.largest {
             Ok(cycle) => Ok((cycle.recording, cycle.rising())),
             Err(no_cycle @ Reason::ConstantLoad { .. }) => Err(no_cycle.clone()),
             Err(_) => {
                 let axis = self.view.axis;
-                let widest = self.loops.widest_rising();
-                widest.ok_or(Reason::NoRisingBranch { axis })
+                self.cycles.loops.widest_rising().ok_or(Reason::NoRisingBranch { axis })
             }
         }
     }
 
-    fn nonlinearity(&self, output: usize, line: fn(&Curve) -> Option<Line>) -> Result<Found> {
+    fn nonlinearity(&self, output: usize, line: fn(&Curve) -> Option<Line>) -> Figure {
         let (recording, branch) = self.rising()?;
         let curve = self.curve(recording, branch, output);
         let line = self.enough(&curve, line)?;
         let ends = curve.ends();
         let size = line.largest_deviation(curve.averages().iter().chain(ends.iter().flatten()));
-        let place = self.run(recording).place(branch.samples.clone());
+        let place = self.view.runs[recording].place(branch.samples.clone());
         Ok(self.found(size, Some(place), 1, branch.loads))
     }
 
-    fn combined_error(&self, output: usize) -> Result<Found> {
+    fn combined_error(&self, output: usize) -> Figure {
         let cycle = self.largest()?;
         let on = |branch| self.curve(cycle.recording, branch, output);
         let (rising, falling) = (on(cycle.rising()), on(cycle.falling()));
@@ -151,19 +134,19 @@ impl<'a> LoopRows<'a> {
     fn enough(&self, curve: &Curve, line: fn(&Curve) -> Option<Line>) -> Result<Line> {
         let found = curve.averages().len();
         let axis = self.view.axis;
-        line(curve).filter(|_| found >= FEWEST_AVERAGES).ok_or(Reason::TooFewLoads { axis, found })
+        line(curve).filter(|_| found >= FEWEST_LOADS).ok_or(Reason::TooFewLoads { axis, found })
     }
 
-    /// Returns the largest difference at equal load between branches of the same direction, over repeated cycles.
-    fn repeatability(&self, output: usize) -> Result<Found> {
+    /// Returns the largest difference at equal load between branches of the same direction, in repeated cycles.
+    fn repeatability(&self, output: usize) -> Figure {
         let axis = self.view.axis;
-        if let Err(reason @ Reason::ConstantLoad { .. }) = &self.largest {
-            return Err(reason.clone());
-        }
-        let few = Reason::TooFewCycles { axis };
-        let span = self.largest().map_err(|_| few.clone())?.span();
-        let mut why_not = few;
-        let mut worst: Option<Found> = None;
+        let mut why_not = Reason::TooFewCycles { axis };
+        let span = match &self.cycles.largest {
+            Ok(cycle) => cycle.span(),
+            Err(reason @ Reason::ConstantLoad { .. }) => return Err(reason.clone()),
+            Err(_) => return Err(why_not),
+        };
+        let mut worst: Option<Value> = None;
         for run in &self.view.runs {
             // Branches that cover less than half the range belong to smaller cycles.
             let mut large = branches(run.loads, 0.5 * span);
@@ -179,12 +162,12 @@ impl<'a> LoopRows<'a> {
                     why_not = Reason::OthersDiffer { axis, other };
                     continue;
                 }
-                let spread = |way| spread(way, run.loads, &run.outputs[output]);
-                let size = ways.iter().filter_map(|way| spread(way)).fold(0.0, f64::max);
-                let samples = samples_of(repeated);
+                let size = spread(&ways, run.loads, &run.outputs[output]);
+                let [first, .., last] = repeated else { continue };
+                let samples = first.samples.start..last.samples.end;
                 let loads = repeated.iter().map(|one| one.loads).collect();
                 let found = self.found(size, Some(run.place(samples)), repeated.len() / 2, loads);
-                if worst.as_ref().is_none_or(|worst| found.size > worst.size) {
+                if worst.as_ref().is_none_or(|worst| found.value > worst.value) {
                     worst = Some(found);
                 }
             }
@@ -195,26 +178,22 @@ impl<'a> LoopRows<'a> {
     /// Returns another axis whose load differs, at equal load of this axis, between branches of the same direction.
     fn differs(&self, run: &AxisRun<'_>, ways: &[Vec<&Branch>; 2]) -> Option<Axis> {
         let measured = self.view.measured;
-        let axes = measured.axes.iter().zip(measured.full_scale).zip(&run.run.loads);
+        let axes = measured.axes.iter().zip(measured.full_scale).zip(&run.columns.loads);
         axes.filter(|((axis, full_scale), _)| **axis != self.view.axis && **full_scale > 0.0)
             .find_map(|((axis, full_scale), loads)| {
-                let loads = loads.as_ref()?;
-                let spread = |way| spread(way, run.loads, loads);
-                let apart = ways.iter().filter_map(|way| spread(way)).fold(0.0, f64::max);
+                let apart = spread(ways, run.loads, loads.as_ref()?);
                 (apart > ALIKE * full_scale).then_some(*axis)
             })
     }
 }
 
-/// Moves the start of the first branch and the end of the last branch to their extremes. Up to the reversal threshold, the
-/// load may turn there without a reversal.
+/// Moves the start of the first branch and the end of the last branch to their extreme loads. At these ends, a turn below the
+/// reversal threshold is no reversal.
 fn trim(branches: &mut [Branch], loads: &[f64]) {
     let farthest = |branch: &Branch, highest: bool| {
-        let order = |a: &usize, b: &usize| match highest {
-            true => loads[*a].total_cmp(&loads[*b]),
-            false => loads[*b].total_cmp(&loads[*a]),
-        };
-        branch.samples.clone().max_by(order)
+        let sign = if highest { 1.0 } else { -1.0 };
+        let samples = branch.samples.clone();
+        samples.max_by(|a, b| (sign * loads[*a]).total_cmp(&(sign * loads[*b])))
     };
     if let Some(first) = branches.first_mut() {
         let start = farthest(first, !first.rising);
@@ -226,15 +205,12 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
     }
 }
 
-/// Returns the longest series of consecutive branches. Each covers most of this range, and all turn at nearly the same loads.
-/// A series has at least two branches of each direction.
+/// Returns the longest series of consecutive branches that turn at nearly the same loads. Each branch covers most of `span`. A
+/// series has at least two branches of each direction.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
-        let apart = {
-            let [a, b] = [a.loads, b.loads];
-            (a.min - b.min).abs().max((a.max - b.max).abs())
-        };
-        apart <= ALIKE * span && b.span() >= FULL_SHARE * span
+        let turns = [(a.loads.min, b.loads.min), (a.loads.max, b.loads.max)];
+        turns.iter().all(|(a, b)| (a - b).abs() <= ALIKE * span) && b.span() >= FULL_SHARE * span
     };
     let mut found = Vec::new();
     let mut start = 0;
@@ -252,22 +228,21 @@ fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     found
 }
 
-fn samples_of(branches: &[Branch]) -> Range<usize> {
-    let ends = branches.first().zip(branches.last());
-    ends.map_or(0..0, |(first, last)| first.samples.start..last.samples.end)
-}
-
-/// Returns the largest difference at equal load between these branches; `None` for a single branch, or without a common load.
-fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
-    let all = branches.iter();
-    let common = MinMax::common(all.clone().map(|one| one.loads));
-    if branches.len() < 2 || common.span() == 0.0 {
-        return None;
-    }
-    let curves: Vec<Curve> = all.map(|branch| Curve::of(branch, loads, outputs)).collect();
-    let apart = even_loads(common)
-        .map(|load| curves.iter().map(|curve| curve.at(load)).collect::<MinMax>().span());
-    Some(apart.fold(0.0, f64::max))
+/// Returns the largest difference at equal load between branches of the same direction. A difference needs two branches with a
+/// common range of loads.
+fn spread(ways: &[Vec<&Branch>; 2], loads: &[f64], outputs: &[f64]) -> f64 {
+    let of_way = |branches: &Vec<&Branch>| {
+        let common = MinMax::common(branches.iter().map(|one| one.loads));
+        if branches.len() < 2 || common.span() == 0.0 {
+            return 0.0;
+        }
+        let curves: Vec<Curve> =
+            branches.iter().map(|branch| Curve::of(branch, loads, outputs)).collect();
+        even_loads(common)
+            .map(|load| curves.iter().map(|curve| curve.at(load)).collect::<MinMax>().span())
+            .fold(0.0, f64::max)
+    };
+    ways.iter().map(of_way).fold(0.0, f64::max)
 }
 
 #[derive(Clone, Copy, Debug)]

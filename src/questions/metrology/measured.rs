@@ -1,6 +1,5 @@
-//! Numbers behind the metrology figures, one column per axis and recording.
+//! Inputs of the metrology rows: checked loads, dwells and lags.
 
-use crate::min_max::MinMax;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -16,31 +15,25 @@ use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
 use crate::scoring::lag::{Lag, LagRun, NoLag, lags};
 
-/// Uncompensated and compensated, in this order.
+/// Number of outputs: uncompensated, then compensated.
 pub(crate) const OUTPUTS: usize = 2;
 
-/// Lags of every axis, for each output.
+/// Lag of each axis, for each output.
 pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 
-/// Largest valid load; the squares of larger ones could overflow.
+/// Largest valid load. The squares of larger loads could overflow.
 const LARGEST: f64 = 1e100;
 
+/// A run, and its reference as one column for each axis.
 #[derive(Debug)]
 pub(crate) struct Columns<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) is_static: bool,
-    pub(crate) times: &'a [f64],
-    /// Reference of each axis of the table; `None` if the run has no reference for it.
+    pub(crate) run: Run<'a>,
+    /// Reference of each axis of the table; `None` if the run has no reference for the axis.
     pub(crate) loads: Vec<Option<Vec<f64>>>,
-    /// Reference row-major, if all axes of the table have one and samples have times.
-    reference: Option<&'a [f64]>,
-    gauges: &'a [f64],
-    /// Loads of each output, row-major. An axis is copied to a column only while it is measured, to save memory.
-    outputs: [&'a [f64]; OUTPUTS],
 }
 
 impl<'a> Columns<'a> {
-    fn of(run: &Run<'a>, axes: &[Axis]) -> Result<Self, MetrologyError> {
+    fn of(run: Run<'a>, axes: &[Axis]) -> Result<Self, MetrologyError> {
         let n = run.times.len();
         for (what, width, values) in [
             ("reference", run.reference_axes.len(), run.reference),
@@ -56,49 +49,21 @@ impl<'a> Columns<'a> {
                 });
             }
         }
-        let position = |axis: &Axis| run.reference_axes.iter().position(|own| own == axis);
-        Ok(Self {
-            name: run.name,
-            is_static: run.is_static,
-            times: run.times,
-            loads: axes
-                .iter()
-                .map(|axis| Some(column(run.reference, run.reference_axes.len(), position(axis)?)))
-                .collect(),
-            reference: (run.reference_axes == axes && !run.is_static).then_some(run.reference),
-            gauges: run.gauges,
-            outputs: [run.conventional, run.compensated],
-        })
+        let load = |axis: &Axis| {
+            let at = run.reference_axes.iter().position(|own| own == axis)?;
+            Some(column(run.reference, run.reference_axes.len(), at))
+        };
+        Ok(Self { loads: axes.iter().map(load).collect(), run })
     }
 
-    /// Returns the reference of every axis of the table; `None` if one is missing.
-    pub(crate) fn all_loads(&self) -> Option<Vec<&[f64]>> {
-        self.loads.iter().map(Option::as_deref).collect()
-    }
-
-    /// Returns the run for the measurement of an output's lag; `None` without times or without a reference for every axis.
-    pub(crate) fn lag_run(&self, output: usize) -> Option<LagRun<'a>> {
-        let (loads, outputs) = (self.reference?, self.outputs[output]);
-        Some(LagRun { times: self.times, gauges: self.gauges, loads, outputs })
-    }
-
-    pub(crate) fn output(&self, output: usize, axis: usize, sample: usize) -> f64 {
-        self.outputs[output][sample * self.loads.len() + axis]
-    }
-
-    pub(crate) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
-        Place {
-            recording,
-            name: self.name.to_owned(),
-            from_secs: self.times[samples.start],
-            to_secs: self.times[samples.end - 1],
-            samples,
-        }
+    /// Returns the loads of each output, row-major. To save memory, an axis is copied to a column only while it is measured.
+    pub(crate) fn outputs(&self) -> [&'a [f64]; OUTPUTS] {
+        [self.run.conventional, self.run.compensated]
     }
 }
 
 fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
-    values.iter().skip(at).step_by(width.max(1)).copied().collect()
+    values.iter().skip(at).step_by(width).copied().collect()
 }
 
 #[derive(Debug)]
@@ -108,7 +73,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
     pub(crate) reversal_thresholds: Vec<f64>,
-    /// Dwells of each run, of all axes that have a reference.
+    /// Dwells of each run, in which all axes with a reference are still.
     pub(crate) holds: Vec<Vec<Hold>>,
     lags: OnceLock<Lags>,
 }
@@ -117,15 +82,15 @@ impl<'a> Measured<'a> {
     pub(crate) fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
         let Rules { axes, full_scale, settings, .. } = *rules;
         settings.validate(axes.len())?;
-        check_per_axis("full scale", "full scales", full_scale, axes.len())?;
-        let runs =
-            (runs.par_iter()).map(|run| Columns::of(run, axes)).collect::<Result<Vec<_>, _>>()?;
+        check_per_axis("full scale", full_scale, axes.len())?;
+        let columns = runs.par_iter().map(|run| Columns::of(*run, axes));
+        let runs = columns.collect::<Result<Vec<_>, _>>()?;
         let all = 0..axes.len();
         let reversal_thresholds = all.clone().map(|at| rules.reversal_threshold(at)).collect();
         let still: Vec<f64> = all.map(|at| rules.still(at)).collect();
         let holds = (runs.par_iter())
-            .map(|run| {
-                let known = run.loads.iter().zip(&still);
+            .map(|Columns { run, loads }| {
+                let known = loads.iter().zip(&still);
                 let (loads, bands): (Vec<&[f64]>, Vec<f64>) =
                     known.filter_map(|(loads, band)| Some((loads.as_deref()?, *band))).unzip();
                 if loads.is_empty() || run.is_static {
@@ -138,12 +103,11 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
-    /// Returns the time lag of each output, which the first call measures.
+    /// Returns the lags, which the first call measures.
     pub(crate) fn lags(&self) -> &Lags {
         let of_output = |output| {
-            let runs: Vec<LagRun<'_>> = self.lag_runs(output).collect();
             // This progress is never cancelled.
-            let found = lags(&runs, &Progress::default()).unwrap_or_default();
+            let found = lags(&self.lag_runs(output), &Progress::default()).unwrap_or_default();
             match found.is_empty() {
                 true => vec![Err(NoLag::TooShort); self.axes.len()],
                 false => found,
@@ -152,8 +116,16 @@ impl<'a> Measured<'a> {
         self.lags.get_or_init(|| std::array::from_fn(of_output))
     }
 
-    pub(crate) fn lag_runs(&self, output: usize) -> impl Iterator<Item = LagRun<'_>> {
-        self.runs.iter().filter_map(move |run| run.lag_run(output))
+    /// Returns the runs with times and a reference for every axis, on which the lag of an output is measured.
+    pub(crate) fn lag_runs(&self, output: usize) -> Vec<LagRun<'_>> {
+        let usable = |own: &&Columns<'_>| own.run.reference_axes == self.axes && !own.run.is_static;
+        let runs = self.runs.iter().filter(usable).map(|own| LagRun {
+            times: own.run.times,
+            gauges: own.run.gauges,
+            loads: own.run.reference,
+            outputs: own.outputs()[output],
+        });
+        runs.collect()
     }
 
     /// Returns true if every axis of the run that has a reference is near zero in this dwell.
@@ -168,16 +140,16 @@ impl<'a> Measured<'a> {
     /// Returns the samples of one axis, from the runs with a reference for this axis.
     ///
     /// # Errors
-    /// [`Reason`] if there is none, or if a number cannot be used.
+    /// [`Reason`] if no run has a reference for the axis, or if a number is not finite or too large.
     pub(crate) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
         let axis = self.axes[at];
         let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
-            .filter_map(|(index, run)| {
+            .filter_map(|(index, columns)| {
                 Some(AxisRun {
                     index,
-                    run,
-                    loads: run.loads[at].as_deref()?,
-                    outputs: run.outputs.map(|rows| column(rows, self.axes.len(), at)),
+                    columns,
+                    loads: columns.loads[at].as_deref()?,
+                    outputs: columns.outputs().map(|rows| column(rows, self.axes.len(), at)),
                 })
             })
             .filter(|run| !run.loads.is_empty())
@@ -187,7 +159,7 @@ impl<'a> Measured<'a> {
         }
         for run in &runs {
             for values in [run.loads, &run.outputs[0], &run.outputs[1]] {
-                check_numbers(axis, run.run.name, values)?;
+                check_numbers(axis, run.columns.run.name, values)?;
             }
         }
         Ok(AxisView {
@@ -200,6 +172,7 @@ impl<'a> Measured<'a> {
     }
 }
 
+/// Checks that a channel has finite numbers that are small enough to compute with.
 pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
     let usable = |value: &f64| value.abs() <= LARGEST;
     match values.iter().position(|value| !usable(value)) {
@@ -209,7 +182,7 @@ pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Resu
     }
 }
 
-/// One axis, with finite numbers in at least one run.
+/// Samples of one axis, in all runs with a reference for the axis.
 #[derive(Debug)]
 pub(crate) struct AxisView<'a> {
     pub(crate) measured: &'a Measured<'a>,
@@ -222,19 +195,27 @@ pub(crate) struct AxisView<'a> {
 #[derive(Debug)]
 pub(crate) struct AxisRun<'a> {
     pub(crate) index: usize,
-    pub(crate) run: &'a Columns<'a>,
+    pub(crate) columns: &'a Columns<'a>,
     pub(crate) loads: &'a [f64],
     pub(crate) outputs: [Vec<f64>; OUTPUTS],
 }
 
 impl AxisRun<'_> {
-    pub(crate) fn errors(&self, output: usize, samples: Range<usize>) -> impl Iterator<Item = f64> {
+    pub(crate) fn times(&self) -> &[f64] {
+        self.columns.run.times
+    }
+
+    pub(crate) fn errors(
+        &self,
+        output: usize,
+        samples: Range<usize>,
+    ) -> impl Iterator<Item = f64> + Clone {
         let outputs = &self.outputs[output][samples.clone()];
         outputs.iter().zip(&self.loads[samples]).map(|(output, load)| output - load)
     }
 
     pub(crate) fn place(&self, samples: Range<usize>) -> Place {
-        self.run.place(self.index, samples)
+        self.columns.run.place(self.index, samples)
     }
 
     pub(crate) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
@@ -243,14 +224,7 @@ impl AxisRun<'_> {
 }
 
 impl AxisView<'_> {
-    pub(crate) fn range(&self) -> MinMax {
-        self.runs.iter().flat_map(|run| run.loads).collect()
-    }
-
     /// Returns the load from which this axis counts as loaded.
-    ///
-    /// # Errors
-    /// [`Reason`] if the axis has no full scale.
     pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
         if self.full_scale > 0.0 {
             Ok(self.measured.settings.loaded_share * self.full_scale)

@@ -1,24 +1,25 @@
 //! Metrology figures per axis, uncompensated beside compensated.
 //!
 //! [`table_by`] takes recordings with the loads of a calibration, and returns one row per [`Quantity`] with its definition
-//! and source. If the data do not determine a figure, its cell holds a [`Reason`] instead of a number.
+//! and source. If the data do not determine a figure, the cell has a [`Reason`] instead of a number.
 //!
-//! **Source** OIML R 60 and VDI/VDE 2638 (errors over full scale rather than over the reading), and the glossaries of
-//! load-cell makers. Each row gives its own source. Full scale is the rated load that the user entered, else the range of the
+//! **Source** OIML R 60 and VDI/VDE 2638 (errors relative to full scale, not to the reading), and the glossaries of load-cell
+//! makers. Each row gives its own source. Full scale is the rated load that the user entered, else the range of the
 //! recordings (see [`full_scale_of`](crate::recording::full_scale_of)).
 //!
 //! **Conditions that a free-running recording does not meet** Standards load one axis alone, from zero to the rated load and
 //! back, in steps, after preloading, and read at set times at constant temperature. A recording of a moving robot loads
 //! several axes at once, at varying speed, turns at any load, and seldom dwells. So hysteresis contains the effect of other
-//! axes at equal load, creep and viscosity add to the width, and nonlinearity is that of a branch between two turns.
+//! axes at equal load, creep and viscosity increase the width, and nonlinearity describes a branch between two reversals.
 //!
-//! Each loop figure gives its number of cycles (counted by rainflow), their share of the loads, and its value with half and
-//! twice the reversal threshold ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not replace
+//! Each loop figure gives its number of cycles (counted by rainflow), the share of the load range, and the figure with half
+//! and twice the reversal threshold ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not replace
 //! a calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) lists the conditions
 //! for each row.
 
 mod case_rows;
 mod crosstalk;
+mod cycles;
 mod dwell_rows;
 mod dwells;
 mod errors;
@@ -33,8 +34,9 @@ pub(crate) mod shown;
 mod table;
 mod verdict;
 
-pub(crate) use dwells::Dwell;
-pub use dwells::dwells;
+pub(crate) use cycles::Cycles;
+pub(crate) use dwells::{Dwell, dwells};
+pub(crate) use figures::MOVES;
 pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
 pub(crate) use measured::check_numbers;
 pub(crate) use quantity::Quantity;

@@ -1,5 +1,4 @@
-//! Rows of the metrology table: each quantity with its definition, its source, and the conditions that a free-running
-//! recording does not meet.
+//! Quantities of the metrology table, and their definitions.
 
 use std::mem::discriminant;
 
@@ -7,38 +6,26 @@ use serde::Serialize;
 
 use crate::recording::Axis;
 
+/// Quantity of a row, defined in [`QUANTITIES`]. A crosstalk row holds the loaded axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// Largest width of the largest cycle's loop.
     Hysteresis,
-    /// Largest width of the mean loop of the full cycles.
     MeanLoopHysteresis,
     MeanWidth,
-    /// Deviation of the rising branch from the line between its ends.
     TerminalNonlinearity,
-    /// Deviation of the rising branch from its best-fit line.
     BestFitNonlinearity,
-    /// Deviation of both branches from the line between the ends of the rising branch.
     CombinedError,
-    /// Spread of repeated branches of one recording.
     Repeatability,
-    /// Output at zero after a load, minus the output before the load.
     ZeroReturn,
-    /// Delay of the output behind the reference.
     TimeLag,
-    /// Hysteresis after the time lag is removed.
     HysteresisWithoutLag,
-    /// Change of the output under a constant load.
     Creep,
     CreepTime,
-    /// Change of the output at zero after a load.
     CreepRecovery,
     Crosstalk(Axis),
-    /// Largest systematic deviation while this axis alone is loaded.
     CrosstalkDeviation(Axis),
     Rmse,
     LargestError,
-    /// Value within which 95 % of the errors lie.
     Error95,
 }
 
@@ -85,15 +72,6 @@ impl Quantity {
         }
     }
 
-    /// Returns a name for any loaded axis; `None` if the definition's name is general.
-    pub fn general_name(self) -> Option<&'static str> {
-        match self {
-            Self::Crosstalk(_) => Some("Crosstalk"),
-            Self::CrosstalkDeviation(_) => Some("Crosstalk, largest"),
-            _ => None,
-        }
-    }
-
     /// Returns true if the figures are times in seconds, not loads.
     pub fn is_time(self) -> bool {
         matches!(self, Self::CreepTime | Self::TimeLag)
@@ -114,19 +92,18 @@ impl Quantity {
     }
 }
 
-const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time; here the other axes may carry up to 2 %, and drift and hysteresis of the axis during the load also count";
+const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count";
 
 const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as width";
 
-/// All quantities in the order of the table, each with id, name, definition, source, and the conditions that a free-running
-/// recording does not meet. Crosstalk is listed for Fx.
+/// All quantities in the order of the table, each with the five texts of its [`Definition`]. Crosstalk is listed for Fx.
 const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
     (
         Quantity::Hysteresis,
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over up to 12 neighbouring loads on each side, as few as reduce its noise to a fiftieth of the largest difference",
+            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over neighbouring loads, up to 12 on each side, until its noise is at most a fiftieth of the largest difference",
             "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
             ONE_AXIS_AT_REST,
         ],
@@ -136,8 +113,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_mean_loop",
             "Hysteresis, mean loop",
-            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest one's range, over the loads that all of them share. It needs at least three cycles, and more than half of all loads",
-            "as hysteresis; averaging over cycles is added by this program, to keep the repeated part and to reduce effects of other axes",
+            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest cycle's range, at the loads that these cycles have in common. A mean loop needs at least three cycles, and their common loads must cover more than half of the load range",
+            "as hysteresis; this program also averages the cycles, to keep the repeated part and to reduce effects of other axes",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -146,8 +123,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
-            "mean |falling − rising| over the load range of the mean loop",
-            "as for the mean loop; noise is averaged as for hysteresis, so it hardly increases the mean width",
+            "mean |falling − rising| across the load range of the mean loop",
+            "as for the mean loop; noise is averaged as for hysteresis, so noise hardly increases the mean width",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -158,7 +135,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Nonlinearity, terminal line",
             "largest deviation of the rising branch of the largest cycle from the straight line through its ends (averages over the outer hundredths of its range, extrapolated to the ends)",
             "load-cell makers' glossaries: from no load to rated load, rising only",
-            "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and its start contains hysteresis of earlier loads",
+            "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and the hysteresis of earlier loads affects its start",
         ],
     ),
     (
@@ -176,7 +153,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "combined_error",
             "Combined error",
-            "largest deviation of both branches of the largest cycle from the line through the ends of the rising one",
+            "largest deviation of both branches of the largest cycle from the line through the ends of the rising branch",
             "load-cell makers' glossaries: nonlinearity and hysteresis in one figure",
             "as for hysteresis and nonlinearity",
         ],
@@ -186,7 +163,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "repeatability",
             "Repeatability",
-            "largest difference at equal load between branches of the same direction, over two or more successive, repeated cycles; maximum over the recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
+            "largest difference at equal load between branches of the same direction, in two or more successive, repeated cycles; the maximum of all recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
             "load-cell makers' glossaries: same load, same direction, same conditions",
             "conditions may differ between cycles, for example the speed",
         ],
@@ -207,7 +184,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "hysteresis of the mean loop (of the largest cycle if there is no mean loop) over the reference with the lag of the output. Gains and crosstalk of the output are fitted again to this reference by least squares over these recordings. Given if the lag explains more than a tenth of the mean width, and if two standard errors of the lag change the hysteresis by at most a tenth, or by 0.3 % of full scale",
+            "hysteresis of the mean loop (without a mean loop, of the largest cycle) after the reference is delayed by the lag of the output. Gains and crosstalk of the output are fitted again to the delayed reference by least squares on these recordings. The figure is given if the lag explains more than a tenth of the mean width, and if two standard errors of the lag change the hysteresis by at most a tenth, or by 0.3 % of full scale",
             "as hysteresis",
             ONE_AXIS_AT_REST,
         ],
@@ -217,7 +194,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "zero_return",
             "Zero return",
-            "mean output − load over the first seconds at zero after the axis was loaded, minus that over the last seconds at zero before the load (seconds: the shortest dwell); the largest of all recordings, with its sign",
+            "mean of output − load in the first seconds at zero after the axis was loaded, minus the mean in the last seconds at zero before the load; the largest change in all recordings, with its sign. Both intervals are as long as the shortest dwell",
             "OIML R 60-1, 2.1.5 (output at minimum load after a load, minus the output before)",
             "the standard applies the load for 30 min; here the time depends on the recording",
         ],
@@ -238,7 +215,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "creep_time_constant",
             "Creep, time constant",
-            "τ of output − load = a + b (1 − exp(−t / τ)), fitted over the dwell of the creep figure",
+            "τ of output − load = a + b (1 − exp(−t / τ)), fitted to the dwell of the creep figure",
             "a first-order creep element; no standard defines it",
             "",
         ],
@@ -259,7 +236,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "crosstalk_from",
             "Crosstalk from Fx",
-            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. Samples count in which all other axes are within 2 % of full scale, if the loaded axis reaches 50 % of its full scale (both shares can be set)",
+            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. Only samples count in which all other axes are within 2 % of full scale, and the loaded axis must reach 50 % of its full scale (both shares can be set)",
             "common practice for multi-axis sensors",
             OTHERS_NEARLY_UNLOADED,
         ],
@@ -269,7 +246,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "crosstalk_deviation_from",
             "Crosstalk from Fx, largest",
-            "largest systematic deviation of the axis while the named axis alone is loaded: output − load, minus its value at no load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors counts as zero",
+            "largest systematic deviation of the axis while the named axis alone is loaded: output − load, minus its value at no load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors of zero counts as zero",
             "as crosstalk, including its nonlinear part",
             OTHERS_NEARLY_UNLOADED,
         ],

@@ -1,77 +1,78 @@
-//! Reasons why a figure is missing, as sentences that take its place.
+//! Reasons why a figure is missing, as sentences that replace the figure.
 
-use crate::min_max::MinMax;
 use crate::recording::Axis;
 use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::lag::NoLag;
-use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
+use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, MOST};
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
-    #[error("no recording has a reference load for {axis}; record it in a column of this name")]
+    #[error(
+        "no recording has a reference load for {axis}; record this load in a column named {axis}"
+    )]
     NoReference { axis: Axis },
     #[error(
-        "{axis} stays between {} and {} {}, within the reversal threshold of {} {}; load it further, or choose a smaller reversal threshold", short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
+        "{axis} stays between {} and {} {}, within the reversal threshold of {} {}; apply a larger load, or choose a smaller reversal threshold", short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
     )]
     ConstantLoad { axis: Axis, low: f64, high: f64, reversal_threshold: f64 },
     #[error(
-        "the recordings are load cases without times, so {axis} has no loop, no dwell and no creep; record it over time, with a column t"
+        "the recordings are load cases without times, so {axis} has no loop, no dwell and no creep; record a motion, with its times in a column t"
     )]
     NoTimes { axis: Axis },
     #[error(
-        "no load case of {axis} was measured twice, so its repeatability is unknown; repeat load cases"
+        "no load case of {axis} was measured twice, so the repeatability is unknown; measure load cases twice"
     )]
     NoRepeats { axis: Axis },
-    #[error("{axis} only {} in every recording, so there is no second branch to compare with; record it up and down", if *.rises { "rises" } else { "falls" })]
+    #[error("{axis} only {} in every recording, so there is no second branch to compare; record a rising and a falling load", if *.rises { "rises" } else { "falls" })]
     OneBranch { axis: Axis, rises: bool },
     #[error(
-        "{axis} has no reversal within a recording, so there is no cycle; record it up and down in one run"
+        "{axis} has no cycle within a recording; record a rising and a falling load in one run"
     )]
     NoCycle { axis: Axis },
-    #[error("this figure needs a rising load, but {axis} only falls; record {axis} while it rises")]
+    #[error("this figure needs a rising load, but {axis} only falls; record a rising load")]
     NoRisingBranch { axis: Axis },
     #[error(
-        "the branch of {axis} has samples at {found} loads only; record it more slowly or at a higher rate"
+        "the branch of {axis} has samples at only {found} loads; load the axis more slowly, or record at a higher rate"
     )]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "{axis} has {} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
-         more than {} %. Only the largest cycle is shown", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        "{axis} has {} (at least {} % of the largest cycle's range), with {} % of the load range in common; a mean loop needs {} \
+         cycles with more than {} % in common. Only the largest cycle is shown", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
     FewCycles { axis: Axis, count: usize, share: f64 },
     #[error(
-        "no recording takes {axis} over most of its range twice in the same direction; repeat the cycle in one run"
+        "no recording has two large branches of {axis} in the same direction; repeat the cycle in one run"
     )]
     TooFewCycles { axis: Axis },
     #[error(
-        "no cycle of {axis} is repeated: none turns at the same loads as the one before; repeat the cycle in one run"
+        "no cycle of {axis} is repeated: no cycle turns at the same loads as the previous cycle; repeat the cycle in one run"
     )]
     NotRepeated { axis: Axis },
     #[error(
-        "the cycles of {axis} are not repeated: at equal load of it, {other} is loaded differently; repeat the cycle of one axis alone"
+        "the cycles of {axis} are not repeated: at equal {axis}, the load on {other} differs; repeat the cycle with one axis loaded"
     )]
     OthersDiffer { axis: Axis, other: Axis },
-    #[error("{axis} has no full scale, as it is never loaded; enter one")]
+    #[error("{axis} has no full scale, because the axis is never loaded; enter a full scale")]
     NoFullScale { axis: Axis },
     #[error(
-        "no interval of {} s in which the load is constant with {axis} at {} % of full scale or above",
+        "no recording holds the load constant for {} s while {axis} is at {} % of full scale or above",
         short(*.secs), short(100.0 * .share)
     )]
     NoHold { axis: Axis, share: f64, secs: f64 },
     #[error(
-        "no interval of {} s in which the load dwells at zero (every axis within {} % of full scale)",
+        "no recording dwells at zero for {} s (every axis within {} % of full scale)",
         short(*.secs), short(100.0 * .share)
     )]
     NoZero { share: f64, secs: f64 },
     #[error(
-        "no recording dwells at zero both before and after {axis} was at {} % of full scale or above", short(100.0 * .share)
+        "no recording dwells at zero both before and after {axis} is at {} % of full scale or above", short(100.0 * .share)
     )]
     NoReturn { axis: Axis, share: f64 },
     #[error(
-        "no recording dwells at zero after {axis} was at {} % of full scale or above", short(100.0 * .share)
+        "no recording dwells at zero after {axis} is at {} % of full scale or above", short(100.0 * .share)
     )]
     NoRecovery { axis: Axis, share: f64 },
     #[error("the time lag of {axis} is unknown: {reason}")]
@@ -79,7 +80,7 @@ pub enum Reason {
     #[error("the time lag explains {:.0} % of the mean width of {axis}, so the hysteresis needs no correction", 100.0 * .share)]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(
-        "the uncertainty of the time lag leaves the hysteresis of {axis} uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
+        "the time lag is uncertain, so the hysteresis of {axis} is uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
     )]
     LagTooUncertain { axis: Axis, uncertainty: f64 },
     #[error(transparent)]
@@ -89,11 +90,11 @@ pub enum Reason {
     #[error("{axis} is the only axis, so there is no crosstalk")]
     OnlyAxis { axis: Axis },
     #[error(
-        "no interval in which {axis} alone is loaded (to {} % of full scale or above, every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
+        "no recording loads {axis} alone (to {} % of full scale or above, with every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
     )]
     NeverAlone { axis: Axis, loaded_share: f64, alone_share: f64 },
     #[error(
-        "{axis} alone is loaded at about the same load only, so there is no slope; unload it in the same recording"
+        "while {axis} alone is loaded, its load hardly changes, so there is no slope; record {axis} loaded and unloaded in one run"
     )]
     NotLinear { axis: Axis },
     #[error(
@@ -105,7 +106,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Returns one or two words in place of the sentence, for narrow cells.
+    /// Returns one or two words for a narrow cell.
     pub fn word(&self) -> &'static str {
         match self {
             Self::NoReference { .. } => "no ref.",
@@ -133,24 +134,6 @@ impl Reason {
             Self::NeverAlone { .. } => "not alone",
             Self::NotFinite { .. } => "not finite",
             Self::Overflow { .. } => "too large",
-        }
-    }
-
-    pub fn few_cycles(axis: Axis, TooFew { count, share }: TooFew) -> Self {
-        Self::FewCycles { axis, count, share }
-    }
-
-    /// Returns the reason why there is no cycle with this reversal threshold. `range` is the minimum and maximum load.
-    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, reversal_threshold: f64) -> Self {
-        let branches = loops.branches().iter().flatten();
-        let mut ways = branches.map(|branch| branch.rising);
-        match ways.next() {
-            None => {
-                let (low, high) = range.ends().unwrap_or_default();
-                Self::ConstantLoad { axis, low, high, reversal_threshold }
-            }
-            Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
-            Some(_) => Self::NoCycle { axis },
         }
     }
 }

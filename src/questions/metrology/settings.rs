@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::recording::Axis;
 use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 
-/// Settings of a table of figures.
+/// Settings of the metrology table.
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
@@ -14,7 +14,7 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 /// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale, or ten times its noise |
 /// | `zero_share` | 0.01 | 0 to 1 | at zero each axis is within this share of its full scale from zero |
 /// | `loaded_share` | 0.5 | 0 to 1 | an axis counts as loaded from this share of its full scale |
-/// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone if all others are within this share of their full scales |
+/// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone if all other axes are within this share of their full scales |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MetrologySettings {
@@ -47,7 +47,7 @@ impl Default for MetrologySettings {
     }
 }
 
-/// Rules for loops, dwells and figures.
+/// Rules that define loops, dwells and figures.
 ///
 /// **Shapes** one full scale and one extent per axis.
 ///
@@ -58,9 +58,9 @@ pub struct Rules<'a> {
     pub axes: &'a [Axis],
     /// Full scale of each axis.
     pub full_scale: &'a [f64],
-    /// Settings of the user.
+    /// Settings that the user chose.
     pub settings: &'a MetrologySettings,
-    /// Noise and range of the loads, for settings without a value; see
+    /// Noise and range of each load, for reversal thresholds that the user did not set; see
     /// [`extents_of_set`](crate::scoring::loops::extents_of_set).
     pub extents: &'a [LoadExtent],
 }
@@ -72,7 +72,7 @@ impl Rules<'_> {
         chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::reversal_threshold))
     }
 
-    /// Returns the largest movement in a dwell of the axis at this position, in its unit.
+    /// Returns the largest movement within a dwell of the axis at this position, in its unit.
     pub(crate) fn still(&self, at: usize) -> f64 {
         let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
         (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
@@ -81,20 +81,20 @@ impl Rules<'_> {
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
-    #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]
+    #[error("{given} {what}s are given for {axes} axes; give one for each axis, in axis order")]
     Count { what: &'static str, given: usize, axes: usize },
-    #[error("the {what} of axis {position} is {value}; it must be a number from zero up")]
+    #[error("the {what} of axis {position} is {value}; enter a number of zero or above")]
     PerAxis { what: &'static str, position: usize, value: f64 },
-    #[error("the shortest dwell is {value} s; it must be a number above zero")]
+    #[error("the shortest dwell is {value} s; enter a number above zero")]
     HoldSecs { value: f64 },
-    #[error("{what} is {value}; it must be a share of full scale, between 0 and 1")]
+    #[error("{what} is {value}; enter a share of full scale, between 0 and 1")]
     Share { what: &'static str, value: f64 },
-    #[error("{recording}: {what} holds {actual} numbers where {expected} are needed")]
+    #[error("{recording}: the {what} has {actual} numbers, but {expected} are needed")]
     Shape { recording: String, what: &'static str, expected: usize, actual: usize },
 }
 
 impl MetrologySettings {
-    /// Checks every range of the table above.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
     /// [`MetrologyError`] for the first setting that is out of range.
@@ -102,11 +102,10 @@ impl MetrologySettings {
         if !self.reversal_thresholds.is_empty() {
             let chosen: Vec<f64> =
                 self.reversal_thresholds.iter().map(|band| band.unwrap_or(0.0)).collect();
-            check_per_axis("reversal threshold", "reversal thresholds", &chosen, n_axes)?;
+            check_per_axis("reversal threshold", &chosen, n_axes)?;
         }
         if !(self.hold_secs > 0.0 && self.hold_secs.is_finite()) {
-            let value = self.hold_secs;
-            return Err(MetrologyError::HoldSecs { value });
+            return Err(MetrologyError::HoldSecs { value: self.hold_secs });
         }
         for (what, value) in [
             ("the stability tolerance of a dwell", self.still_share),
@@ -122,15 +121,14 @@ impl MetrologySettings {
     }
 }
 
-/// Checks that there is one number from zero up for each axis.
+/// Checks that there is one number for each axis, zero or above.
 pub(crate) fn check_per_axis(
     what: &'static str,
-    plural: &'static str,
     values: &[f64],
     n_axes: usize,
 ) -> Result<(), MetrologyError> {
     if values.len() != n_axes {
-        return Err(MetrologyError::Count { what: plural, given: values.len(), axes: n_axes });
+        return Err(MetrologyError::Count { what, given: values.len(), axes: n_axes });
     }
     match values.iter().position(|value| !(*value >= 0.0 && value.is_finite())) {
         None => Ok(()),

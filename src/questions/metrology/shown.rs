@@ -1,8 +1,7 @@
-//! Metrology figures as tables.
+//! Tables of metrology figures.
 
-use crate::questions::loops::shown::{MOVES, moves};
 use crate::questions::metrology;
-use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
+use crate::questions::metrology::figures::{Basis, Figure, MOVES, Metrology, Row, Value};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::report::table;
@@ -17,7 +16,7 @@ const OUTPUTS: [(Trace, Output); 2] = [
     (Trace::Compensated, |cell| &cell.compensated),
 ];
 
-/// Returns the figures of the axis at this index, one row each, without crosstalk.
+/// Returns all figures but crosstalk of the axis at this index, one row for each figure.
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
     let title = format!(
@@ -30,7 +29,8 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         let units = shown.both((false, axis.unit()), (true, "% FS"));
         units.into_iter().map(move |(in_percent, unit)| (output, in_percent, unit))
     });
-    let rows = Table::of(metrology.own_rows().map(|row| (row, &row.cells[at])))
+    let own = metrology.rows.iter().filter(|row| row.quantity.crosstalk_from().is_none());
+    let rows = Table::of(own.map(|row| (row, &row.cells[at])))
         .column(Column::words("Figure"), |(row, cell)| match row.quantity.is_time() {
             true => defined(row, format!("{} [{}]", row.definition.name, cell.unit)),
             false => defined(row, row.definition.name.clone()),
@@ -62,11 +62,11 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     if shown != Shown::All {
         return rows.table(title, "");
     }
-    rows.words("cycles", |(_, cell)| {
+    rows.words("cycles, range", |(_, cell)| {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
-    .about("Number of cycles of the figure, and their common share of all loads")
+    .about("Number of cycles of the figure, and the share of the load range that all these cycles cover")
     .columns(
         OUTPUTS,
         |(trace, _)| {
@@ -75,7 +75,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         },
         |(_, cell), (_, output)| {
             let value = output(cell).as_ref().ok();
-            let moved = value.and_then(|value| Some(moves(value.value, &value.basis?)));
+            let moved = value.and_then(|value| Some(value.basis?.moves(value.value)));
             Cell::words(moved.unwrap_or_default())
         },
     )
@@ -84,7 +84,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
 
 fn cycles(basis: &Basis) -> String {
     let share = significant(100.0 * basis.range_share, 2);
-    format!("{} over {share} %", basis.n_cycles)
+    format!("{}, {share} %", basis.n_cycles)
 }
 
 fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: Shown) -> Cell {
@@ -113,9 +113,9 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     }
     if let Some(basis) = &value.basis {
         about.push_str(&format!(
-            "\nCycles: {} of all loads. With ½ and 2 × the reversal threshold: {}",
+            "\nCycles: {} of the load range. With ½ and 2 × the reversal threshold: {}",
             cycles(basis),
-            moves(value.value, basis)
+            basis.moves(value.value)
         ));
     }
     about
@@ -141,11 +141,13 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     Table::beside(title, tables)
 }
 
-/// Returns two rows per loaded axis, with one column per axis that reads it. If figures are missing, one row gives the
-/// reason. `None` for a single axis.
+/// Returns two rows per loaded axis, with one column for each axis that responds. If figures are missing, one row gives the
+/// reason. Returns `None` for a single axis.
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
-    let rows = metrology.crosstalk_rows().flat_map(|(from, row)| {
+    let rows = metrology.rows.iter();
+    let rows = rows.filter_map(|row| Some((row.quantity.crosstalk_from()?, row)));
+    let rows = rows.flat_map(|(from, row)| {
         let outputs = match shared_reason(row) {
             Some(reason) => vec![Err(reason)],
             None => OUTPUTS.map(Ok).to_vec(),
@@ -172,7 +174,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
                 let cell = &row.cells[*at];
                 match output.and_then(|(_, output)| output(cell).as_ref()) {
                     Ok(value) => figure_cell(cell, value, true, Shown::PercentFs),
-                    // The column of the loaded axis itself stays empty without a reason.
+                    // An axis has no crosstalk onto itself, so this cell is text, not a missing number.
                     Err(reason @ Reason::LoadedAxis { .. }) => {
                         Cell::words(reason.word()).about(reason.to_string())
                     }
@@ -184,7 +186,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     (axes.len() > 1).then_some(table)
 }
 
-/// Returns the reason for missing figures, if it is the same for all axes except the loaded one.
+/// Returns the reason for missing figures, if the reason is the same for all axes but the loaded axis.
 fn shared_reason(row: &Row) -> Option<&Reason> {
     let figures = row.cells.iter().flat_map(|cell| [&cell.conventional, &cell.compensated]);
     let mut others = figures.filter(|figure| !matches!(figure, Err(Reason::LoadedAxis { .. })));
@@ -192,8 +194,8 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
     others.all(|other| other.as_ref().err() == Some(reason)).then_some(reason)
 }
 
-/// Returns one row per quantity and axis, for a file. A row has the conventional and the compensated figure, in the axis'
-/// unit and in % of full scale, the place of the figure or the reason why it is missing, and the definition of the quantity.
+/// Returns one row per quantity and axis, for a file. A row has the uncompensated and the compensated figure, in the unit of the
+/// axis and in % of full scale. Each figure has a place, or a reason why the figure is missing.
 ///
 /// Full scale and reversal threshold are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {
@@ -302,7 +304,7 @@ mod tests {
         assert_eq!(texts(&of_axis, "RMSE")[..6], expected);
         assert_eq!(texts(&of_axis, "RMSE")[6..], ["", "", ""]);
         let hysteresis = texts(&of_axis, "Hysteresis");
-        assert_eq!(hysteresis[6], "1 over 100 %");
+        assert_eq!(hysteresis[6], "1, 100 %");
     }
 
     #[test]

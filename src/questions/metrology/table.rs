@@ -1,20 +1,19 @@
-//! Makes the table of all metrology figures.
+//! Table of all metrology figures.
+
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
 use crate::questions::metrology::case_rows::case_figures;
-use crate::questions::metrology::crosstalk::{Alone, crosstalk_figures, intervals_alone};
-use crate::questions::metrology::dwell_rows::DwellRows;
+use crate::questions::metrology::crosstalk::{Response, crosstalk_figures, responses};
+use crate::questions::metrology::dwell_rows::dwell_figures;
 use crate::questions::metrology::errors::error_figures;
-use crate::questions::metrology::figures::Value;
-use crate::questions::metrology::figures::{Cell, Figure, Metrology, Row, Run};
-use crate::questions::metrology::figures::{Found, Result};
-use crate::questions::metrology::lag_rows;
+use crate::questions::metrology::figures::{Cell, Figure, Metrology, Result, Row, Run, Value};
+use crate::questions::metrology::lag_rows::lag_figures;
 use crate::questions::metrology::loop_rows::LoopRows;
-use crate::questions::metrology::measured;
-use crate::questions::metrology::measured::{Measured, OUTPUTS};
+use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
@@ -23,32 +22,46 @@ use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::WORTH_REMOVING;
 use crate::scoring::numbers::significant;
 
-/// Ratio of the largest load to full scale above which the table has a note.
-pub(crate) const BEYOND: f64 = 1.2;
+/// Ratio of the largest load to full scale, above which the table has a finding.
+const BEYOND: f64 = 1.2;
 
-/// Minimum share of the load's range that the largest cycle spans without a note.
-pub(crate) const SMALL: f64 = 0.6;
+/// Share of the load range below which the table has a finding on the span of the largest cycle.
+const SMALL: f64 = 0.6;
 
-/// Returns the table of these runs by given rules.
+/// Returns the metrology table of these runs.
 ///
 /// # Errors
 /// [`MetrologyError`] if a setting is out of range or numbers do not match. A figure that the data do not determine is no
-/// error: its cell holds a [`Reason`].
+/// error: the cell has a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
 ) -> std::result::Result<Metrology, MetrologyError> {
-    let merged = LoadCases::of(runs);
-    let measured = match &merged {
-        Some(cases) => Measured::of(&[cases.run()], rules)?,
+    let cases = joined_cases(runs);
+    let measured = match &cases {
         None => Measured::of(runs, rules)?,
+        Some((reference_axes, [times, reference, conventional, compensated])) => {
+            let name = "all load cases";
+            let (gauges, is_static) = (&[][..], true);
+            let all = Run {
+                name,
+                times,
+                gauges,
+                reference_axes,
+                reference,
+                conventional,
+                compensated,
+                is_static,
+            };
+            Measured::of(&[all], rules)?
+        }
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
-    let alone = intervals_alone(&measured);
-    measured.lags(); // measured here by all threads, before the axes need them
+    let responses = responses(&measured);
+    measured.lags(); // All threads measure the lags here, before the axes need them.
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
-    let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
-    // With many samples, the columns of several axes would fill the memory, so the axes are measured one after the other.
+    let of_axis = |axis| AxisFigures::of(&measured, &responses, axis);
+    // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
     let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
         true => (0..axes.len()).map(of_axis).collect(),
         false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
@@ -81,129 +94,98 @@ pub fn table_by(
     })
 }
 
-pub(crate) struct AxisFigures {
-    outputs: [Vec<(Quantity, Result<Found>)>; OUTPUTS],
-    /// Reason why the other quantities are missing.
-    missing: Reason,
-    /// Span of the largest cycle, as a share of the range.
+#[derive(Default)]
+struct AxisFigures {
+    outputs: [HashMap<Quantity, Figure>; OUTPUTS],
+    /// Reason why the other quantities are missing; `None` if no quantity is missing.
+    missing: Option<Reason>,
+    /// Span of the largest cycle, as a share of the load range.
     cycle_share: Option<f64>,
-    /// Share of the conventional loop's mean width that the lag explains.
+    /// Share of the uncompensated loop's mean width that the lag explains.
     lag_share: Option<f64>,
 }
 
 impl AxisFigures {
-    pub(crate) fn of(measured: &Measured<'_>, alone: &[Alone], axis: usize) -> Self {
+    fn of(measured: &Measured<'_>, responses: &[Result<Response>], axis: usize) -> Self {
         let view = match measured.axis(axis) {
             Ok(view) => view,
-            Err(missing) => {
-                return Self {
-                    outputs: Default::default(),
-                    missing,
-                    cycle_share: None,
-                    lag_share: None,
-                };
-            }
+            Err(missing) => return Self { missing: Some(missing), ..Self::default() },
         };
-        let missing = Reason::NoTimes { axis: view.axis };
         let common = |output| {
-            let crosstalk = crosstalk_figures(measured, alone, axis, output);
+            let crosstalk = crosstalk_figures(measured, responses, axis, output);
             crosstalk.into_iter().chain(error_figures(&view, output))
         };
-        if measured.runs.iter().any(|run| run.is_static) {
+        if measured.runs.iter().any(|columns| columns.run.is_static) {
             let figures = |output| common(output).chain(case_figures(&view, output)).collect();
-            let outputs = std::array::from_fn(figures);
-            return Self { outputs, missing, cycle_share: None, lag_share: None };
+            return Self {
+                outputs: std::array::from_fn(figures),
+                missing: Some(Reason::NoTimes { axis: view.axis }),
+                ..Self::default()
+            };
         }
         let [loops, halved, doubled] =
             [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
-        let dwells = DwellRows::of(&view);
-        let of_lag: [_; OUTPUTS] =
-            std::array::from_fn(|output| lag_rows::figures(&view, axis, output));
+        let of_lag: [_; OUTPUTS] = std::array::from_fn(|output| lag_figures(&view, axis, output));
         let figures = |output: usize| {
-            let others = [&halved, &doubled].map(|other| other.figures(output));
+            let others: [HashMap<_, _>; 2] =
+                [&halved, &doubled].map(|other| other.figures(output).into_iter().collect());
             let mut of_loops = loops.figures(output);
             for (quantity, found) in &mut of_loops {
-                if let Ok(Found { basis: Some(basis), .. }) = found {
-                    let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.size);
+                if let Ok(Value { basis: Some(basis), .. }) = found {
+                    let size = |all: &HashMap<_, Figure>| Some(all[quantity].as_ref().ok()?.value);
                     [basis.reversal_threshold_halved, basis.reversal_threshold_doubled] =
                         others.each_ref().map(size);
                 }
             }
-            let of_lag = [Quantity::TimeLag, Quantity::HysteresisWithoutLag]
-                .into_iter()
-                .zip(of_lag[output].0.clone());
-            (of_loops.into_iter().chain(of_lag))
-                .chain(dwells.figures(output))
+            (of_loops.into_iter().chain(of_lag[output].0.clone()))
+                .chain(dwell_figures(&view, output))
                 .chain(common(output))
                 .collect()
         };
-        let outputs = std::array::from_fn(figures);
-        Self { outputs, missing, cycle_share: loops.share_of_range(), lag_share: of_lag[0].1 }
-    }
-
-    fn figures(&self, quantity: Quantity) -> [Result<Found>; OUTPUTS] {
-        let found = |all: &Vec<_>| figure(all, quantity).cloned();
-        let missing = || Err(self.missing.clone());
-        self.outputs.each_ref().map(|all| found(all).unwrap_or_else(missing))
-    }
-}
-
-fn figure(all: &[(Quantity, Result<Found>)], quantity: Quantity) -> Option<&Result<Found>> {
-    all.iter().find(|(own, _)| *own == quantity).map(|(_, found)| found)
-}
-
-/// Joins the rows of all load cases into one run without an order in time.
-pub(crate) struct LoadCases<'a> {
-    axes: &'a [Axis],
-    times: Vec<f64>,
-    reference: Vec<f64>,
-    conventional: Vec<f64>,
-    compensated: Vec<f64>,
-}
-
-impl<'a> LoadCases<'a> {
-    /// Returns the rows of load cases; `None` if samples have times.
-    fn of(runs: &[Run<'a>]) -> Option<Self> {
-        let with_reference = || runs.iter().filter(|run| !run.reference_axes.is_empty());
-        let is_static = runs.iter().any(|run| run.is_static);
-        let axes = with_reference().next().filter(|_| is_static)?.reference_axes;
-        let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
-            let own = with_reference().filter(|run| run.reference_axes == axes);
-            own.flat_map(values).copied().collect()
-        };
-        let n_rows = joined(|run| run.times).len();
-        Some(Self {
-            axes,
-            times: (0..n_rows).map(|row| row as f64).collect(),
-            reference: joined(|run| run.reference),
-            conventional: joined(|run| run.conventional),
-            compensated: joined(|run| run.compensated),
-        })
-    }
-
-    fn run(&self) -> Run<'_> {
-        Run {
-            name: "all load cases",
-            times: &self.times,
-            gauges: &[],
-            reference_axes: self.axes,
-            reference: &self.reference,
-            conventional: &self.conventional,
-            compensated: &self.compensated,
-            is_static: true,
+        Self {
+            outputs: std::array::from_fn(figures),
+            missing: None,
+            cycle_share: loops.share_of_range(),
+            lag_share: of_lag[0].1,
         }
     }
+
+    fn figures(&self, quantity: Quantity) -> [Figure; OUTPUTS] {
+        self.outputs.each_ref().map(|all| match all.get(&quantity) {
+            Some(found) => found.clone(),
+            None => Err(self.missing.clone().expect("a missing row has a reason")),
+        })
+    }
 }
 
-pub(crate) fn finished(
-    found: Result<Found>,
-    quantity: Quantity,
-    axis: Axis,
-    full_scale: f64,
-) -> Figure {
-    let Found { size, place, mut basis } = found?;
-    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * size / full_scale);
-    if !size.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
+/// Joined columns of several runs: times, reference, uncompensated and compensated load.
+type Joined = [Vec<f64>; 4];
+
+/// Joins the rows of all load cases, which have no order in time. Also returns the axes of the reference. Returns `None` if the
+/// samples have times.
+fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
+    let is_static = runs.iter().any(|run| run.is_static);
+    let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
+    let axes = is_static.then_some(first.reference_axes)?;
+    let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
+        let own = runs.iter().filter(|run| run.reference_axes == axes);
+        own.flat_map(values).copied().collect()
+    };
+    let n_rows = joined(|run| run.times).len();
+    let columns = [
+        (0..n_rows).map(|row| row as f64).collect(),
+        joined(|run| run.reference),
+        joined(|run| run.conventional),
+        joined(|run| run.compensated),
+    ];
+    Some((axes, columns))
+}
+
+/// Returns the figure with its percentage of full scale. A figure that is too large for a number is replaced by the reason.
+fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
+    let Value { value, place, mut basis, .. } = figure?;
+    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * value / full_scale);
+    if !value.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
     }
     if let Some(basis) = &mut basis {
@@ -211,13 +193,13 @@ pub(crate) fn finished(
             *other = other.filter(|size| size.is_finite());
         }
     }
-    Ok(Value { value: size, percent_fs, place, basis })
+    Ok(Value { value, percent_fs, place, basis })
 }
 
 fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
     let found = |id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let bare = |run: &&measured::Columns<'_>| run.loads.iter().all(Option::is_none);
+    let bare = |run: &&Columns<'_>| run.loads.iter().all(Option::is_none);
     let (count, all) = (measured.runs.iter().filter(bare).count(), measured.runs.len());
     let missing = format!("{count} of {all} recordings have no reference load");
     let missing = (count > 0).then(|| found(Id::WithoutReference, missing));
@@ -227,14 +209,14 @@ fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
             let share = percent(share);
             found(
                 Id::SmallCycle,
-                format!("the largest cycle of {axis} spans only {share} of its loads"),
+                format!("the largest cycle of {axis} spans only {share} of its load range"),
             )
         });
         let lag = figures.lag_share.filter(|share| *share > WORTH_REMOVING);
         let lag = lag.zip(measured.lags()[0][at].as_ref().ok()).map(|(share, lag)| {
             let secs = significant(lag.seconds, 3);
             let seen =
-                format!("the uncompensated load of {axis} comes {secs} s after the reference");
+                format!("the uncompensated load of {axis} lags {secs} s behind the reference");
             found(Id::LagInLoop, seen)
                 .with(format!("{} of the mean width of its loop", percent(share)))
         });

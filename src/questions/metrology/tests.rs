@@ -172,7 +172,7 @@ fn nonlinearity_of_a_parabola_is_known() {
     assert_eq!(reason(&table, Quantity::Repeatability), Reason::TooFewCycles { axis: Axis::Fz });
 }
 
-/// Each of three cycles is 0.05 above the one before, so the first and the last differ by 0.1.
+/// Each of three cycles is 0.05 above the previous cycle, so the first and the last differ by 0.1.
 #[test]
 fn repeatability_is_the_spread_of_cycles_at_equal_load() {
     let load = path(&[0.0, 8.0, 0.0, 8.0, 0.0, 8.0, 0.0], 400);
@@ -208,7 +208,8 @@ fn crept(load: &[f64], tau_secs: f64) -> Vec<f64> {
     load.iter().map(creep).collect()
 }
 
-/// A ramp of duration T to x takes the creep element to `x (1 − τ/T (1 − exp(−T/τ)))`. In the dwell of 6 τ it approaches x.
+/// A ramp of duration T to x takes the creep element to `x (1 − τ/T (1 − exp(−T/τ)))`. In the dwell of 6 τ, the element
+/// approaches x.
 #[test]
 fn creep_of_a_first_order_element_is_known() {
     let load = held();
@@ -239,10 +240,10 @@ fn rests_are_found_with_their_levels() {
         settings: &MetrologySettings::default(),
         extents: &extents(&[run], &axes),
     };
-    let found = dwells(&[run], &rules).unwrap();
-    let seen: Vec<_> = found.iter().map(|rest| (rest.at_zero, rest.level[0])).collect();
+    let [fx, found] = [0, 1].map(|axis| dwells(&[run], &rules, axis).unwrap());
+    let seen: Vec<_> = fx.iter().map(|rest| (rest.at_zero, rest.level)).collect();
     assert_eq!(seen, [(true, None), (false, None), (true, None)]);
-    assert_near(found[1].level[1].unwrap(), 10.0, 1e-3);
+    assert_near(found[1].level.unwrap(), 10.0, 1e-3);
     assert_near(found[1].place.to_secs - found[1].place.from_secs, 120.0, 1e-3);
 }
 
@@ -275,7 +276,7 @@ fn error_figures_of_known_errors() {
     assert_eq!(largest.place.unwrap().samples, 99..100);
 }
 
-/// Fx alone, up to 10, adds 0.02 of itself to Fy. Fy is never loaded alone.
+/// Fx is loaded alone, up to 10 N, and adds 0.02 Fx to Fy. Fy is never loaded alone.
 #[test]
 fn crosstalk_is_the_reading_of_the_other_axes_while_one_axis_is_loaded() {
     let alone = path(&[0.0, 10.0, 0.0], 100);
@@ -305,7 +306,7 @@ fn crosstalk_is_the_reading_of_the_other_axes_while_one_axis_is_loaded() {
     let loaded = Reason::LoadedAxis { axis: Axis::Fx };
     assert_eq!(cell(Axis::Fx, Axis::Fx).conventional, Err(loaded));
     let sentence = cell(Axis::Fy, Axis::Fx).conventional.clone().unwrap_err().to_string();
-    assert!(sentence.starts_with("no interval in which Fy alone is loaded"), "{sentence}");
+    assert!(sentence.starts_with("no recording loads Fy alone"), "{sentence}");
 }
 
 #[test]
@@ -430,8 +431,8 @@ fn uniform(k: usize) -> f64 {
     (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Two axes, loaded one after the other. The outputs are the loads plus noise (a share of full scale). Fy also reads Fx and
-/// its square, times `onto`.
+/// Two axes, loaded one after the other. The outputs are the loads plus noise (a share of full scale). Fy also reads Fx
+/// times `slope`, and its square times `square`.
 fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     let ramp = path(&[0.0, 10.0, 0.0, -10.0, 0.0], 200);
     let loads = (ramp.iter().map(|x| [*x, 0.0])).chain(ramp.iter().map(|x| [0.0, *x]));

@@ -1,8 +1,9 @@
-//! Improvement and deterioration by compensation, for each figure and axis.
+//! Changes of figures by compensation, for each axis.
 
 use crate::calibration::Quality;
 use crate::questions::metrology::figures::{Cell, Figure, Metrology};
 use crate::questions::metrology::quantity::Quantity;
+use crate::questions::thresholds::ScoreSet;
 use crate::recording::Axis;
 use crate::scoring::metrics::percent_change;
 
@@ -20,16 +21,16 @@ const COUNTED: [Quantity; 5] = [
 pub struct VerdictFigure {
     /// Short name.
     pub name: String,
-    /// Definition of the figure and its samples.
+    /// Definition of the figure, and a description of the samples.
     pub about: String,
-    /// True for an RMSE, which is in the table of errors; other figures are in the metrology table.
+    /// True for the RMSE, which the table of errors shows. The metrology table shows the other figures.
     pub is_rmse: bool,
-    /// Magnitudes per axis, uncompensated and compensated; `None` if the samples do not determine them.
+    /// Magnitudes per axis, uncompensated and compensated; `None` if the samples do not determine the figure.
     pub of_axes: Vec<Option<[f64; 2]>>,
 }
 
 impl VerdictFigure {
-    /// Returns the change of each axis in whole percent; negative is better.
+    /// Returns the change of each axis by compensation, in whole percent. A negative change is an improvement.
     pub fn changes(&self) -> impl Iterator<Item = Option<f64>> {
         self.of_axes.iter().map(|own| {
             let [before, after] = (*own)?;
@@ -38,7 +39,7 @@ impl VerdictFigure {
     }
 }
 
-/// Changes by compensation.
+/// Changes of the figures by compensation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The axes.
@@ -48,39 +49,30 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Compares both calibrations by the metrology table and by their RMSE: on held-out samples, else on test samples, else
-    /// on training samples.
+    /// Compares both calibrations by the metrology table and by their RMSE: in cross-validation, else on the test recordings,
+    /// else on the training recordings.
     pub fn of(quality: &Quality, metrology: &Metrology) -> Self {
-        let both = [&quality.conventional, &quality.compensated];
-        let sets: [(&str, [Option<&Vec<f64>>; 2]); 3] = [
-            ("RMSE, held-out", both.map(|own| own.cv_rmse.as_ref())),
-            ("RMSE, test", both.map(|own| own.test_rmse.as_ref())),
-            ("RMSE, train", both.map(|own| own.train_rmse.as_ref())),
-        ];
-        let scored =
-            sets.into_iter().find_map(|(name, [before, after])| Some((name, before?, after?)));
-        let rmse = scored.map(|(name, before, after)| VerdictFigure {
-            name: name.to_owned(),
-            about: "root mean squared error; held-out if there is a cross-validation".to_owned(),
-            is_rmse: true,
-            of_axes: before
-                .iter()
-                .zip(after)
-                .map(|(before, after)| Some([*before, *after]))
-                .collect(),
+        let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train].into_iter();
+        let mut scored = sets.filter_map(|set| {
+            Some((set, set.rmse(&quality.conventional)?, set.rmse(&quality.compensated)?))
         });
+        let rmse = scored.next().map(|(set, before, after)| VerdictFigure {
+            name: format!("RMSE, {}", set.label()),
+            about: format!("Root mean squared error. {}", set.explanation()),
+            is_rmse: true,
+            of_axes: before.iter().zip(after).map(|(a, b)| Some([*a, *b])).collect(),
+        });
+        let row_of = |own| metrology.rows.iter().find(|row| row.quantity == own);
         let measured = COUNTED.into_iter().filter_map(|quantity| {
-            let row_of = |own| metrology.rows.iter().find(|row| row.quantity == own);
             let row = row_of(quantity)?;
-            // If a lag explains a part of the loop, only the rest is hysteresis.
+            // If a lag explains a part of the loop, only the width without the lag is hysteresis.
             let without_lag =
                 row_of(Quantity::HysteresisWithoutLag).filter(|_| quantity == Quantity::Hysteresis);
             let of_axes = row.cells.iter().enumerate().map(|(at, cell)| {
                 let value = |output: fn(&Cell) -> &Figure| {
-                    let without_lag =
+                    let corrected =
                         without_lag.and_then(|row| output(&row.cells[at]).as_ref().ok());
-                    let value = without_lag.or(output(cell).as_ref().ok())?;
-                    Some(value.value.abs())
+                    Some(corrected.or(output(cell).as_ref().ok())?.value.abs())
                 };
                 Some([value(|cell| &cell.conventional)?, value(|cell| &cell.compensated)?])
             });
@@ -129,7 +121,7 @@ mod tests {
             let own = verdict.figures.iter().find(|own| own.name == name).expect("a figure");
             own.changes().next().flatten()
         };
-        assert_eq!(change("RMSE, held-out"), Some(-45.0));
+        assert_eq!(change("RMSE, cross-validation"), Some(-45.0));
         assert_eq!(change("Largest error"), Some(250.0));
         assert_eq!(change("Creep"), None, "there is no dwell");
     }

@@ -8,11 +8,14 @@ use jiff::Timestamp;
 use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
 use crate::finding::Finding;
 use crate::questions::check::independent_loads::Sufficiency;
+use crate::questions::errors::query::RecordingResult;
 use crate::questions::expected_error::limits::Checked;
+use crate::questions::loops::LoopPlot;
 use crate::questions::metrology::Metrology;
+use crate::recording::Recording;
 use crate::report::figure::Figure;
 
-/// Contents of a report, which [`report`](super::report) makes.
+/// Contents of a report, made by [`report`](super::report).
 #[derive(Clone, Debug)]
 pub struct ReportData {
     /// Time when the report was made.
@@ -21,25 +24,26 @@ pub struct ReportData {
     pub calibration: Arc<Calibration>,
     /// Notes of the user; may be empty.
     pub notes: String,
-    /// Errors of the factory calibration, if there is one.
+    /// Errors of the factory calibration; `None` without one.
     pub factory: Option<FactoryScores>,
     /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
-    /// All recordings, in order.
+    /// All recordings, in the order of the set.
     pub recordings: Vec<ReportRecording>,
-    /// Data check, or a sentence with the reason why there is none.
+    /// Data check, or a sentence with the reason why the check is missing.
     pub check: Result<Sufficiency, String>,
-    /// Errors over both thresholds, or a sentence with the reason why there are none.
+    /// Errors against each threshold, or a sentence with the reason why the curves are missing.
     pub thresholds: Result<ReportCurves, String>,
-    /// Description of the recordings that loops and figures are measured on.
-    pub measured: String,
-    /// Loops of each axis of the calibration, as measured and without a lag, or a sentence with the reason why there are none.
-    pub loops: Vec<Result<Vec<Figure<'static>>, String>>,
-    /// Errors over time of the recording with the largest errors.
+    /// Description of the recordings on which loops and metrology figures are measured.
+    pub measured: &'static str,
+    /// Loops of each axis of the calibration, as measured and without the lag, or a sentence with the reason why they are
+    /// missing.
+    pub loops: Vec<Result<Vec<LoopPlot>, String>>,
+    /// Errors against time, for the recording with the largest errors; `None` without a reference.
     pub errors: Option<ReportErrors>,
-    /// Table of figures, or a sentence with the reason why there is none.
+    /// Metrology table, or a sentence with the reason why the table is missing.
     pub metrology: Result<Arc<Metrology>, String>,
-    /// Expected error of a reading, or a sentence with the reason why there is none.
+    /// Expected error of a reading, or a sentence with the reason why the expected error is missing.
     pub expected_error: Result<ExpectedError, String>,
     /// Outcome of each limit; empty without limits.
     pub limits: Vec<Checked>,
@@ -52,18 +56,10 @@ pub struct ReportData {
 pub struct ReportRecording {
     /// Name, role and file of the recording.
     pub used: UsedRecording,
-    /// Name of its group; `None` for an ungrouped recording.
-    pub group: Option<String>,
-    /// Number of samples before decimation.
-    pub n_samples: usize,
-    /// Time from the first to the last sample (s).
-    pub duration_secs: f64,
-    /// Sample rate (Hz): the inverse of the median time step.
-    pub rate_hz: Option<f64>,
-    /// Uncompensated RMSE per axis; `None` without a reference.
-    pub conventional_rmse: Option<Vec<f64>>,
-    /// Compensated RMSE per axis; `None` without a reference.
-    pub compensated_rmse: Option<Vec<f64>>,
+    /// The recording before decimation.
+    pub recording: Arc<Recording>,
+    /// Group and errors of the recording.
+    pub result: RecordingResult,
 }
 
 #[derive(Clone, Debug, PartialEq)]

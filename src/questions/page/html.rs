@@ -1,4 +1,4 @@
-//! Page of a report: the values of its template, with tables and figures.
+//! HTML page of a report: fills the template with texts, tables and figures.
 
 use minijinja::{Value, context};
 
@@ -10,6 +10,7 @@ use crate::finding::Face;
 use crate::questions::check::sufficiency_tables;
 use crate::questions::errors::{errors, factory_note};
 use crate::questions::expected_error::{expected_error_table, limits_table};
+use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView};
 use crate::questions::metrology::{axis_figures, crosstalk};
 use crate::questions::thresholds::ScoreSet;
 use crate::recording::Role;
@@ -23,11 +24,7 @@ const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
 pub(super) fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
-    let count = |role: Role| {
-        let roles = report.recordings.iter();
-        let roles = roles.map(|recording| recording.used.role);
-        roles.filter(|own| *own == role).count()
-    };
+    let count = |role: Role| report.recordings.iter().filter(|own| own.used.role == role).count();
     let notes = report.notes.lines().map(|line| line.trim().to_owned());
     let scores = [ScoreSet::Test, ScoreSet::LeftOut, ScoreSet::Train].map(|set| {
         let found = errors(calibration, report.factory.as_ref(), set, Shown::All);
@@ -35,7 +32,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
     });
     let loops = report.loops.iter().zip(&calibration.axes);
     let loops = loops.map(|(found, axis)| {
-        let shown = or_reason(found, |figures| pictures(figures, LOOP_SIZE).into());
+        let shown = or_reason(found, |plots| plots.iter().flat_map(loop_pictures).collect());
         (axis.symbol(), shown)
     });
     let values = context! {
@@ -70,7 +67,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
             about => &*curves.about,
             pictures => pictures(&curves.plots, CURVES_SIZE),
         }),
-        measured => &*report.measured,
+        measured => report.measured,
         loops => loops.collect::<Vec<_>>(),
         errors => report.errors.as_ref().map(|errors| context! {
             recording => &*errors.recording,
@@ -79,8 +76,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
         }),
         metrology => or_reason(&report.metrology, |found| {
             let axes = (0..found.axes.len()).map(|at| axis_figures(found, at, Shown::All));
-            let definitions = found.definitions();
-            let definitions = definitions.map(|(name, about)| (name.to_owned(), about.sentences()));
+            let definitions = found.definitions().map(|(name, about)| (name, about.sentences()));
             context! {
                 n_recordings => found.n_recordings,
                 n_samples => found.n_samples,
@@ -103,20 +99,23 @@ fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> V
     }
 }
 
-fn pictures(figures: &[Figure<'_>], size: (f64, f64)) -> Vec<Value> {
-    let pictures = figures.iter().map(|figure| picture(figure, size));
-    pictures.collect()
+/// Returns the figure of the loops. If a lag explains much of the width, adds a figure of width against rate.
+fn loop_pictures(plot: &LoopPlot) -> Vec<Value> {
+    let view = LoopView::of_all(plot, ("", ""), FiguresOf::Mean);
+    let by_rate = plot.lag.is_worth_removing().then(|| view.widths_by_rate(&Inks::PRINT));
+    let loops = view.figure(&Inks::PRINT, None);
+    pictures(&[loops].into_iter().chain(by_rate.flatten()).collect::<Vec<_>>(), LOOP_SIZE)
 }
 
-fn picture(figure: &Figure<'_>, size: (f64, f64)) -> Value {
-    Value::from_safe_string(figure.svg(size))
+fn pictures(figures: &[Figure<'_>], size: (f64, f64)) -> Vec<Value> {
+    figures.iter().map(|figure| Value::from_safe_string(figure.svg(size))).collect()
 }
 
 fn all(tables: &[Table]) -> Vec<Value> {
     tables.iter().map(table).collect()
 }
 
-/// Returns a table with its title above and its note below.
+/// Returns the markup of a table, with its title above and its notes below.
 fn table(table: &Table) -> Value {
     let titles = table.columns.iter();
     let titles: Vec<Cell> = titles.map(|column| Cell::words(column.title())).collect();
@@ -129,7 +128,7 @@ fn table(table: &Table) -> Value {
     Value::from_safe_string(markup.trim_end().to_owned())
 }
 
-/// Returns the attributes and the text of each cell. A long reason is replaced by the number of a footnote.
+/// Returns the attributes and the text of each cell. A reason in a narrow cell is replaced by the number of a footnote.
 fn row(columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) -> Vec<(Value, String)> {
     let mut row = Vec::new();
     let mut cells = columns.iter().zip(cells).peekable();

@@ -1,5 +1,5 @@
-//! A report on a calibration: one self-contained HTML file. The markup is well-formed for any file names, without scripts or
-//! external parts. A missing result is replaced by its reason.
+//! Report on a calibration: one self-contained HTML file, without scripts or external files. The markup is well-formed for any
+//! file names. A missing result is replaced by the reason.
 
 mod data;
 mod html;
@@ -14,7 +14,7 @@ use self::html::html_of;
 pub use self::request::{ReportRequest, check_limits, report};
 use crate::export::{WriteError, write_atomically};
 
-/// Writes a report atomically.
+/// Writes a report. An error leaves an existing file unchanged.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written.

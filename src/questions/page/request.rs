@@ -1,4 +1,4 @@
-//! Contents of a report on a calibration: fit, errors over the thresholds, loops, figures, traces.
+//! Computes the contents of a report: fit, errors against the thresholds, loops, metrology figures, traces.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -18,8 +18,7 @@ use crate::questions::errors::view::View;
 use crate::questions::expected_error::limits::{Checked, Limits, Measured};
 use crate::questions::expected_error::query::{expected_error, handed_over_with};
 use crate::questions::loops::{
-    FiguresOf, Inks, Look, LookError, LookRequest, LoopQuestion, LoopView, Output, Question, Span,
-    TableOf, TableQuestion, Up, Viewer,
+    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, Viewer,
 };
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::models::training::train;
@@ -29,17 +28,17 @@ use crate::questions::thresholds::{
     Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, threshold_curve,
 };
 use crate::recording::{Axis, Identity, RecordingSet, Role, ValidRange};
-use crate::report::figure;
-use crate::report::figure::{Figure, Line, Scale, color};
+use crate::report::Trace;
+use crate::report::figure::{DASHED, Figure, Line, Scale, color};
 use crate::scoring::Series;
 
-/// Number of values of F_th and of t_th in the curves, without those of the fit.
+/// Number of values of F_th and of t_th in the curves. The thresholds of the fit are added.
 const CURVE_POINTS: (usize, usize) = (29, 9);
-/// Number of columns of a trace; more than the width of the page in its own units.
+/// Number of columns to which a trace is reduced. The width of a figure on the page has fewer units.
 const TRACE_COLUMNS: f64 = 1200.0;
-/// Width and height of the loops' drawing, larger than their plots on the page.
+/// Resolution of the loops: width and height in pixels, more than a plot on the page has.
 const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
-/// Free space above and below a curve, as a share of its range.
+/// Margin above and below the error traces, as a share of their range.
 const MARGIN: f64 = 0.05;
 
 /// Request for a report.
@@ -49,18 +48,18 @@ pub struct ReportRequest {
     pub request: Request,
     /// Identity of the sensor.
     pub identity: Identity,
-    /// Free text.
+    /// Notes of the user.
     pub notes: String,
     /// Limits that the calibration must not exceed.
     pub limits: Limits,
     /// Settings of loops and metrology figures.
     pub measuring: MetrologySettings,
-    /// Limits of the sensor's channels that the user entered.
+    /// Valid range of the gauges that the user entered.
     pub range: ValidRange,
 }
 
 impl ReportRequest {
-    /// Returns a request for a report on this fit, with all other entries empty.
+    /// Returns a request for a report on this fit, without notes, limits or identity.
     pub fn of(request: Request) -> Self {
         Self {
             request,
@@ -73,13 +72,13 @@ impl ReportRequest {
     }
 }
 
-/// Makes the fit, or takes its calibration, and returns a report on it.
+/// Returns a report on the fit or the applied calibration of the request.
 ///
-/// Loops and figures are measured on the test recordings, or on the training recordings if there are none. The recordings on
-/// screen do not matter. A result that cannot be computed is replaced by a sentence with the reason.
+/// Loops and metrology figures are measured on the test recordings, or without test recordings, on the training recordings.
+/// The recordings on screen do not matter. A result that cannot be computed is replaced by a sentence with the reason.
 ///
 /// # Errors
-/// [`AnalysisError`] if there is no calibration to report on, or the work was cancelled.
+/// [`AnalysisError`] if the request gives no calibration, or the work was cancelled.
 pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, AnalysisError> {
     const STAGES: u64 = 6;
     let request = &asked.request;
@@ -106,21 +105,20 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
-    let not_fitted = "The calibration was not fitted to these recordings.";
-    let thresholds = match analysis.fitted {
-        true => thresholds(request, &progress.part(), &mut warnings)?,
-        false => Err(not_fitted.to_owned()),
-    };
-    let check = match analysis.fitted {
+    let (thresholds, check) = match analysis.fitted {
         true => {
+            let thresholds = thresholds(request, &progress.part(), &mut warnings)?;
             let data = CheckData::of(request, asked.range.clone(), None);
-            sufficiency(&data, &progress.part()).map_err(|error| sentence(&error.to_string()))
+            let check = sufficiency(&data, &progress.part());
+            (thresholds, check.map_err(|error| sentence(&error.to_string())))
         }
-        false => Err(not_fitted.to_owned()),
+        false => {
+            let not_fitted = "The calibration was not fitted to these recordings.".to_owned();
+            (Err(not_fitted.clone()), Err(not_fitted))
+        }
     };
     progress.advance(1);
-    let of = TableOf::usual(&applied.recordings);
-    let mut looker = Looker::new(&analysis, &applied, &asked.measuring, of, progress);
+    let mut looker = Looker::new(&analysis, &applied, &asked.measuring, progress);
     let loops = (analysis.calibration.axes.iter())
         .map(|axis| looker.loops(*axis))
         .collect::<Result<_, _>>()?;
@@ -139,10 +137,10 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
         notes: asked.notes.clone(),
         factory: analysis.factory,
         fitted: analysis.fitted,
-        recordings: recordings(&applied.recordings, &analysis.recordings),
+        recordings: recordings(&applied.recordings, analysis.recordings),
         check,
         thresholds,
-        measured: measured_recordings(of),
+        measured: measured_recordings(looker.of),
         loops,
         errors: shown.map(|(at, chosen)| ReportErrors {
             recording: applied.recordings.entries()[at].recording.name().to_owned(),
@@ -157,7 +155,6 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     })
 }
 
-/// Returns the outcome of each limit, if the loops come from a report's usual recordings.
 fn checked(
     limits: &Limits,
     calibration: &Calibration,
@@ -174,7 +171,7 @@ fn checked(
     })
 }
 
-/// Returns the outcome of each limit for a fitted calibration, as [`report`] does.
+/// Returns the outcome of each limit for a fitted calibration, as in a [`report`].
 ///
 /// # Errors
 /// As [`report`].
@@ -193,31 +190,24 @@ pub fn check_limits(
                 ..request.clone()
             };
             let analysis = Analyst::default().analyse(&applied, progress)?;
-            let of = TableOf::usual(&applied.recordings);
             let measuring = MetrologySettings::default();
-            Looker::new(&analysis, &applied, &measuring, of, progress).table()?
+            Looker::new(&analysis, &applied, &measuring, progress).table()?
         }
         false => Err("not measured".to_owned()),
     };
     Ok(checked(limits, calibration, &expected_error, &metrology))
 }
 
-fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportRecording> {
-    let used = used_recordings(set).into_iter();
-    (used.zip(set.entries()).zip(results))
-        .map(|((used, entry), result)| ReportRecording {
-            used,
-            group: result.group.clone(),
-            n_samples: entry.recording.n_samples(),
-            duration_secs: entry.recording.duration_secs(),
-            rate_hz: entry.recording.rate_hz(),
-            conventional_rmse: result.conventional_rmse.clone(),
-            compensated_rmse: result.compensated_rmse.clone(),
+fn recordings(set: &RecordingSet, results: Vec<RecordingResult>) -> Vec<ReportRecording> {
+    (used_recordings(set).into_iter().zip(set.entries()).zip(results))
+        .map(|((used, entry), result)| {
+            let recording = Arc::clone(&entry.recording);
+            ReportRecording { used, recording, result }
         })
         .collect()
 }
 
-/// Returns the recording with the largest compensated error over full scale, and the reason for this choice.
+/// Returns the recording with the largest compensated error relative to full scale, and a description of the choice.
 fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str)> {
     let full_scale = &analysis.calibration.full_scale;
     let badness = |at: usize| -> Option<f64> {
@@ -236,21 +226,20 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
         rated.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
     };
     let chosen = [
-        (Role::Test, "the test recording with the largest errors over full scale"),
-        (Role::Train, "the training recording with the largest errors over full scale"),
-        (Role::Off, "the recording with the largest errors over full scale"),
+        (Role::Test, "the test recording with the largest errors relative to full scale"),
+        (Role::Train, "the training recording with the largest errors relative to full scale"),
+        (Role::Off, "the recording with the largest errors relative to full scale"),
     ];
     chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
-fn measured_recordings(of: TableOf) -> String {
-    let words = match of {
+fn measured_recordings(of: TableOf) -> &'static str {
+    match of {
         TableOf::Test => "the test recordings",
-        TableOf::Train => "the training recordings (none is in the test role)",
-        TableOf::NotFitted => "the test recordings and those that are off",
+        TableOf::Train => "the training recordings (no recording has the test role)",
+        TableOf::NotFitted => "the test recordings and the recordings that are off",
         TableOf::All => "all recordings",
-    };
-    words.to_owned()
+    }
 }
 
 fn warnings(analysis: &Analysis) -> Vec<Finding> {
@@ -260,20 +249,17 @@ fn warnings(analysis: &Analysis) -> Vec<Finding> {
     simulated.into_iter().chain(analysis.findings.iter().cloned()).collect()
 }
 
-/// Returns the errors over each threshold, through the thresholds of the fit. `Err` holds the reason why there are none.
+/// Returns the errors against each threshold, at the fit's value of the other threshold. The inner error is the reason why the
+/// curves are missing.
 fn thresholds(
     request: &Request,
     progress: &Progress,
     warnings: &mut Vec<Finding>,
 ) -> Result<Result<ReportCurves, String>, AnalysisError> {
     let recordings = Arc::clone(&request.recordings);
-    let mut made = || {
-        let study = Study::prepare(
-            &request.datasets,
-            recordings.clone(),
-            request.settings.clone(),
-            progress,
-        )?;
+    let settings = request.settings.clone();
+    let made = || {
+        let study = Study::prepare(&request.datasets, recordings, settings, progress)?;
         let present = study.present_thresholds();
         let grid = grid_through(present, study.largest_distance())?;
         let map = study.threshold_map(&grid, progress, &|_| {})?;
@@ -324,12 +310,12 @@ fn curves(
     });
     let plots = plots.collect();
     let mut about = match has_look_back {
-        true => "Root mean squared errors over each threshold. Vertical lines mark the thresholds of the fit.".to_owned(),
+        true => "Root mean squared error against each threshold. Vertical lines mark the thresholds of the fit.".to_owned(),
         false => "The fit has no look-back. The curves show the errors with a look-back added to its other features.".to_owned(),
     };
     if settings.regressor.learner().is_some() {
         about.push_str(
-            " They are errors of the linear regressor, because it can be fitted at every threshold.",
+            " The errors are of the linear regressor, because only this regressor is fitted at every threshold.",
         );
     }
     let measure = map.scale.default_measure();
@@ -357,15 +343,15 @@ impl<'a> Looker<'a> {
         analysis: &Analysis,
         request: &Request,
         measuring: &MetrologySettings,
-        of: TableOf,
         progress: &'a Progress,
     ) -> Self {
+        let of = TableOf::usual(&request.recordings);
         Self {
             viewer: Viewer::default(),
             request: LookRequest {
                 loads: OnScreen::of(request, analysis, None),
                 measuring: measuring.clone(),
-                question: Question::Table(TableQuestion { of }),
+                question: Question::Table(of),
             },
             of,
             progress,
@@ -381,10 +367,9 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// Returns the loops of an axis. If a lag explains much of their width, adds the width by rate and the loops without the
-    /// lag.
-    fn loops(&mut self, axis: Axis) -> Result<Result<Vec<Figure<'static>>, String>, AnalysisError> {
-        let mut figures = Vec::new();
+    /// Returns the loops of an axis as measured. If a lag explains much of their width, adds the loops without the lag.
+    fn loops(&mut self, axis: Axis) -> Result<Result<Vec<LoopPlot>, String>, AnalysisError> {
+        let mut plots = Vec::new();
         for lag_removed in [false, true] {
             let question = Question::Loops(LoopQuestion {
                 axis,
@@ -399,18 +384,17 @@ impl<'a> Looker<'a> {
                 Ok(_) => return Ok(Err("There are no loops.".to_owned())),
                 Err(reason) => return Ok(Err(reason)),
             };
-            let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
-            figures.push(view.figure(&Inks::PRINT, None).into_owned());
-            if !plot.lag.is_worth_removing() {
+            let is_last = !plot.lag.is_worth_removing();
+            plots.push(plot);
+            if is_last {
                 break;
             }
-            figures.extend(view.widths_by_rate(&Inks::PRINT));
         }
-        Ok(Ok(figures))
+        Ok(Ok(plots))
     }
 
     fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
-        let look = self.look(Question::Table(TableQuestion { of: self.of }))?;
+        let look = self.look(Question::Table(self.of))?;
         Ok(look.and_then(|look| match look {
             Look::Table(table) => Ok(table),
             _ => Err("There are no figures.".to_owned()),
@@ -418,7 +402,7 @@ impl<'a> Looker<'a> {
     }
 }
 
-/// Returns a sentence with a capital letter and a full stop.
+/// Returns the text as a sentence: with a capital letter and a full stop.
 pub(super) fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(char::to_uppercase);
@@ -426,56 +410,39 @@ pub(super) fn sentence(text: &str) -> String {
     format!("{capital}{}.", letters.as_str().trim_end_matches('.'))
 }
 
-fn name(output: Output) -> &'static str {
-    match output {
-        Output::Conventional => "Uncompensated",
-        Output::Compensated => "Compensated",
-    }
-}
-
-/// Returns a line in the load's colour. The uncompensated load is dashed, so that colour is not needed to identify it.
-fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> Line<'static> {
-    let (color, dash) = match output {
-        Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),
-        Output::Compensated => (color::COMPENSATED, None),
-    };
-    Line { dash, ..Line::new(name, color, pieces) }
-}
-
 fn error_figures(traces: &TraceSet) -> Vec<Figure<'static>> {
     let axes = traces.axes.iter();
     axes.filter_map(|axis| error_figure(traces, axis)).collect()
 }
 
+/// Returns the errors of an axis over time; `None` without a reference.
 fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>> {
     let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
-    let errors = [
-        (Output::Conventional, axis.conventional_error.as_ref()?, 1.0),
-        (Output::Compensated, axis.compensated_error.as_ref()?, 1.6),
+    // Only the compensated load has a solid line, so that the lines differ without colour.
+    let lines = [
+        (Trace::Factory, color::FACTORY, Some(DASHED), 1.0),
+        (Trace::Conventional, color::CONVENTIONAL, Some(DASHED), 1.0),
+        (Trace::Compensated, color::COMPENSATED, None, 1.6),
     ];
-    let own = errors.map(|(output, series, width)| Line {
-        width,
-        ..line(output, name(output), vec![points(traces, series)])
+    let lines = lines.into_iter().filter_map(|(trace, color, dash, width)| {
+        let points = points(traces, axis.error(trace)?);
+        Some(Line { width, dash, ..Line::new(trace.label(), color, [points]) })
     });
-    let factory = axis.factory_error.as_ref().map(|series| Line {
-        width: 1.0,
-        dash: Some(figure::DASHED),
-        ..Line::new("Factory", color::FACTORY, [points(traces, series)])
-    });
-    let lines: Vec<_> = factory.into_iter().chain(own).collect();
+    let lines: Vec<Line<'_>> = lines.collect();
     let errors = lines.iter().flat_map(|line| line.pieces[0].iter());
     let heights = errors.map(|[_, up]| *up).chain([0.0]);
     let end = traces.times.last().copied().unwrap_or(0.0);
-    Some(Figure {
+    let up = Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN);
+    (!lines.is_empty()).then(|| Figure {
         title: symbol.to_owned(),
         across: Scale::new(traces.across(), (0.0, end)),
-        up: Scale::spanning(format!("{symbol} error [{unit}]"), heights, MARGIN),
+        up,
         lines,
         ..Figure::default()
     })
 }
 
-/// Returns a trace in columns of one unit of the page.
+/// Returns the points of a trace, reduced to [`TRACE_COLUMNS`] columns.
 fn points(traces: &TraceSet, series: &Series) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     let (first, last) = (traces.times.first(), traces.times.last());

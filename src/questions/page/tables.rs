@@ -1,4 +1,4 @@
-//! Tables of a report: sensor, errors, settings and matrices.
+//! Tables of a report: sensor, recordings, settings and matrices.
 
 use super::data::{ReportData, ReportRecording};
 use crate::calibration::{Calibration, LinearMap};
@@ -6,9 +6,8 @@ use crate::export::settings_of;
 use crate::features::Distance;
 use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
-use crate::shown::and_more;
 
-/// Maximum number of columns of a matrix. The JSON export holds larger ones.
+/// Maximum number of features that the table of a matrix shows.
 const MAX_FEATURES: usize = 400;
 
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
@@ -30,10 +29,10 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     let files = Table::of(&report.recordings)
         .words("Name", |own| &own.used.name)
         .words("Role", |own| own.used.role.label())
-        .words("Group", |own| own.group.as_deref().unwrap_or("–"))
-        .column(Column::numbers("Samples"), |own| Cell::words(own.n_samples.to_string()))
-        .digits("Duration [s]", 5, |own| Some(own.duration_secs))
-        .digits("Rate [Hz]", 4, |own| own.rate_hz)
+        .words("Group", |own| own.result.group.as_deref().unwrap_or("–"))
+        .column(Column::numbers("Samples"), |own| Cell::whole(own.recording.n_samples()))
+        .digits("Duration [s]", 5, |own| Some(own.recording.duration_secs()))
+        .digits("Rate [Hz]", 4, |own| own.recording.rate_hz())
         .words("File", |own| own.used.file.as_deref().unwrap_or("built-in simulated sensor"))
         .column(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") }, |own| {
             match (&own.used.file, &own.used.sha256) {
@@ -43,8 +42,8 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
             }
         })
         .table("", "");
-    let rmse = |own: &ReportRecording| {
-        Some([own.conventional_rmse.clone()?, own.compensated_rmse.clone()?])
+    let rmse = |ReportRecording { result, .. }: &ReportRecording| {
+        Some([result.conventional_rmse.clone()?, result.compensated_rmse.clone()?])
     };
     let errors = Table::of(report.recordings.iter().map(|own| (&own.used.name, rmse(own))))
         .words("RMSE, Uncompensated → Compensated", |(name, _)| *name)
@@ -65,36 +64,32 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
 }
 
 pub(super) fn settings(calibration: &Calibration) -> Table {
-    Table::of(setting_rows(calibration))
-        .words("Setting", |(name, _)| *name)
-        .words("Value", |(_, value)| value.clone())
-        .table("", "")
-}
-
-fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let ridge = quality.ridge_in_words(&calibration.axes);
-    let ridge = ridge.unwrap_or_else(|| "none".to_owned());
-    let condition = quality.condition;
-    let condition = condition.map_or_else(|| "none".to_owned(), |number| significant(number, 4));
-    let n_features = calibration.columns().len();
+    let condition = quality.condition.map(|number| significant(number, 4));
+    let none = || "none".to_owned();
+    let rank = format!(
+        "{} of {} features, {}",
+        quality.rank,
+        calibration.columns().len(),
+        condition.unwrap_or_else(none)
+    );
     let distance = match calibration.features.distance {
         Distance::Force => "the force axes, in newtons",
         Distance::FullScale => "all axes, each divided by its full scale",
     };
     let mut rows = settings_of(calibration);
     rows.extend([
-        ("F_th is measured over", distance.to_owned()),
-        ("ridge", ridge),
-        (
-            "rank and condition number",
-            format!("{} of {n_features} features, {condition}", quality.rank),
-        ),
+        ("axes of the distance F_th", distance.to_owned()),
+        ("ridge", ridge.unwrap_or_else(none)),
+        ("rank and condition number", rank),
     ]);
-    rows
+    Table::of(rows)
+        .words("Setting", |(name, _)| *name)
+        .words("Value", |(_, value)| value.clone())
+        .table("", "")
 }
 
-/// Returns the matrices, and the matrix of standard errors.
 pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     let conventional = &calibration.conventional;
     let mut tables = vec![matrix("Uncompensated", conventional, calibration)];
@@ -102,7 +97,7 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
         tables.push(matrix("Compensated", map, calibration));
         if let Some(known) = &calibration.quality.coefficients {
             let map = LinearMap::new(map.columns.clone(), known.standard.clone());
-            let title = format!("Compensated: standard errors, a jackknife {}", known.left_out);
+            let title = format!("Compensated: standard errors by jackknife {}", known.left_out);
             tables.push(matrix(&title, &map, calibration));
         }
     }
@@ -111,8 +106,10 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
 
 fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
     let features = map.names(&calibration.gauges).into_iter().enumerate();
-    let more = and_more(map.columns.len(), MAX_FEATURES);
-    let note = more.map(|more| format!("{more}, which the complete calibration (JSON) has."));
+    let note = match map.columns.len().saturating_sub(MAX_FEATURES) {
+        0 => String::new(),
+        more => format!("The complete calibration (JSON) has {more} more features."),
+    };
     Table::of(features.take(MAX_FEATURES))
         .words("Feature", |(_, name)| name.clone())
         .columns(
@@ -120,5 +117,5 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
             |(axis, _)| Column::load(**axis),
             |(feature, _), (_, numbers)| Cell::digits(Some(numbers[*feature]), 7),
         )
-        .table(title, note.unwrap_or_default())
+        .table(title, note)
 }

@@ -1,4 +1,4 @@
-//! Densities as images: the hue shows the curve, its strength the number of samples.
+//! Images of densities. The colour shows the curve, and the opacity shows the number of samples.
 
 use std::io;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ pub struct Cloud {
     pub color: [u8; 3],
 }
 
-/// Image of clouds over one frame.
+/// Image of densities in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CloudPicture {
     /// Range that the image covers.
@@ -29,8 +29,8 @@ pub struct CloudPicture {
 }
 
 impl CloudPicture {
-    /// Returns images of these clouds, one for all clouds with the same frame and cells. One pixel covers `cells_per_pixel`
-    /// cells across and up. Where clouds overlap, their colours are mixed by density.
+    /// Returns images of these clouds. Clouds with the same frame and cells share one image, in which overlapping colours are
+    /// mixed by density. One pixel covers `cells_per_pixel` cells horizontally and vertically.
     pub fn of(clouds: &[Cloud], cells_per_pixel: usize) -> Vec<Self> {
         let mut groups: Vec<Vec<&Cloud>> = Vec::new();
         for cloud in clouds {

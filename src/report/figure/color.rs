@@ -1,6 +1,6 @@
-//! Colours that are distinguishable with any colour vision, the same in files and in the window. All are red, green, blue.
+//! Colours of figures in files and in the window, as red, green, blue. They are distinguishable with any colour vision.
 
-// The next colours are from Okabe and Ito (2008).
+// Blue, purple and sky are colours from Okabe and Ito (2008).
 pub const BLUE: [u8; 3] = [0, 114, 178];
 pub const PURPLE: [u8; 3] = [204, 121, 167];
 pub const SKY: [u8; 3] = [86, 180, 233];
@@ -18,16 +18,15 @@ pub const GUIDE: [u8; 3] = [100, 100, 100];
 /// Factory on a light background.
 pub const FACTORY: [u8; 3] = [160, 70, 120];
 
-/// Scores on a light background. Colours distinguish loads, so scores are distinguished by dashes.
+/// Scores on a light background. Scores differ by their dashes, because colours distinguish loads.
 pub const SCORE: [u8; 3] = [60, 60, 60];
 
-/// Returns the colour of falling branches, halfway between that of rising branches and that of text.
+/// Returns the colour of falling branches: halfway between the colours of rising branches and of text.
 pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
     [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
 }
 
-/// Returns the colour of a share of a range, 0 to 1. Lightness increases with the share in even steps, so that it reads
-/// without colour.
+/// Returns the colour of a share from 0 to 1. Lightness increases evenly with the share, so the scale is readable in grey.
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0)).as_array()
 }

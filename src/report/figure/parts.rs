@@ -1,21 +1,22 @@
-//! A figure as plain data: two scales, and lines or cells on them.
+//! A figure as plain data: two scales, with lines or a heat map.
 
 use std::borrow::Cow;
 
+use crate::min_max::MinMax;
 use crate::report::figure::cloud::Cloud;
 
-/// Width and height of a separate figure, in its own units.
+/// Width and height of a figure in a file of its own (SVG units).
 pub const STANDS_ALONE: (f64, f64) = (800.0, 600.0);
 /// Lengths of the dashes and gaps of a dashed line (points).
 pub const DASHED: [f32; 2] = [7.0, 4.0];
 /// Lengths of the dots and gaps of a dotted line (points).
 pub const DOTTED: [f32; 2] = [2.0, 4.0];
 
-/// Shape of an arrow (points): distance of the tip from its place, and distance of the other corners behind and beside it.
-/// The triangle is slim, because an equilateral one shows no direction.
+/// Shape of an arrow (points): distances of the tip ahead of the arrow's place, and of the other corners behind and beside
+/// this place. The triangle is slim, because an equilateral triangle shows no direction.
 const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
 
-/// Lines or a heat map over two scales.
+/// Lines or a heat map in a plot with two scales.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure<'a> {
     /// Title of the figure.
@@ -24,17 +25,17 @@ pub struct Figure<'a> {
     pub across: Scale,
     /// Vertical scale.
     pub up: Scale,
-    /// Colours under the lines.
+    /// Heat map, drawn under the lines.
     pub heat_map: Option<HeatMap>,
-    /// Densities under the lines.
+    /// Densities, drawn under the lines.
     pub clouds: Vec<Cloud>,
     /// Lines, in the order of drawing.
     pub lines: Vec<Line<'a>>,
-    /// Arrows over the lines.
+    /// Arrows, drawn on top of the lines.
     pub arrows: Vec<Arrow>,
     /// Shaded interval of the horizontal scale.
     pub shaded: Option<(f64, f64)>,
-    /// Place on the horizontal scale that a vertical line marks.
+    /// Value on the horizontal scale that a vertical line marks.
     pub marked: Option<f64>,
 }
 
@@ -45,11 +46,11 @@ pub struct Scale {
     pub label: String,
     /// Minimum and maximum of the scale.
     pub range: (f64, f64),
-    /// Value of each cell, for cells of width one that begin at 0; empty for a continuous scale.
+    /// Value of each cell of a heat map; empty for a continuous scale. Cell n covers the range from n to n + 1.
     pub cells: Vec<f64>,
 }
 
-/// A line in one or more pieces.
+/// A line that consists of one or more pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line<'a> {
     /// Name in the legend; lines with an empty name are not in the legend.
@@ -69,7 +70,7 @@ pub struct Line<'a> {
 /// Arrowhead that shows the direction of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrow {
-    /// Place of the arrow.
+    /// Point on the line where the arrow is drawn.
     pub at: [f64; 2],
     /// Two points; the arrow points from the first to the second.
     pub way: [[f64; 2]; 2],
@@ -77,7 +78,7 @@ pub struct Arrow {
     pub color: [u8; 3],
 }
 
-/// A number for every pair of cells of the two scales.
+/// Number for each pair of a horizontal and a vertical cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatMap {
     /// Quantity and range of the colours.
@@ -94,16 +95,14 @@ impl Scale {
         Self { label: label.into(), range, cells: Vec::new() }
     }
 
-    /// Returns a scale around the finite numbers, with this share of their range as a margin, also around a single number.
+    /// Returns a scale around the finite numbers, with a margin. `room` is the margin as a share of the range.
     pub fn spanning(
         label: impl Into<String>,
         numbers: impl IntoIterator<Item = f64>,
         room: f64,
     ) -> Self {
-        let finite = numbers.into_iter().filter(|number| number.is_finite());
-        let ends = finite.map(|number| (number, number));
-        let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
-        let range = match ends.map(|(low, high)| (low, high, high - low)) {
+        let finite: MinMax = numbers.into_iter().filter(|number| number.is_finite()).collect();
+        let range = match finite.ends().map(|(low, high)| (low, high, high - low)) {
             Some((low, high, span)) if span > 0.0 && span.is_finite() => {
                 (low - room * span, high + room * span)
             }
@@ -129,32 +128,13 @@ impl Figure<'_> {
             self.lines.iter().map(|line| &*line.name).filter(|name| !name.is_empty()).collect();
         names.dedup();
         let of = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
-        format!("{}, {} over {}{of}", self.title, self.up.label, self.across.label)
-    }
-
-    /// Returns the same figure with its own copy of the lines.
-    pub fn into_owned(self) -> Figure<'static> {
-        let owned = |Line { name, color, opacity, width, dash, pieces }: Line<'_>| {
-            let pieces = pieces.into_iter();
-            Line { opacity, width, dash, ..Line::new(name, color, pieces.map(Cow::into_owned)) }
-        };
-        let Self { title, across, up, heat_map, clouds, lines, arrows, shaded, marked } = self;
-        Figure {
-            title,
-            across,
-            up,
-            heat_map,
-            clouds,
-            lines: lines.into_iter().map(owned).collect(),
-            arrows,
-            shaded,
-            marked,
-        }
+        format!("{}, {} against {}{of}", self.title, self.up.label, self.across.label)
     }
 }
 
 impl Arrow {
-    /// Returns the corners, the tip first. `place` maps points to the image. `None` for an arrow without direction.
+    /// Returns the corners in the image, the tip first. `place` maps points to the image. Returns `None` for an arrow without
+    /// direction.
     pub fn corners(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 3]> {
         let [from, to] = self.way.map(&place);
         let way = [to[0] - from[0], to[1] - from[1]];
@@ -173,7 +153,7 @@ impl Arrow {
 }
 
 impl<'a> Line<'a> {
-    /// Returns the line of equal load and output, within these ranges.
+    /// Returns the line on which both scales have the same value; `None` if the ranges do not overlap.
     pub fn one_to_one(across: (f64, f64), up: (f64, f64), color: [u8; 3]) -> Option<Self> {
         let (low, high) = (across.0.max(up.0), across.1.min(up.1));
         (low < high).then(|| Self {

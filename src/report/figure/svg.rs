@@ -1,7 +1,7 @@
-//! A figure as an SVG 1.1 image in a single file. Text is escaped; numbers that are not finite are omitted; the same figure
-//! gives the same file.
+//! SVG 1.1 image of a figure, in a single file. Text is escaped. Numbers that are not finite are omitted. The same figure gives
+//! the same file.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 use crate::report::figure::cloud::CloudPicture;
 use crate::report::figure::cloud::base64;
@@ -11,15 +11,15 @@ use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
-/// Left, top, right, bottom.
+/// Margins around the plot: left, top, right, bottom.
 const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];
-/// Additional right margin for the colour scale.
+/// Right margin of a plot with a colour scale.
 const ROOM_FOR_SHADES: f64 = 120.0;
 /// Approximate minimum distance of ticks, horizontally and vertically.
 const APART: (f64, f64) = (80.0, 45.0);
 /// Maximum number of labelled cells along a scale.
 const MAX_NAMED_CELLS: usize = 12;
-/// Distance outside the plot up to which lines are drawn, so that no ends are visible at its edge.
+/// Distance outside the plot up to which lines are drawn, so that no line ends are visible at the edge.
 const BEYOND: f64 = 40.0;
 const SHADE_STEPS: usize = 64;
 
@@ -31,8 +31,11 @@ impl Figure<'_> {
             right = ROOM_FOR_SHADES;
         }
         let (plot, size) = ([left, top, width - right, height - bottom], (width, height));
-        let svg = Svg { figure: self, size, plot };
-        svg.to_string()
+        let mut svg = String::new();
+        Svg { figure: self, size, plot }
+            .write(&mut svg)
+            .expect("a text takes any number of characters");
+        svg
     }
 }
 
@@ -42,8 +45,8 @@ struct Svg<'a> {
     plot: [f64; 4],
 }
 
-impl fmt::Display for Svg<'_> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Svg<'_> {
+    fn write(&self, out: &mut String) -> fmt::Result {
         let ((width, height), [left, top, right, bottom]) = (self.size, self.plot);
         let (across, up) = ((left + right) / 2.0, (top + bottom) / 2.0);
         let figure = self.figure;
@@ -71,7 +74,7 @@ impl fmt::Display for Svg<'_> {
             self.line(line, out)?;
         }
         self.arrows(out)?;
-        // Lines outside the plot are covered, not clipped, because every SVG viewer supports that.
+        // Lines outside the plot are covered, because not every SVG viewer supports clipping.
         writeln!(
             out,
             r#"<path fill="white" fill-rule="evenodd" d="M0 0H{width}V{height}H0ZM{left} {top}H{right}V{bottom}H{left}Z"/>"#
@@ -90,11 +93,13 @@ impl fmt::Display for Svg<'_> {
         self.legend(out)?;
         writeln!(out, "</svg>")
     }
-}
 
-impl Svg<'_> {
     fn x(&self, value: f64) -> f64 {
-        place(value, self.figure.across.range, self.plot[0], self.plot[2])
+        limited(self.far_x(value))
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        limited(self.far_y(value))
     }
 
     fn far_x(&self, value: f64) -> f64 {
@@ -103,10 +108,6 @@ impl Svg<'_> {
 
     fn far_y(&self, value: f64) -> f64 {
         far(value, self.figure.up.range, self.plot[3], self.plot[1])
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        place(value, self.figure.up.range, self.plot[3], self.plot[1])
     }
 
     fn named(&self) -> [Vec<(f64, String)>; 2] {
@@ -119,7 +120,7 @@ impl Svg<'_> {
         ]
     }
 
-    fn grid(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn grid(&self, out: &mut String) -> fmt::Result {
         let [left, top, right, bottom] = self.plot;
         let [across, up] = self.named();
         let across = across.iter().map(|(x, _)| format!("M{x:.1} {top}V{bottom}"));
@@ -128,7 +129,7 @@ impl Svg<'_> {
         writeln!(out, r##"<path d="{lines}" stroke="#ddd"/>"##)
     }
 
-    fn ticks(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn ticks(&self, out: &mut String) -> fmt::Result {
         let [left, _, _, bottom] = self.plot;
         let [across, up] = self.named();
         for (x, name) in across {
@@ -142,7 +143,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn clouds(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn clouds(&self, out: &mut String) -> fmt::Result {
         for picture in CloudPicture::of(&self.figure.clouds, 1) {
             let Frame { loads, outputs } = picture.frame;
             let (left, right) = (self.x(loads.0), self.x(loads.1));
@@ -161,7 +162,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn line(&self, line: &Line<'_>, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn line(&self, line: &Line<'_>, out: &mut String) -> fmt::Result {
         write!(out, r#"<path {} d=""#, style(line))?;
         for piece in &line.pieces {
             let finite = piece.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
@@ -169,7 +170,7 @@ impl Svg<'_> {
             let Some(mut from) = places.next() else {
                 continue;
             };
-            // Position of the pen, if it is inside.
+            // End of the last drawn step; `None` before the first.
             let mut pen = None;
             for to in places {
                 if let Some([start, end]) = self.on_paper(from, to) {
@@ -185,7 +186,7 @@ impl Svg<'_> {
         writeln!(out, r#""/>"#)
     }
 
-    fn arrows(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn arrows(&self, out: &mut String) -> fmt::Result {
         for arrow in &self.figure.arrows {
             let corners = arrow.corners(|[across, up]| [self.x(across), self.y(up)]);
             if let Some([tip, one, other]) = corners {
@@ -205,7 +206,8 @@ impl Svg<'_> {
         Ok(())
     }
 
-    /// Returns the part of a step inside or near the plot, at its exact place, even if the rest is far outside.
+    /// Returns the part of a step inside or near the plot; `None` if the step is outside. The part keeps its exact place if the
+    /// step ends far outside.
     fn on_paper(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let [left, top, right, bottom] = self.plot;
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
@@ -229,8 +231,7 @@ impl Svg<'_> {
         (start <= end).then(|| [at(start), at(end)])
     }
 
-    /// Writes one row of named lines above the plot.
-    fn legend(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn legend(&self, out: &mut String) -> fmt::Result {
         let lines = self.figure.lines.iter();
         let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
         let [left, top, right, _] = self.plot;
@@ -243,7 +244,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn cells(&self, map: &HeatMap, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn cells(&self, map: &HeatMap, out: &mut String) -> fmt::Result {
         let n_up = self.figure.up.cells.len().max(1);
         let (width, height) = (self.x(1.0) - self.x(0.0), self.y(0.0) - self.y(1.0));
         let cell = |(across, up): (usize, usize)| {
@@ -252,7 +253,7 @@ impl Svg<'_> {
         writeln!(out, r#"<g shape-rendering="crispEdges">"#)?;
         for (at, value) in map.values.iter().enumerate() {
             let fill = match value.filter(|value| value.is_finite()) {
-                Some(value) => hex(color::shade(place(value, map.shades.range, 0.0, 1.0))),
+                Some(value) => hex(color::shade(far(value, map.shades.range, 0.0, 1.0))),
                 None => "#d0d0d0".to_owned(),
             };
             rect(out, cell((at / n_up, at % n_up)), &format!(r#"fill="{fill}""#))?;
@@ -265,26 +266,25 @@ impl Svg<'_> {
         rect(out, marked, r#"fill="none" stroke="black" stroke-width="2""#)
     }
 
-    /// Writes the colour scale beside the plot.
-    fn shades(&self, scale: &Scale, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn shades(&self, scale: &Scale, out: &mut String) -> fmt::Result {
         let [_, top, right, bottom] = self.plot;
         let (left, width) = (right + 22.0, 18.0);
         let height = (bottom - top) / SHADE_STEPS as f64;
         for at in 0..SHADE_STEPS {
             let y = bottom - (at + 1) as f64 * height;
             let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
-            // Slightly higher than their distance, so that no gaps are visible.
+            // The steps overlap slightly, so that no gaps are visible.
             rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }
         for (value, name) in named(scale, (bottom - top) / APART.1) {
-            let y = place(value, scale.range, bottom, top);
+            let y = limited(far(value, scale.range, bottom, top));
             text(out, (left + width + 6.0, y + 4.0), "start", &name)?;
         }
         upright(out, (self.size.0 - 10.0, (top + bottom) / 2.0), &scale.label)
     }
 }
 
-/// Returns the labels of a scale: its cells, or about `most` round numbers.
+/// Returns the labels of a scale: the values of the cells, or about `most` round numbers.
 fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     let (low, high) = scale.range;
     let (step, ticks) = ticks((low, high), (high - low) / most);
@@ -297,26 +297,26 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     cells.map(|(at, value)| (at as f64 + 0.5, value.to_string())).collect()
 }
 
-/// Returns the position of a value in the image, also far outside.
+/// Returns the position of a value in the image, which may be far outside the plot.
 fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     let share = if high > low { (value - low) / (high - low) } else { 0.5 };
     // Larger numbers would overflow.
     start + (end - start) * share.clamp(-1e100, 1e100)
 }
 
-/// Returns the position of a value in the image, limited to numbers that SVG viewers can handle.
-fn place(value: f64, range: (f64, f64), start: f64, end: f64) -> f64 {
-    far(value, range, start, end).clamp(-1e4, 1e4)
+/// Returns the nearest position that SVG viewers can draw.
+fn limited(position: f64) -> f64 {
+    position.clamp(-1e4, 1e4)
 }
 
-fn rect(out: &mut fmt::Formatter<'_>, [x, y, width, height]: [f64; 4], style: &str) -> fmt::Result {
+fn rect(out: &mut String, [x, y, width, height]: [f64; 4], style: &str) -> fmt::Result {
     writeln!(
         out,
         r#"<rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}" {style}/>"#
     )
 }
 
-fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str) -> fmt::Result {
+fn text(out: &mut String, at: (f64, f64), anchor: &str, words: &str) -> fmt::Result {
     writeln!(
         out,
         r#"<text x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
@@ -326,7 +326,7 @@ fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str)
     )
 }
 
-fn upright(out: &mut fmt::Formatter<'_>, (x, y): (f64, f64), words: &str) -> fmt::Result {
+fn upright(out: &mut String, (x, y): (f64, f64), words: &str) -> fmt::Result {
     writeln!(
         out,
         r#"<text transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{}</text>"#,

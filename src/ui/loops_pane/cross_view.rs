@@ -23,7 +23,7 @@ pub(super) fn show(
     let drawing = picture.figure(labels.clone(), &inks(ui.visuals()), zoom);
     let print = picture.figure(labels, &Inks::PRINT, zoom);
     pane.lay_out(ui, &drawing, &print, out, |ui, _, _| {
-        ui.strong(format!("{} over {}", drawing.up.label, drawing.across.label));
+        ui.strong(format!("{} against {}", drawing.up.label, drawing.across.label));
         ui.weak(format!("{} samples", picture.n_samples));
         if [picture.question.across, picture.question.up].contains(&Channel::Time) {
             ui.weak("Each recording's time starts on its own clock, so recordings overlap.");

@@ -1,11 +1,10 @@
 //! Draws the list of dwells, the error of the chosen dwell, and its fitted exponential.
 
-use super::{LoopsPane, for_print, rgb, trace_of};
+use super::{LoopsPane, for_print, rgb};
 use crate::engine::Engine;
-use crate::questions::loops::drifts;
-use crate::questions::loops::{DwellCurve, DwellPlot, Output};
+use crate::questions::loops::{DwellCurve, DwellPlot, drifts};
 use crate::report::figure::{Figure, Line, Scale};
-use crate::report::{Cell, Column, Table};
+use crate::report::{Cell, Column, Table, Trace};
 use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
@@ -33,8 +32,8 @@ pub(super) fn show(
             return;
         }
     };
-    let shown: Vec<Output> =
-        (Output::ALL.into_iter()).filter(|output| pane.is_shown(*output)).collect();
+    let shown: Vec<Trace> =
+        (Trace::OUTPUTS.into_iter()).filter(|output| pane.is_shown(*output)).collect();
     let zoom = *pane.zoom();
     let drawing = drawing(picture, curve, &shown, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, curve, &shown, &for_print(), zoom);
@@ -48,7 +47,7 @@ pub(super) fn show(
 fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     let n = picture.dwells.len();
     let axis = picture.question.axis;
-    let level = |at: usize| match picture.levels[at] {
+    let level = |at: usize| match picture.dwells[at].level {
         _ if picture.dwells[at].at_zero => "at zero".to_owned(),
         Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
         None => "–".to_owned(),
@@ -93,10 +92,7 @@ fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
         significant(place.from_secs, 5),
         significant(place.to_secs, 5)
     ));
-    let outputs = Output::ALL.into_iter().zip(&curve.outputs);
-    let outputs: Vec<_> =
-        outputs.map(|(output, own)| (trace_of(output), own.drift.as_ref())).collect();
-    let figures = drifts(picture.question.axis, &outputs);
+    let figures = drifts(picture.question.axis, curve);
     table::show(ui, &figures);
     if ui.press("Copy figures", "Copies the figures as tab-separated text") {
         ui.copy_text(figures.tab_separated());
@@ -106,13 +102,13 @@ fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
 fn drawing<'a>(
     picture: &DwellPlot,
     curve: &'a DwellCurve,
-    shown: &[Output],
+    shown: &[Trace],
     visuals: &egui::Visuals,
     zoom: Zoom,
 ) -> Figure<'a> {
     let axis = picture.question.axis;
     let frame = zoom.unwrap_or(curve.whole);
-    let lines = Output::ALL.into_iter().zip(&curve.outputs);
+    let lines = Trace::OUTPUTS.into_iter().zip(&curve.outputs);
     let lines = lines.filter(|(output, _)| shown.contains(output));
     Figure {
         title: axis.label_of("drift"),
@@ -120,8 +116,8 @@ fn drawing<'a>(
         up: Scale::new(axis.label_of("error"), frame.outputs),
         lines: lines
             .flat_map(|(output, own)| {
-                let color = rgb(trace_of(output).color(visuals));
-                let name = trace_of(output).label();
+                let color = rgb(output.color(visuals));
+                let name = output.label();
                 [
                     Line { opacity: 0.45, width: 1.0, ..Line::new(name, color, [&own.points[..]]) },
                     Line {

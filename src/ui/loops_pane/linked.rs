@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use egui::{Pos2, Stroke};
 
-use super::trace_of;
 use crate::engine::Engine;
-use crate::questions::loops::{LoopPlot, LoopView, Output, Up};
+use crate::questions::loops::{self, LoopPlot, LoopView, Up};
 use crate::questions::{AxisTraces, Segment, TraceSet};
 use crate::recording::Recording;
+use crate::report::Trace;
 use crate::scoring::Series;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;
@@ -56,16 +56,16 @@ impl<'a> Shared<'a> {
         let traces = &*analysis.traces;
         let axis = traces.axes.iter().find(|own| own.axis == plot.question.axis)?;
         let entries = engine.entries();
-        let part = |(recording, own): &(usize, Range<usize>)| {
+        let part = |own: &loops::Part| {
             let mut segments = traces.segments.iter();
-            let segment = segments.find(|segment| segment.recording == *recording)?;
+            let segment = segments.find(|segment| segment.recording == own.recording)?;
             let over_traces =
                 |sample: usize| (segment.samples.start + sample).min(segment.samples.end);
             Some(Part {
                 segment,
-                samples: over_traces(own.start)..over_traces(own.end),
+                samples: over_traces(own.samples.start)..over_traces(own.samples.end),
                 calculated: axis.calculated.as_deref()?,
-                recording: &entries.get(*recording)?.recording,
+                recording: &entries.get(own.recording)?.recording,
                 decimation: analysis.calibration.decimation,
             })
         };
@@ -92,7 +92,7 @@ impl<'a> Shared<'a> {
     }
 
     /// Returns the place of a sample of the traces in the loop.
-    fn point(&self, part: &Part<'_>, output: Option<Output>, k: usize) -> Option<[f64; 2]> {
+    fn point(&self, part: &Part<'_>, output: Option<Trace>, k: usize) -> Option<[f64; 2]> {
         let up = match (self.plot.question.up, output) {
             (Up::Gauge(gauge), _) => {
                 let sample = (k - part.segment.samples.start) * part.decimation.max(1);
@@ -100,14 +100,8 @@ impl<'a> Shared<'a> {
                 let row = part.recording.gauges().chunks_exact(n_gauges).nth(sample)?;
                 *row.get(gauge)?
             }
-            (Up::Error, Some(Output::Conventional)) => {
-                self.axis.conventional_error.as_ref()?.value(k)
-            }
-            (Up::Error, Some(Output::Compensated)) => {
-                self.axis.compensated_error.as_ref()?.value(k)
-            }
-            (Up::Load, Some(Output::Conventional)) => self.axis.conventional.value(k),
-            (Up::Load, Some(Output::Compensated)) => self.axis.compensated.value(k),
+            (Up::Error, Some(output)) => self.axis.error(output)?.value(k),
+            (Up::Load, Some(output)) => self.axis.load(output)?.value(k),
             (_, None) => return None,
         };
         Some([part.calculated.value(k), up])
@@ -117,9 +111,9 @@ impl<'a> Shared<'a> {
     fn nearest(
         &self,
         drawn: &Drawn,
-        shown: &[Option<Output>],
+        shown: &[Option<Trace>],
         pointer: Pos2,
-    ) -> Option<(usize, Option<Output>)> {
+    ) -> Option<(usize, Option<Trace>)> {
         let n_samples: usize = self.parts.iter().map(|part| part.samples.len()).sum();
         let stride = n_samples.div_ceil(MAX_SAMPLES).max(1);
         let all = self.parts.iter().flat_map(|part| {
@@ -140,14 +134,14 @@ impl<'a> Shared<'a> {
         let segment = self.part_of(k)?.segment;
         let first = segment.samples.start;
         let cycles = self.plot.cycles.iter().enumerate();
-        let own = cycles.filter(|(_, (recording, samples))| {
-            *recording == segment.recording && samples.contains(&(k - first))
+        let own = cycles.filter(|(_, cycle)| {
+            cycle.recording == segment.recording && cycle.samples.contains(&(k - first))
         });
-        let (at, (_, samples)) = own.min_by_key(|(_, (_, samples))| samples.len())?;
-        let is_within = |(recording, own): &&(usize, Range<usize>)| {
-            *recording == segment.recording
-                && (samples.start..=samples.end).contains(&own.start)
-                && own.end <= samples.end
+        let (at, loops::Part { samples, .. }) = own.min_by_key(|(_, cycle)| cycle.samples.len())?;
+        let is_within = |other: &&loops::Part| {
+            other.recording == segment.recording
+                && (samples.start..=samples.end).contains(&other.samples.start)
+                && other.samples.end <= samples.end
         };
         Some(Found {
             number: at + 1,
@@ -190,9 +184,9 @@ pub(super) fn link(
     cycle.filter(|_| drawn.response.clicked()).map(|own| own.samples)
 }
 
-fn color(output: Option<Output>, visuals: &egui::Visuals) -> egui::Color32 {
+fn color(output: Option<Trace>, visuals: &egui::Visuals) -> egui::Color32 {
     match output {
-        Some(output) => trace_of(output).color(visuals),
+        Some(output) => output.color(visuals),
         None => palette::look_back(visuals),
     }
 }
@@ -202,7 +196,7 @@ fn tell(
     drawn: &Drawn,
     view: &LoopView<'_>,
     shared: &Shared<'_>,
-    (output, k): (Option<Output>, usize),
+    (output, k): (Option<Trace>, usize),
     cycle: Option<&Found>,
 ) {
     let Some((part, [load, up])) =
@@ -219,7 +213,7 @@ fn tell(
     .gap(18.0)
     .show(|ui| {
         let (symbol, unit) = (shared.axis.axis.symbol(), shared.axis.axis.unit());
-        let label = output.map_or(view.gauge.0, |output| trace_of(output).label());
+        let label = output.map_or(view.gauge.0, |output| output.label());
         ui.colored_label(color(output, ui.visuals()), label);
         ui.weak(elided(&part.segment.name, NAME_LENGTH));
         ui.label(format!("at {} s", significant(shared.traces.times[k], 6)));
@@ -228,7 +222,7 @@ fn tell(
                 0 => String::new(),
                 n => format!("with {n} smaller cycles inside"),
             };
-            let n_cycles = shared.plot.n_cycles;
+            let n_cycles = shared.plot.cycles.len();
             ui.label(format!(
                 "cycle {number} of {n_cycles}{within}; click to show this cycle alone"
             ));

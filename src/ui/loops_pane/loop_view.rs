@@ -1,9 +1,10 @@
 //! Draws the loops of one axis, the width over the load, and the table of figures.
 
-use super::{LoopsPane, linked, trace_of};
+use super::{LoopsPane, linked};
 use crate::engine::Engine;
-use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView, Span, Up};
-use crate::questions::loops::{LoopMeasures, LoopScale, lag_in_words, loop_figures};
+use crate::questions::loops::{
+    FiguresOf, Inks, LoopPlot, LoopView, Span, Up, lag_in_words, loop_figures,
+};
 use crate::questions::metrology::Reason;
 use crate::report::figure::Figure;
 use crate::ui::command::Command;
@@ -119,7 +120,7 @@ fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
             let print = view.widths_by_rate(&Inks::PRINT).unwrap_or_default();
             let mut zoom = None; // always all of it
             plots::plot(ui, "widths by rate", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
-            ui.weak("Width over rate").on_hover_text(ABOUT);
+            ui.weak("Width against rate").on_hover_text(ABOUT);
         }
         None => {
             ui.weak(
@@ -134,17 +135,17 @@ fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
     let picture = view.plot;
     let unit = picture.question.axis.unit();
     let of = view.found().first().map_or_else(String::new, |(_, figures)| {
-        let basis = &figures.basis[0];
+        let basis = figures.basis();
         let what = match view.figures_of {
             FiguresOf::Mean => format!("Mean of {} cycles", basis.n_cycles),
             FiguresOf::Largest => "One cycle".to_owned(),
         };
         let share = significant(100.0 * basis.range_share, 2);
-        format!("{what} over {share} % of the loads\n")
+        format!("{what}, {share} % of the load range\n")
     });
     let words = format!(
         "{of}{} cycles, {} full · {} samples of {} recording{}",
-        picture.n_cycles,
+        picture.cycles.len(),
         picture.n_full_cycles,
         picture.n_samples,
         picture.parts.len(),
@@ -171,32 +172,10 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
     for reason in reasons {
         ui.label(reason.to_string());
     }
-    let found = view.found();
-    if found.is_empty() {
+    if view.found().is_empty() {
         return;
     }
-    let picture = view.plot;
-    let scale = LoopScale {
-        axis: picture.question.axis,
-        full_scale: picture.full_scale,
-        gauge_unit: matches!(picture.question.up, Up::Gauge(_)).then_some(view.gauge.1),
-        output_scale: picture.output_scale,
-    };
-    let figures: Vec<_> = (found.iter())
-        .map(|(output, one)| {
-            let [largest, mean, area, work] = one.basis;
-            LoopMeasures {
-                trace: output.map(trace_of),
-                figures: [
-                    (one.largest_width, largest),
-                    (one.mean_width, mean),
-                    (one.area, area),
-                    (one.work, work),
-                ],
-            }
-        })
-        .collect();
-    let figures = loop_figures(&figures, scale);
+    let figures = loop_figures(view);
     egui::ScrollArea::horizontal().id_salt("loop figures").show(ui, |ui| table::show(ui, &figures));
     if ui.press("Copy figures", "Copies the figures as tab-separated text") {
         ui.copy_text(figures.tab_separated());

@@ -2,10 +2,11 @@
 
 use crate::questions::loops::asked::{AskPredicted, AskResidual, LookAt};
 use crate::questions::loops::{
-    Channel, CrossQuestion, FiguresOf, Inks, LoadKind, Look, LoopQuestion, LoopView, Output,
-    Question, Span, TableOf, Up,
+    Channel, CrossQuestion, FiguresOf, Inks, Look, LoopQuestion, LoopView, Question, Span, TableOf,
+    Up,
 };
 use crate::recording::Axis;
+use crate::report::Trace;
 use crate::report::figure::Figure;
 use crate::ui::controls::Controls as _;
 use crate::ui::palette::inks;
@@ -41,8 +42,8 @@ impl ModelPlots {
         let (width, height) = ((0.5 * size.x - 8.0).max(SMALLEST), (size.y - 4.0).max(SMALLEST));
         let pixels = [width, height].map(|side| f64::from(side * ui.pixels_per_point()));
         let span = Span::Of(TableOf::usual(&engine.project().recordings));
-        let [across, up] = [LoadKind::Calculated, LoadKind::Output(Output::Compensated)]
-            .map(|kind| Channel::Load(kind, axis));
+        let [across, up] =
+            [Trace::Calculated, Trace::Compensated].map(|load| Channel::Load(load, axis));
         let [first, second] = self.zooms;
         let cross = CrossQuestion { across, up, span, frame: first, pixels };
         let loops =
@@ -69,7 +70,7 @@ impl ModelPlots {
             }
             if let Some(Look::Loops(plot)) = engine.lane::<AskResidual>().answer() {
                 let mut view = LoopView::of_all(plot, ("", ""), FiguresOf::Largest);
-                view.shown.retain(|curve| curve.output == Some(Output::Compensated));
+                view.shown.retain(|curve| curve.output == Some(Trace::Compensated));
                 let drawing = Figure { title: view.title(), ..view.figure(&colors, second) };
                 let print = view.figure(&Inks::PRINT, second);
                 one(ui, "residual", &drawing, &print, &mut self.zooms[1]);
