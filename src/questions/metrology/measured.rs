@@ -103,17 +103,24 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
-    /// Returns the lags, which the first call measures.
+    /// Returns the lags of both outputs, which the first call measures. They are measured together, because they share the
+    /// slow part: the states of hysteresis and creep that follow from the reference.
     pub(crate) fn lags(&self) -> &Lags {
-        let of_output = |output| {
+        let n = self.axes.len();
+        self.lags.get_or_init(|| {
+            let [mut runs, others] = [0, 1].map(|output| self.lag_runs(output));
+            let rows = runs.iter().zip(&others).map(|(run, other)| {
+                let rows = run.outputs.chunks_exact(n).zip(other.outputs.chunks_exact(n));
+                rows.flat_map(|(row, other)| [row, other]).flatten().copied().collect()
+            });
+            let rows: Vec<Vec<f64>> = rows.collect();
+            runs.iter_mut().zip(&rows).for_each(|(run, rows)| run.outputs = rows);
             // This progress is never cancelled.
-            let found = lags(&self.lag_runs(output), &Progress::default()).unwrap_or_default();
-            match found.is_empty() {
-                true => vec![Err(NoLag::TooShort); self.axes.len()],
-                false => found,
-            }
-        };
-        self.lags.get_or_init(|| std::array::from_fn(of_output))
+            let mut found = lags(&runs, &Progress::default()).unwrap_or_default();
+            found.resize(OUTPUTS * n, Err(NoLag::TooShort));
+            let second = found.split_off(n);
+            [found, second]
+        })
     }
 
     /// Returns the runs with times and a reference for every axis, on which the lag of an output is measured.
