@@ -45,7 +45,7 @@ pub(super) fn identifier(name: &str) -> String {
 /// of these names would hide the original.
 const TAKEN: &str = include_str!("templates/taken_names.txt");
 
-/// Returns an [`identifier`] for a library that is not in use, also on file systems that ignore case.
+/// Returns an [`identifier`] for a library that no other library uses, also on file systems that ignore case.
 pub(super) fn library_name(name: &str) -> String {
     let name = identifier(name);
     let small = name.to_ascii_lowercase();

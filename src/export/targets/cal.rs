@@ -22,6 +22,7 @@ use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::recording::{Axis, Identity, Item};
+use crate::shown::joined;
 
 pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",
@@ -70,10 +71,8 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let entered = |item| calibration.identity.get(item).trim();
     let date = in_order(entered(Item::Date), ["%Y-%m-%d", "%-m/%-d/%Y"]);
     let rows = matrix::rows(calibration).zip(&calibration.full_scale);
-    let axes = calibration.axes.iter().zip(rows);
-    let axes = axes.map(|(axis, (row, full_scale))| {
-        let values: Vec<String> = row.iter().map(f64::to_string).collect();
-        (spelled(*axis), values.join(" "), full_scale.to_string())
+    let axes = calibration.axes.iter().zip(rows).map(|(axis, (row, full_scale))| {
+        (spelled(*axis), joined(" ", row), full_scale.to_string())
     });
     let values = context! {
         facts => facts.map(Value::from_safe_string).collect::<Vec<_>>(),
@@ -217,7 +216,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
     }
 }
 
-/// Returns the SI value of one unit. `.cal` files use only the `known` units.
+/// Returns the SI value of one unit of force or moment, which an attribute names. The unit must be one of `known`.
 fn unit(
     about: &Attributes,
     attribute_name: &'static str,

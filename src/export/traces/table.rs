@@ -1,4 +1,4 @@
-//! The interface of tables of traces.
+//! Interface of a table of traces.
 
 use std::io;
 
@@ -11,4 +11,4 @@ pub trait TraceTable {
 
 /// Begins a table. The first column holds names of recordings, the others hold numbers under these headers.
 pub type BeginTraces =
-    for<'o> fn(&[String], &'o mut dyn io::Write) -> io::Result<Box<dyn TraceTable + 'o>>;
+    for<'o> fn(&[String], &'o mut (dyn io::Write + Send)) -> io::Result<Box<dyn TraceTable + 'o>>;

@@ -55,7 +55,7 @@ impl Preamble {
     }
 }
 
-/// Returns true if a status word, a number or hexadecimal digits, reports an error; `None` for anything else.
+/// Returns true if a status word reports an error; `None` if the cell is neither a number nor hexadecimal digits.
 pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
     let text = match cell {
         Cell::Number(number) => {

@@ -1,4 +1,4 @@
-//! Each sheet as a table: its header is the row above the first row of numbers; dates become times.
+//! Reads each sheet as a table. Its header is the row above the first row of numbers; dates become times.
 //!
 //! Guarantees: memory is allocated only for filled cells, not for the rectangle that they span, and within the budget of the
 //! file. A text shared by several cells is stored once.
@@ -14,15 +14,16 @@ use zip::ZipArchive;
 use super::super::column_name::is_known_unit;
 use super::super::columns::{Column, Columns};
 use super::super::error::FileError;
-use super::super::format::{Budget, COLUMN_LIMIT, Source, unpacked_limit};
+use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
 use crate::recording::Day;
+use crate::shown::joined;
 
 const FILE: &str = "the workbook";
 /// Number of first rows that are searched for a row of numbers.
 const HEADER_LIMIT: u32 = 100;
-/// Maximum length of a cell's text that is kept (bytes). Names and values are shorter.
+/// Maximum length of a cell's text that is kept (bytes), which limits memory. Names and values are shorter.
 const TEXT_LIMIT_BYTES: usize = 1 << 10;
 /// Days from the origin of a workbook's dates to 1970-01-01.
 const DAYS_BEFORE_1970: f64 = 25_569.0;
@@ -34,17 +35,14 @@ struct Cell<'a> {
     value: DataRef<'a>,
 }
 
-/// Checks the declared unpacked size of the members, since calamine allocates memory by it.
+/// Checks the sizes that the archive declares, before calamine allocates memory by them.
 fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
         let Ok(member) = archive.by_index_raw(index) else {
             continue;
         };
-        let limit_bytes = unpacked_limit(member.compressed_size());
-        if member.size() > limit_bytes {
-            return Err(FileError::unpacks_too_large(FILE, limit_bytes));
-        }
+        Budget::of_file(member.compressed_size()).take(FILE, member.size(), 1)?;
     }
     let Ok(strings) = archive.by_name(STRINGS) else {
         return Ok(());
@@ -188,11 +186,10 @@ fn day(row: &[Cell]) -> Option<Day> {
         }
         _ => Some(text(&cell.value).into_owned()),
     };
-    let cells: Vec<String> = row.iter().filter_map(written).collect();
-    Day::in_header(&cells.join(": "))
+    Day::in_header(&joined(": ", row.iter().filter_map(written)))
 }
 
-/// Numbers of filled cells of a column, by their contents.
+/// Counts of the filled cells of a column, by content.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     filled: usize,
@@ -207,8 +204,9 @@ fn header_and_units<'a, 'b>(
     let mut above = above.iter().copied().rev();
     let nearest = above.next().filter(|row| row.iter().any(is_text));
     let is_units = |row: &[Cell]| {
-        let mut units = row.iter().map(|cell| text(&cell.value));
-        units.any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
+        row.iter()
+            .map(|cell| text(&cell.value))
+            .any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
     };
     let is_named = |row: &[Cell]| row.iter().filter(|cell| is_text(cell)).count() > 1;
     match (nearest, above.next()) {
@@ -255,7 +253,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         ..Columns::default()
     };
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
-    // Target column of each sheet column, and the kind of cells that are read from it.
+    // Index in the table of each column of the sheet, and the function that reads its cells.
     let mut places = BTreeMap::new();
     for (column, own) in counts {
         let name = match (table.is_named, cell_text(header, column)) {
