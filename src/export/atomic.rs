@@ -16,7 +16,7 @@ use std::time::Duration;
 use crate::panicked::locked;
 use crate::progress::Progress;
 
-/// Prefix and suffix of temporary files. Between them are the name of the final file and some random letters.
+/// Prefix and suffix of the names of temporary files, around the name of the final file and some random letters.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
 /// Maximum number of characters taken from a name, so that the temporary name is a valid file name.
 const NAME_CHARS: usize = 50;
@@ -42,8 +42,7 @@ pub fn write_atomically(
     files.finish()
 }
 
-/// Files that take their names together: all files, or none. Dropping the set before [`Self::finish`] removes its temporary
-/// files.
+/// Files that take their names together, all or none. Dropping the set before [`Self::finish`] removes its temporary files.
 #[derive(Debug, Default)]
 pub struct Together {
     /// Each file with its temporary file, which is registered until it is removed or renamed.
@@ -125,9 +124,6 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// Checks whether a file can be written, without writing it.
-///
-/// # Errors
-/// [`WriteError`] if the file cannot be written.
 pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     let check = || {
         let target = Target::of(path)?;
@@ -174,7 +170,7 @@ pub fn clean_up_when_asked_to_end() {
     });
     #[cfg(unix)]
     if set.is_ok() {
-        // The handler above also runs on SIGTERM. The flag shows it which signal has come.
+        // The handler above also runs on SIGTERM, and learns from this flag which signal has come.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, is_terminated);
     }
     #[cfg(not(unix))]
@@ -204,7 +200,6 @@ fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 #[derive(Debug)]
 struct Target {
     path: PathBuf,
-    /// Permissions of the existing file, if there is one.
     permissions: Option<fs::Permissions>,
 }
 

@@ -1,4 +1,5 @@
-//! Parts of a calibration with their names in files of settings and arrays. Networks and kernels are only in files of arrays.
+//! Parts of a calibration, with the names that the parts have in files of settings and of arrays. Networks and kernels are
+//! only in files of arrays.
 
 use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Text, Texts};
 use crate::calibration::{Calibration, LinearMap, Scores};

@@ -107,7 +107,6 @@ impl Array {
         is_time_name(&self.name) && self.is_vector() && self.values.len() > 1
     }
 
-    /// Returns true if the array holds the times of a reference with its own clock.
     fn is_reference_time(&self) -> bool {
         self.is_vector() && is_one_of(&last_part(&self.name).to_lowercase(), REFERENCE_TIMES)
     }
@@ -133,7 +132,6 @@ impl Array {
         self
     }
 
-    /// Returns one column of a matrix with these dimensions.
     pub(super) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
@@ -143,7 +141,6 @@ impl Array {
     }
 }
 
-/// Returns the number of samples: the length of the time array, or, without one, the number of rows that most values share.
 pub(super) fn n_rows(arrays: &[Array]) -> usize {
     if let Some(time) = arrays.iter().find(|array| array.is_time()) {
         return time.values.len();

@@ -20,7 +20,6 @@ pub(crate) struct Columns {
     pub day: Option<Day>,
     /// Names and kinds of the parts of the file that are not read.
     pub left_out: Vec<String>,
-    /// True if the file is cut short.
     pub ends_early: bool,
     /// All tables of the file; empty if there is only one.
     pub parts: Vec<FilePart>,
@@ -67,7 +66,6 @@ pub(crate) struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// Appends successive rows from one place.
     pub(super) fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
         self.starts.push(self.rows.len());
         self.rows.extend(rows);
@@ -81,7 +79,6 @@ impl<'a> Sample<'a> {
 
 /// Number of places, besides the start of the file, from which rows are sampled.
 pub(super) const PLACES: usize = 64;
-/// Number of rows sampled at each place.
 pub(super) const ROWS_AT_A_PLACE: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +107,6 @@ impl<'a> Cell<'a> {
         if let Self::Text(text) = self { Some(text) } else { None }
     }
 
-    /// Returns the contents as readable text.
     pub fn text(self) -> String {
         match self {
             Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
@@ -129,7 +125,6 @@ impl<'a> Cell<'a> {
     }
 }
 
-/// Cells of one row, from left to right.
 pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
     /// Returns the next cell if it is a plain number. Otherwise returns `None` and does not advance.
     fn next_number(&mut self) -> Option<f64> {

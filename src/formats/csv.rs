@@ -50,8 +50,8 @@ pub(crate) fn unguarded(cell: &str) -> &str {
     }
 }
 
-/// Writes a recording as comma-separated text: a header, then one row per sample with time (s), gauges, and the load (N,
-/// N·m) if known.
+/// Writes a recording as comma-separated text: a header, then per sample one row of time (s), gauges and load (N, N·m) if
+/// known.
 ///
 /// The header names the units: `t [s],S1,…,Fx [N],…,Mx [N·m]`. On an error, part of the table may have been written.
 pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> {

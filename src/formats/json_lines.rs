@@ -1,5 +1,4 @@
-//! Reads JSON lines (`.jsonl`, `.ndjson`) with one object per sample. The numbers of the objects become columns, named by
-//! their paths.
+//! Reads JSON lines (`.jsonl`, `.ndjson`) with one object per sample. The numbers become columns, named by their paths.
 //!
 //! Guarantees: rows keep their line numbers. A JSON document, such as a file of this program, is not read as JSON lines.
 //! Memory use is limited by the size of the file, even if every line has new keys.
@@ -74,8 +73,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 pub(crate) struct LineKeys(Vec<Key>);
 
 impl LineKeys {
-    /// Reads the first lines of a stream as a table, with the column names that a file would have; `None` if no line is an
-    /// object.
+    /// Reads the first lines of a stream as a table, with the column names of a file; `None` if no line is an object.
     pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
         let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
         let n_rows = rows.len();
@@ -259,7 +257,6 @@ struct Channel {
 }
 
 impl Table {
-    /// Creates an empty table for lines of this total length (bytes).
     fn of_bytes(n_bytes: u64) -> Self {
         let budget = Budget::of_file(n_bytes);
         Self { budget, channels: Vec::new(), places: HashMap::new(), n_rows: 0, has_more: false }
@@ -291,8 +288,8 @@ impl Table {
         Ok(())
     }
 
-    /// Returns the columns with their keys. A list of numbers becomes several columns, named as the columns of an array in
-    /// other formats.
+    /// Returns the columns with their keys. A list of numbers becomes several columns, named as for an array in other
+    /// formats.
     fn columns(mut self) -> Result<(Columns, Vec<Key>), FileError> {
         let missing = |channel: &Channel| (self.n_rows - channel.values.len()) as u64;
         let n_missing = self.channels.iter().map(missing).sum();

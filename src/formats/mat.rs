@@ -1,5 +1,4 @@
-//! MATLAB files (`.mat`) of versions 4 and 5. Reads numeric matrices, alone or in structs, plain or compressed. Writes plain
-//! files of version 5.
+//! Reads numeric matrices of MATLAB files (`.mat`, versions 4 and 5), also in structs and compressed; writes plain version 5.
 //!
 //! **Source** MAT-File Format (The MathWorks). Level 5: a header of 128 bytes, then one element per variable: a kind, a
 //! length and that number of bytes. A matrix is an element made of elements: class, dimensions, name, numbers. Numbers may
@@ -413,21 +412,18 @@ struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     fn uint32(&self, bytes: &[u8]) -> Option<u32> {
-        let four: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
-        Some(if self.is_big_endian { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
+        Some(Number::Uint(4).value(bytes.get(..4)?, self.is_big_endian) as u32)
     }
 
     fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
         let ends = || FileError::cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
-        // A small element holds up to four bytes of data in place of the length. The upper half of the kind is then the
-        // length.
+        // A small element holds up to four bytes of data in place of the length, which is then the upper half of the kind.
         if kind >> 16 != 0 {
             let n_bytes = (kind >> 16) as usize;
-            let small = self.bytes.get(4..8).ok_or_else(ends)?;
-            let small = small
-                .get(..n_bytes)
-                .ok_or_else(|| FileError::damaged(what, "an element is too long"))?;
+            let four = self.bytes.get(4..8).ok_or_else(ends)?;
+            let too_long = || FileError::damaged(what, "an element is too long");
+            let small = four.get(..n_bytes).ok_or_else(too_long)?;
             self.bytes = &self.bytes[8..];
             return Ok((kind & 0xffff, small));
         }

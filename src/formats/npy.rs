@@ -15,8 +15,7 @@ pub(super) const FORMAT: Format =
     Format { name: "NumPy array", endings: &["npy"], signatures: &[MAGIC], read: columns };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Maximum length of a header (bytes), which limits the memory for a damaged file. The header of a plain array has a few
-/// hundred bytes.
+/// Maximum length of a header (bytes), which limits the memory for a damaged file. Usual headers have a few hundred bytes.
 const HEADER_LIMIT: usize = 1 << 16;
 /// Number of bytes read at a time; a record that is longer is read whole.
 const BLOCK_BYTES: usize = 1 << 16;

@@ -1,5 +1,4 @@
-//! Opened file of any format. Code that inspects the file or reads its rows need not distinguish text from columns of
-//! numbers.
+//! Opened file, which looks the same to its readers whether it holds text or columns of numbers.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -15,8 +14,7 @@ use crate::panicked;
 use crate::progress::Progress;
 use crate::recording::Day;
 
-/// Number of first bytes that are read to find the format. They contain the signature, and the name of an archive's first
-/// member.
+/// Number of first bytes that are read to find the format: the signature, and the name of an archive's first member.
 const SIGNATURE_BYTES: u64 = 512;
 /// Number of first rows of a file of columns that are inspected.
 const HEAD_ROWS: usize = 200;
@@ -45,7 +43,6 @@ pub(crate) enum Part<'a> {
     Rows(&'a Columns, Range<usize>),
 }
 
-/// Returns the formats whose signature matches the first bytes; none for text.
 pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     let starts =
         move |format: &&Format| format.signatures.iter().any(|start| head.starts_with(start));
@@ -137,8 +134,7 @@ impl Opened {
         }
     }
 
-    /// Returns the head of the table, if the table is found with this layout. For a file of columns, only the layout's
-    /// header flag matters.
+    /// Returns the head of the table, if the layout fits the table. For columns of numbers, only the header flag matters.
     pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         let table = match &self.table {
             Table::Text(text) => return text.head(layout),
@@ -156,7 +152,6 @@ impl Opened {
         })
     }
 
-    /// Returns the day of the recording, if the file gives it above its table.
     pub fn day(&self, head: &Head) -> Option<Day> {
         match &self.table {
             Table::Text(text) => text.day(head),
@@ -172,7 +167,6 @@ impl Opened {
         }
     }
 
-    /// Returns the cells of the first rows, and of some rows all over the file.
     pub fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let columns = match &self.table {
             Table::Text(text) => return text.sample(layout, head),

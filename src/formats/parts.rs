@@ -1,5 +1,4 @@
-//! Chooses among the tables of a file that holds several: topics of a recording, sheets of a workbook, groups of an archive,
-//! structs.
+//! Chooses among several tables of one file: topics of a recording, sheets of a workbook, groups of an archive, structs.
 //!
 //! Guarantees: a table that the user names is read, or the error lists the existing tables. Without a choice of the user,
 //! the chosen table and its alternatives are reported.
@@ -38,8 +37,7 @@ pub(super) fn check_wanted<'a>(
 }
 
 /// Returns the wanted tables joined to one. Tables whose column names differ are refused. Without a choice of the user,
-/// returns the table with the most kinds of columns (time, gauges, loads), and among equal tables the table with the most
-/// rows.
+/// returns the table with the most kinds of columns (time, gauges, loads), then with the most rows.
 pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
     check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
     if parts.len() <= 1 {
@@ -100,19 +98,17 @@ pub(super) fn of_groups(
     wanted: &[String],
 ) -> Result<Columns, FileError> {
     let is_table = |group: &Group| group.arrays.iter().any(|array| array.values.len() > 1);
-    let tables = || groups.iter().filter(|group| is_table(group));
-    let n_tables = tables().count();
-    let mut n_rows = tables().map(|group| arrays::n_rows(&group.arrays));
-    let first = n_rows.next();
-    let are_alike = n_rows.all(|n_rows| Some(n_rows) == first);
-    let has_time = |group: &&Group| group.arrays.iter().any(Array::is_time);
-    let n_times = tables().filter(has_time).count();
+    let tables: Vec<&Group> = groups.iter().filter(|group| is_table(group)).collect();
+    let n_tables = tables.len();
+    let n_rows = |group: &Group| arrays::n_rows(&group.arrays);
+    let are_alike = tables.windows(2).all(|two| n_rows(two[0]) == n_rows(two[1]));
+    let has_time = |group: &&&Group| group.arrays.iter().any(Array::is_time);
+    let n_times = tables.iter().filter(has_time).count();
     if wanted.is_empty() && (n_tables <= 1 || (are_alike && n_times <= 1)) {
         let all = groups.into_iter().flat_map(|group| {
             let name = move |name: &str| match group.name.as_str() {
                 "" => name.to_owned(),
-                // The name of the only group carries no information, but the name of the only struct stays in front of its
-                // fields.
+                // The name of the only group carries no information, but a struct's name stays in front of its fields.
                 _ if n_tables <= 1 && separator == '/' => name.to_owned(),
                 group => format!("{group}{separator}{name}"),
             };

@@ -1,6 +1,5 @@
-//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names; they
-//! differ in their templates and in how they write numbers. Texts of the user appear in comments only, and cannot end a
-//! comment.
+//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names, but have
+//! their own templates and notations of numbers. Texts of the user appear only in comments, which these texts cannot end.
 
 mod program;
 
@@ -38,10 +37,9 @@ pub(in crate::export) struct Language {
     pub breaks: (&'static str, &'static str),
     pub number: fn(f64) -> String,
     pub time: fn(f64) -> String,
-    /// Writes a single-precision weight, so that no language rounds it twice.
+    /// Writes a single-precision weight in a form that no language rounds a second time.
     pub weight: fn(f32) -> String,
-    /// Returns true if code cannot use a name: the language reserves the name, or the code already uses it. The arguments
-    /// are name and code.
+    /// Returns true if the language reserves a name, or the code already uses this name. The arguments are name and code.
     pub is_taken: fn(&str, &str) -> bool,
 }
 
@@ -159,8 +157,7 @@ fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Returns the filled template of a language. The template reads the fields of [`Program`], and the counts that are added
-/// here.
+/// Returns the filled template of a language. The template reads the fields of [`Program`], and the counts added here.
 fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     let program = Program::new(export.calibration);
     let mut search_cost = String::new();
@@ -235,8 +232,7 @@ pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }
 
-/// Returns the memory of a calibration on a robot (bytes): constants and state in single precision, at the sample rate of
-/// its recordings.
+/// Returns the memory of a calibration on a robot (bytes), constants and state in single precision, at the recordings' rate.
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)

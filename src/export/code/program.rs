@@ -14,12 +14,12 @@ use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 /// Shortest step between stored samples (s), for old files that ask to store every sample.
 const SHORTEST_STEP_SECS: f64 = 1e-5;
 
-/// The steps of one update with their constants. A *row* is: gauges minus centre; for each history a set of past gauges minus
-/// the present gauges; monomials. The load is `linear` of the row plus `learned`.
+/// The steps of one update with their constants. A *row* consists of gauges minus centre, then past gauges minus present
+/// gauges for each history, then monomials. The load is `linear` of the row plus `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
-    /// Conventional map on gauges minus centre.
+    /// Conventional calibration for gauges minus centre.
     pub conventional: Affine,
     /// F_th squared and t_th (s) of each look-back.
     pub look_backs: Vec<(f64, f64)>,
@@ -33,10 +33,10 @@ pub(in crate::export) struct Program {
     pub gap_secs: f64,
     /// Load per axis beyond which the sensor was not tested.
     pub limits: Vec<f64>,
-    /// Lower limit of each gauge; empty if no limit is known.
+    /// Reading at which each gauge is clipped from below; empty if unknown.
     pub gauge_low: Vec<f64>,
     pub gauge_high: Vec<f64>,
-    /// True if the limits apply to tared gauges.
+    /// True if the clipping limits apply to tared gauges.
     pub limits_tared: bool,
     /// Tared gauges of the unloaded sensor.
     pub unloaded: Vec<f64>,
@@ -126,9 +126,8 @@ impl Program {
         program
     }
 
-    /// Returns the number of samples that the ring buffer holds, in whole boxes. The buffer needs room for the samples of
-    /// the window, one older sample, the newest sample, and a box that is being overwritten (16 samples in C and Rust, 64 in
-    /// MATLAB).
+    /// Returns the number of samples that the ring buffer holds, in whole boxes: the samples of the window, one older sample,
+    /// the newest sample, and a box that is being overwritten (16 samples in C and Rust, 64 in MATLAB).
     pub fn ring_samples(&self) -> usize {
         let in_window = (self.window_secs / self.history_step_secs).floor() as usize;
         (in_window + 3 + 64).next_multiple_of(256)
@@ -187,8 +186,7 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
         for (column, slope) in map.columns.iter().zip(raw) {
             match column {
                 Column::Offset => offset = *slope,
-                // A row holds past gauges minus present gauges, so the slope of a past gauge also counts for the present
-                // gauge.
+                // A row holds past minus present gauges, so the slope of a past gauge also counts for the present gauge.
                 Column::Past { gauge, .. } => {
                     row[*gauge] += slope;
                     row.push(*slope);

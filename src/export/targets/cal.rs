@@ -38,7 +38,7 @@ pub(super) static CAL: Target = Target {
     ..MATRIX
 };
 
-/// Maximum number of gauges of ATI's library.
+/// Maximum number of gauges that ATI's library reads from a `.cal` file.
 const MOST_GAUGES: usize = 8;
 
 #[derive(Debug, thiserror::Error)]
@@ -48,7 +48,7 @@ enum CalError {
     #[error("there is no element {element}; this is not an ATI-style calibration of version 1.1")]
     Missing { element: &'static str },
     #[error("element {element} has no attribute {attribute} (names are case-sensitive)")]
-    Attribute { element: String, attribute: String },
+    Attribute { element: &'static str, attribute: &'static str },
     #[error("element {element} occurs twice")]
     Twice { element: String },
     #[error("{place}: {text:?} is not a usable number")]
@@ -59,12 +59,13 @@ enum CalError {
     Unit { attribute: &'static str, unit: String, known: &'static str },
 }
 
-/// Returns the symbol of an axis in `.cal` files: moments are T.
+/// Returns the symbol of an axis in `.cal` files, where moments are called T.
 fn spelled(axis: Axis) -> String {
     axis.symbol().replace('M', "T")
 }
 
-/// Writes the conventional matrix, and again as `Axis` rows with a scale of 1, because some programs read only these rows.
+/// Writes the conventional matrix as `UserAxis` rows, and again as `Axis` rows with scale 1 for programs that read only
+/// `Axis`.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();
@@ -157,7 +158,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
         let place = format!("values of {}", spelled(axis));
         let values: Vec<f64> = attribute(row, "UserAxis", "values")?
             .split_whitespace()
-            .map(|text| Ok(parsed(text, &place)? * factor))
+            .map(|text| Ok(parsed(text, &place, f64::MIN)? * factor))
             .collect::<Result<_, CalError>>()?;
         if values.len() as f64 != n_gauges || values.is_empty() {
             return Err(CalError::Values {
@@ -223,7 +224,7 @@ fn unit(
     in_si: fn(&str) -> Option<f64>,
     known: &'static str,
 ) -> Result<f64, CalError> {
-    let named = attribute(about, "Calibration", attribute_name)?.trim();
+    let named = attribute(about, "Calibration", attribute_name)?;
     let found = known.split(", ").find(|unit| *unit == named);
     found.and_then(in_si).ok_or_else(|| CalError::Unit {
         attribute: attribute_name,
@@ -256,25 +257,23 @@ fn attributes(element: &BytesStart) -> Result<Attributes, CalError> {
         .collect()
 }
 
-fn attribute<'a>(of: &'a Attributes, element: &str, name: &str) -> Result<&'a str, CalError> {
-    of.get(name).map(String::as_str).ok_or_else(|| CalError::Attribute {
-        element: element.to_owned(),
-        attribute: name.to_owned(),
-    })
+fn attribute<'a>(
+    of: &'a Attributes,
+    element: &'static str,
+    attribute: &'static str,
+) -> Result<&'a str, CalError> {
+    let text = of.get(attribute).ok_or(CalError::Attribute { element, attribute })?;
+    Ok(text.trim())
 }
 
-fn number(of: &Attributes, element: &str, name: &str) -> Result<f64, CalError> {
-    let value = parsed(attribute(of, element, name)?.trim(), name)?;
-    if value >= 0.0 {
-        Ok(value)
-    } else {
-        Err(CalError::Number { place: name.to_owned(), text: value.to_string() })
-    }
+/// Returns a number that is not negative.
+fn number(of: &Attributes, element: &'static str, name: &'static str) -> Result<f64, CalError> {
+    parsed(attribute(of, element, name)?, name, 0.0)
 }
 
-fn parsed(text: &str, place: &str) -> Result<f64, CalError> {
+fn parsed(text: &str, place: &str, min: f64) -> Result<f64, CalError> {
     let value: Option<f64> = text.parse().ok();
     value
-        .filter(|value| value.is_finite())
+        .filter(|value| value.is_finite() && *value >= min)
         .ok_or_else(|| CalError::Number { place: place.to_owned(), text: text.to_owned() })
 }

@@ -1,4 +1,4 @@
-//! A single MATLAB function without cell arrays and with fixed sizes, which Simulink accepts.
+//! Calibration as a single MATLAB function without cell arrays and with fixed sizes, which Simulink accepts.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
@@ -13,7 +13,7 @@ pub(super) static M_FUNCTION: Target = Target {
 
 pub(super) static MATLAB: Language = Language {
     template: include_str!("../templates/calibration.m"),
-    // The meaning of other characters would depend on the machine that reads the file.
+    // Comments are in ASCII, because the meaning of other characters depends on the machine that reads the file.
     comment: ascii,
     breaks: (", ...\n    ", ";\n    "),
     is_taken,
@@ -26,8 +26,8 @@ const KEYWORDS: &str = "\
     global if methods otherwise parfor persistent properties return spmd switch try until unwind_protect while \
     endfor end_try_catch";
 
-/// Returns true if the code must not use this name. The code contains the name of its own function once; a second occurrence is
-/// a function of MATLAB.
+/// Returns true if the code must not use this name. The code contains the name of its own function once; a second occurrence
+/// means a function of MATLAB.
 fn is_taken(name: &str, code: &str) -> bool {
     let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let words = code

@@ -28,14 +28,13 @@ fn caution(calibration: &Calibration) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// Returns the coefficients of each axis on the gauges, without the offset.
+/// Returns the coefficients of the gauges for each axis, without the offset.
 pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
     let n_gauges = calibration.gauges.len();
     calibration.conventional.matrix.iter().map(move |row| &row[..n_gauges])
 }
 
-/// Returns the facts as lines escaped by `comment`, and a line with the omitted offsets. `how` describes the offsets, such
-/// as their unit.
+/// Returns the facts as lines escaped by `comment`, and a line with the omitted offsets; `how` is their unit or order.
 pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
     let offsets = export.calibration.conventional.matrix.iter().filter_map(|row| row.last());
     let offsets = (export.calibration.offset)
@@ -43,7 +42,7 @@ pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String)
     export.lines(comment).chain(offsets).collect()
 }
 
-/// Checks that there are all six axes and from `least` to `most` gauges.
+/// Checks that a calibration has all six axes, and from `least` to `most` gauges.
 pub(super) fn check(
     file: &'static str,
     (least, most): (usize, usize),

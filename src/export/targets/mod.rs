@@ -37,7 +37,7 @@ pub static TARGETS: &[&Target] = &[
     &matlab::MATLAB,
 ];
 
-/// Returns the format of a file's ending, or that of folders for a path that names a folder.
+/// Returns the format for a file by its ending, and for a path that names a folder, the format of libraries.
 pub fn target_for(path: &Path) -> Option<&'static Target> {
     if asks_for_folder(path) {
         return Some(&package::PACKAGE);
@@ -51,7 +51,7 @@ pub(super) fn asks_for_folder(path: &Path) -> bool {
     last.is_some_and(|last| is_separator(char::from(*last)))
 }
 
-/// Returns true if the format of this file names the gauges; otherwise gauges are known by their order.
+/// Returns true if the format of this file names the gauges. Otherwise gauges are known by their order.
 pub fn names_gauges(path: &Path) -> bool {
     target_for(path).is_none_or(|target| target.names_gauges)
 }

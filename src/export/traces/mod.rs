@@ -28,17 +28,17 @@ pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
 /// Interval of a recording whose loads are written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval<'a> {
-    /// The whole recording, since the past sample may lie before the interval.
+    /// The whole recording that contains the interval, since a past sample may lie before the interval.
     pub recording: &'a Recording,
     /// Decimation: one of every `decimation` samples is used.
     pub decimation: usize,
-    /// Range of the used samples that are written.
+    /// Range of the samples to write, counted after decimation.
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated, Compensated
-/// and the errors Uncompensated − Reference and Compensated − Reference per axis. Cells that need a missing reference are
-/// empty. The ending chooses one of [`TRACE_FORMATS`]; an unknown ending means the first.
+/// Writes the loads of intervals of recordings as one of `files`. A row has recording and time, and per axis Reference,
+/// Uncompensated, Compensated and the errors Uncompensated − Reference and Compensated − Reference. Cells that need a
+/// missing reference are empty. The ending chooses one of [`TRACE_FORMATS`]; an unknown ending means the first format.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the work.
@@ -86,11 +86,8 @@ fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
     (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
-/// Writes the loads of one file's recordings as comma-separated text: time, Reference if there is one, Uncompensated and
+/// Writes the loads of one file's recordings as comma-separated text: time, Reference if known, Uncompensated and
 /// Compensated per axis, and the status if requested. Exported code on a robot computes the same loads.
-///
-/// # Errors
-/// The I/O errors of `out`.
 pub fn write_loads_csv(
     calibration: &Calibration,
     recordings: &[Recording],
@@ -156,7 +153,7 @@ enum RowWriter<W: io::Write> {
         out: CsvWriter<W>,
         with_status: bool,
     },
-    /// One JSON object per line, with these keys before the status.
+    /// One JSON object per line. `keys` are the keys in front of the status.
     Json {
         out: W,
         keys: Vec<String>,
@@ -165,9 +162,6 @@ enum RowWriter<W: io::Write> {
 
 impl<W: io::Write> LoadRows<W> {
     /// Begins comma-separated text and writes its header. `reference` lists the axes with a known reference.
-    ///
-    /// # Errors
-    /// The I/O errors of `out`.
     pub fn new(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -284,7 +278,8 @@ struct Columns {
 }
 
 impl Columns {
-    /// Returns the columns. Quantities that need a reference exist for the axes with a reference in at least one recording.
+    /// Returns the columns for these quantities. A quantity that needs a reference has a column for each axis with a
+    /// reference in at least one recording.
     fn of(calibration: &Calibration, reference: &[Axis], quantities: &'static [Quantity]) -> Self {
         let columns = quantities.iter().flat_map(|quantity| {
             calibration

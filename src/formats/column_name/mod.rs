@@ -18,7 +18,7 @@ const GAUGE_UNITS: &str = "v mv uv µv counts count lsb raw adc ohm ohms strain 
 /// Units that only gauges have. A column with one of these units is a gauge, whatever its name.
 const GAUGE_ONLY_UNITS: &str =
     "mv/v uv/v µv/v μv/v v/v um/m µm/m μm/m ustrain µstrain µε με microstrain";
-/// French word for time, and also for weather. A column with this name is a time only if its unit is one of time.
+/// French word for time, and also for weather. A column with this name is a time only with a unit of time.
 const TIME_WITH_UNIT: &str = "temps";
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,8 +66,7 @@ impl ColumnName {
         }
     }
 
-    /// Returns the unit of an auxiliary channel such as a temperature (empty if none is given), or `None` for any other
-    /// column.
+    /// Returns the unit of an auxiliary channel such as a temperature, empty if none is given; `None` for any other column.
     pub fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST || unit.is_some_and(is_load_unit) {
@@ -181,7 +180,6 @@ fn is_of_gauges_alone(unit: &str) -> bool {
     is_one_of(&unit.trim().to_lowercase(), GAUGE_ONLY_UNITS)
 }
 
-/// Returns true if any kind of column can have this unit.
 pub(crate) fn is_known_unit(unit: &str) -> bool {
     is_load_unit(unit) || is_unit_of(Kind::Time, unit) || is_unit_of(Kind::Gauge, unit)
 }

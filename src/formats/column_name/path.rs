@@ -1,12 +1,10 @@
-//! Recognises names that are paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`,
-//! `field.wrench.force.x`, `/gauges/data[0]`), and fields of a struct (`run.S1`). An ambiguous path is neither a gauge nor a
-//! load.
+//! Recognises paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`, `field.wrench.force.x`,
+//! `/gauges/data[0]`), and fields of a struct (`run.S1`). An ambiguous path is neither a gauge nor a load.
 
 use super::words::{self, Kind, is_one_of, plain, plain_kind};
 
 /// Words in the path of a quantity that is derived from a load but is no load, such as a deviation, an error or a setpoint.
 const NO_LOADS: &str = "std stddev bias offset offsets error err residual covariance cov command cmd desired setpoint target goal";
-/// Words in the path of a load.
 const LOADS: &str = "force forces wrench wrenches torque torques moment moments ft load loads ati ref reference effort weight";
 /// Words that occur only in the path of a gauge.
 const GAUGES: &str =
@@ -18,7 +16,6 @@ const NEUTRAL: &str = "data value values field";
 pub(super) const SECONDS: &str = "sec secs";
 pub(super) const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs";
 
-/// Kind of a column, by its name.
 pub(super) struct Understood<'a> {
     pub kind: Kind,
     pub unit: Option<&'a str>,
@@ -85,8 +82,7 @@ pub(super) fn understood(name: &str) -> Option<Understood<'static>> {
     path(kind, before.len(), None).filter(|_| is_kind)
 }
 
-/// Splits the index off an element of an array: `data[0]`, `data.0`, `data0`. The second value is false if there is no
-/// index.
+/// Splits the index off an element of an array: `data[0]`, `data.0`, `data0`. Returns false if there is no index.
 fn without_index(name: &str) -> (&str, bool) {
     let bracketed = || name.strip_suffix(']')?.rsplit_once('[');
     if let Some((stem, index)) = bracketed()

@@ -50,7 +50,6 @@ pub(in crate::formats) fn is_one_of(word: &str, list: &str) -> bool {
     list.split(' ').any(|own| own == word)
 }
 
-/// Returns the name in lower case, without separators.
 pub(super) fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', ' '], "")
 }
@@ -70,7 +69,6 @@ pub(super) fn plain_kind(name: &str) -> Option<Kind> {
     }
 }
 
-/// Returns true if one of these words names a load of any axis.
 pub(super) fn is_load(words: &[&str]) -> bool {
     let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
     let is_load = |word: &&str| [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(word, list));
@@ -101,7 +99,6 @@ pub(super) fn gauge_stem(name: &str) -> Option<String> {
     ((1..=9).contains(&n_digits) && is_gauge).then_some(stem)
 }
 
-/// Returns the words for forces and for moments, each with their axes.
 fn quantities() -> [(&'static str, &'static [Axis]); 2] {
     [(FORCES, &Axis::ALL[..3]), (MOMENTS, &Axis::ALL[3..])]
 }

@@ -105,7 +105,7 @@ impl Reading<'_> {
                 Content::Other(what) => self.left_out.push(format!("{} ({what})", path_of(name))),
             }
         }
-        // A group with the same arrays is a link to one that was read before.
+        // A group with the same arrays as an earlier group is a link to that group.
         if !group.arrays.is_empty() && !self.group_hashes.insert(hash_of(&group.arrays)) {
             return Ok(());
         }

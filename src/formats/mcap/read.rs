@@ -1,5 +1,4 @@
-//! Reads MCAP recordings of ROS 2: gauges from a topic of arrays, and the reference from a topic of wrenches, each on its
-//! own clock.
+//! Reads MCAP recordings of ROS 2: gauges from a topic of arrays, the reference from a topic of wrenches, on two clocks.
 //!
 //! Guarantees: only one chunk is in memory at a time. A recording without its end (killed recorder) is read as far as it goes.
 //! If several topics qualify, the user chooses.
@@ -282,8 +281,8 @@ impl Topics {
         }
     }
 
-    /// Returns the wanted topics as columns, or, without a choice, one topic of arrays and one of wrenches. Lists the topics
-    /// that are left out.
+    /// Returns the wanted topics as columns, else one topic of arrays and one of wrenches. Lists the topics that are left
+    /// out.
     fn columns(self, wanted: &[String]) -> Result<Columns, FileError> {
         let readable: Vec<(u16, &Topic)> = self
             .topics
@@ -359,7 +358,6 @@ impl Topic {
         matches!(self.shape, Some(Shape::WrenchStamped | Shape::Wrench))
     }
 
-    /// Returns true if the messages hold only a list of numbers of any length.
     fn is_list(&self) -> bool {
         matches!(self.shape, Some(Shape::Array(_)))
     }

@@ -13,7 +13,6 @@ use ::parquet::schema::types::Type;
 /// Number of rows written at once: few enough for small memories, many enough for fast readers.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// Writer that collects rows and writes them in groups.
 pub(crate) struct ParquetTable<'a> {
     writer: SerializedFileWriter<&'a mut (dyn Write + Send)>,
     names: Vec<ByteArray>,

@@ -5,10 +5,8 @@
 
 use crate::formats::columns::Cell;
 
-/// Bit of the status word that is set for any error.
 const ANY_ERROR: u32 = 1 << 31;
 
-/// Values in the lines above the header.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Preamble {
     pub n_lines: usize,

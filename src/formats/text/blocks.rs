@@ -54,8 +54,7 @@ impl Blocks {
         Ok(lines)
     }
 
-    /// Returns the start of the file: at least `at_least` bytes and one line that is not a comment, if the file is long
-    /// enough.
+    /// Returns the start of the file: `at_least` bytes or more, and one line that is no comment, if the file is long enough.
     pub fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;

@@ -55,8 +55,8 @@ impl TextLayout {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
             point: match (self.decimal, self.delimiter) {
                 (Decimal::Point, _) => b'.',
-                // If commas separate the cells, a number with a decimal comma is in quotes, and never plain. The byte 0xff
-                // occurs in no text.
+                // If commas separate the cells, a number with a decimal comma is quoted, never plain. The byte 0xff occurs in
+                // no text.
                 (Decimal::Comma, Delimiter::Comma) => 0xff,
                 (Decimal::Comma, _) => b',',
             },
@@ -78,8 +78,8 @@ impl TextLayout {
         plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
     }
 
-    /// Returns [`Self::number`] minus `since`. The whole part is subtracted before the conversion to a float, so that no
-    /// digit is lost.
+    /// Returns [`Self::number`] minus `since`. The whole part is subtracted before conversion to a float, so no digit is
+    /// lost.
     pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         let text = std::str::from_utf8(cell).ok()?;
@@ -173,7 +173,6 @@ impl<'a> Iterator for Cells<'a> {
     }
 }
 
-/// Cells of one line of text.
 #[derive(Clone, Debug)]
 pub(crate) struct TextRow<'a> {
     cells: Cells<'a>,

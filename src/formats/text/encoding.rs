@@ -120,8 +120,8 @@ impl Text {
         Ok(has_more)
     }
 
-    /// Returns the text of `n_bytes` bytes from byte `at` on. Characters at both ends may be cut. The position of reading
-    /// does not change.
+    /// Returns the text of `n_bytes` bytes from byte `at` on, apart from [`Self::read_into`]. Characters at both ends may be
+    /// cut.
     pub fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;

@@ -44,7 +44,6 @@ pub(crate) struct TextFile {
 }
 
 impl TextFile {
-    /// Opens a file. At most `limit_bytes` are read.
     pub(in crate::formats) fn open(
         path: &Path,
         block_bytes: usize,
@@ -59,7 +58,6 @@ impl TextFile {
         detect(&self.head)
     }
 
-    /// Returns the head of the table under a layout, if found.
     pub(in crate::formats) fn head(&self, layout: &TextLayout) -> Option<Head> {
         locate(&self.head, layout)
     }
@@ -70,7 +68,6 @@ impl TextFile {
         layout::sample(&self.head, layout, head, places)
     }
 
-    /// Returns the day of the recording, if a line above the first row gives it.
     pub(in crate::formats) fn day(&self, head: &Head) -> Option<Day> {
         let above = &self.head[..head.n_bytes.min(self.head.len())];
         lines(above).find_map(|line| Day::in_header(&String::from_utf8_lossy(line)))
@@ -111,8 +108,7 @@ impl TextFile {
         self.blocks.text.encoding
     }
 
-    /// Passes all lines below a head to `parse`, several blocks at a time. Passes the results to `take` in file order, with
-    /// the share of the file that they cover.
+    /// Reads like [`Opened::read`](crate::formats::Opened::read), in blocks of lines.
     pub(in crate::formats) fn read<R: Send>(
         self,
         head: &Head,

@@ -210,7 +210,6 @@ impl Table {
     }
 }
 
-/// Returns a date or a time of day in seconds.
 fn secs(cell: &[u8]) -> Option<f64> {
     TimeForm::of_all([cell].into_iter())?.secs(cell)
 }

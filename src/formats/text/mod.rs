@@ -1,7 +1,6 @@
 //! Delimited text, as loggers and spreadsheets write it.
 //!
-//! Guarantees: a file of any size is read in blocks of whole lines and never held in memory. The line number of every value
-//! is known.
+//! Guarantees: a file of any size is read in blocks of whole lines, never as a whole. The line number of a value is known.
 //!
 //! | module | contents |
 //! |---|---|

@@ -21,8 +21,7 @@ impl Arrows {
         Some(Self { replacement })
     }
 
-    /// Turns the times in front of whole lines into a column. In the first lines of a file, the name of this column is
-    /// `time`.
+    /// Turns the times in front of whole lines into a column, which is named `time` in the first lines of a file.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = arrow_position(line) else {

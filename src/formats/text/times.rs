@@ -31,7 +31,6 @@ pub(crate) enum TimeForm {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeSpelling {
-    /// Number in this unit.
     Number(TimeUnit),
     Samples,
     Text(TimeForm),
@@ -42,7 +41,6 @@ pub(crate) const TIME_SPELLINGS: &str =
     "s, ms, us, ns, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
 impl TimeSpelling {
-    /// Returns the spelling with this name.
     pub fn from_name(unit: &str) -> Option<Self> {
         Some(match unit.trim().to_lowercase().as_str() {
             "samples" | "sample" => Self::Samples,
@@ -84,8 +82,7 @@ impl TimeForm {
         cells.all(|cell| self.secs(cell).is_some())
     }
 
-    /// Returns this form with day and month exchanged, if the exchanged form also fits these cells and gives other intervals
-    /// between them.
+    /// Returns this form with day and month exchanged, if that form also fits these cells and gives other intervals.
     pub fn other_order<'a>(self, cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
         let other = Self::Date(match self {
             Self::Date(DateOrder::MonthDayYear) => DateOrder::DayMonthYear,

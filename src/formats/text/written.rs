@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct TextLayout {
     pub delimiter: Delimiter,
     pub decimal: Decimal,
-    /// Separator of thousands. Without it, only numbers that can be read in one way, such as `1,234.5` and `1'234`, may be
+    /// Separator of thousands. If absent, only numbers that can be read in one way, such as `1,234.5` and `1'234`, are
     /// grouped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thousands: Option<Thousands>,
@@ -22,8 +22,7 @@ pub struct TextLayout {
     /// Preamble whose values the program understands. If given, `skip_rows` is not used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preamble: Option<Preamble>,
-    /// Names of the tables to read: topics, sheets, groups, structs. An empty list means an automatic choice, which is
-    /// reported.
+    /// Names of the tables to read: topics, sheets, groups, structs. If empty, the program chooses, and reports its choice.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
 }

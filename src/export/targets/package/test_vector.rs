@@ -1,8 +1,8 @@
 //! Samples that cover all situations of a calibration, with the results of the program's own estimator.
 //!
-//! Guarantees: gauges move as under loads within full scale, stay within the range of the training recordings, and are
-//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
-//! same input.
+//! Guarantees: gauges move as under loads within full scale, stay within their range in the training recordings, and are
+//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision or with a clock in ticks gets this
+//! very input.
 
 use std::f64::consts::TAU;
 
@@ -22,13 +22,13 @@ pub(super) struct Answered {
     pub at_edge: bool,
 }
 
-/// Sample rate if no recording has one (Hz).
+/// Sample rate of the test if the recordings' rate is unknown (Hz).
 const USUAL_RATE_HZ: f64 = 20.0;
 /// Largest load of the test as a share of full scale.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
 /// Largest motion of gauges without known loads, in standard deviations.
 const DEVIATIONS: f64 = 2.0;
-/// Number of samples of each fast motion, before and after the slow one.
+/// Number of samples of each fast motion, before and after the slow motion.
 const FAST: usize = 100;
 const SLOW: usize = 500;
 /// Number of slow samples in the time in which the history settles. It sets the time step of the slow samples.

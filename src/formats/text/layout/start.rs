@@ -14,7 +14,6 @@ pub(super) struct Line<'a> {
     pub number: u64,
     /// Position in the file where the next line starts (bytes).
     pub end: usize,
-    /// Text of the line without its line end.
     pub text: &'a [u8],
 }
 
