@@ -78,6 +78,11 @@ pub(crate) fn listed(names: &[String]) -> String {
     first(LISTED_NAMES, names.iter().map(|name| shown(name)))
 }
 
+/// Returns all items in one text, with `between` between two of them.
+pub(crate) fn joined(between: &str, all: impl IntoIterator<Item = impl Display>) -> String {
+    all.into_iter().map(|own| own.to_string()).collect::<Vec<_>>().join(between)
+}
+
 /// Returns the first names, separated by commas, and the number of further names.
 pub(crate) fn first(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by(", ", max, all)
@@ -90,14 +95,10 @@ pub(crate) fn first_clauses(max: usize, all: impl IntoIterator<Item = impl Displ
 
 fn first_by(between: &str, max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     let mut all = all.into_iter();
-    let first: Vec<String> = all.by_ref().take(max).map(|own| own.to_string()).collect();
+    let first = joined(between, all.by_ref().take(max));
     let comma = between.trim_matches([',', ' ']);
     let more = and_more(max + all.count(), max);
-    format!(
-        "{}{}",
-        first.join(between),
-        more.map_or_else(String::new, |more| format!("{comma} {more}"))
-    )
+    format!("{first}{}", more.map_or_else(String::new, |more| format!("{comma} {more}")))
 }
 
 /// Returns the number of omitted items in words; `None` if no item is omitted.

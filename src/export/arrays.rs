@@ -6,12 +6,11 @@ use super::target::Export;
 use crate::calibration::{Kernel, Learned, Network};
 use crate::formats::{Array, Entry};
 
-/// Returns all arrays of a calibration, without the kernel's band. Weights of layers are stored input by input: `values @
-/// weights + biases`.
+/// Returns all arrays of a calibration, without the kernel's band. The weights of a layer have one row per input, for
+/// `values @ weights + biases`.
 pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     let calibration = export.calibration;
-    let about = export.lines(str::to_owned);
-    let mut arrays = vec![texts("about", about)];
+    let mut arrays = vec![texts("about", export.lines(str::to_owned).collect())];
     for field in fields(calibration) {
         let name = match (field.group, field.name) {
             ("" | "blocks", name) => name.to_owned(),
@@ -19,22 +18,18 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
             (map, "matrix") => map.to_owned(),
             (map, name) => format!("{map}_{name}"),
         };
-        match field.value {
-            Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(flag)])),
+        arrays.push(match field.value {
+            Value::Flag(flag) => vector(&name, &[f64::from(flag)]),
             Value::Flags(flags) => {
-                let flags: Vec<f64> = flags.iter().map(|flag| f64::from(*flag)).collect();
-                arrays.push(vector(&name, &flags));
+                vector(&name, &flags.into_iter().map(f64::from).collect::<Vec<_>>())
             }
-            Value::Count(count) => arrays.push(vector(&name, &[count as f64])),
-            Value::Number(number) => arrays.push(vector(&name, &[number])),
-            Value::Text(text) => arrays.push(texts(&name, std::iter::once(text))),
-            Value::Texts(all) => arrays.push(texts(&name, all.into_iter())),
-            Value::Numbers(values) => arrays.push(vector(&name, &values)),
-            Value::Matrix(rows) => arrays.push(matrix(&name, &rows)),
-            Value::Table(columns) => {
-                arrays.extend(columns.iter().map(|(name, values)| vector(name, values)));
-            }
-        }
+            Value::Count(count) => vector(&name, &[count as f64]),
+            Value::Number(number) => vector(&name, &[number]),
+            Value::Text(text) => texts(&name, vec![text]),
+            Value::Texts(all) => texts(&name, all),
+            Value::Numbers(values) => vector(&name, &values),
+            Value::Matrix(rows) => matrix(&name, &rows),
+        });
     }
     match &calibration.learned {
         Some(Learned::Network(network)) => arrays.extend(of_network(network)),
@@ -44,7 +39,7 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     arrays
 }
 
-/// Returns a row-major matrix; one row is a vector.
+/// Returns a row-major matrix, or a vector if there is only one row.
 fn numbers(name: &str, n_columns: usize, values: Vec<f64>) -> Entry {
     let shape = if values.len() == n_columns {
         vec![n_columns]
@@ -62,8 +57,8 @@ fn matrix(name: &str, rows: &[Vec<f64>]) -> Entry {
     numbers(name, rows.first().map_or(0, Vec::len), rows.concat())
 }
 
-fn texts(name: &str, texts: impl Iterator<Item = String>) -> Entry {
-    Entry::Texts { name: name.to_owned(), texts: texts.collect() }
+fn texts(name: &str, texts: Vec<String>) -> Entry {
+    Entry::Texts { name: name.to_owned(), texts }
 }
 
 fn of_network(network: &Network) -> Vec<Entry> {

@@ -16,7 +16,7 @@ use std::time::Duration;
 use crate::panicked::locked;
 use crate::progress::Progress;
 
-/// Prefix and suffix of temporary files. Between them are the name of the final file and some random letters.
+/// Prefix and suffix of the names of temporary files, around the name of the final file and some random letters.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
 /// Maximum number of characters taken from a name, so that the temporary name is a valid file name.
 const NAME_CHARS: usize = 50;
@@ -35,17 +35,17 @@ pub struct WriteError {
 /// [`WriteError`] if the folder does not exist, the file cannot be written, or `write` fails.
 pub fn write_atomically(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     let mut files = Together::default();
     files.write(path, write)?;
     files.finish()
 }
 
-/// Files that take their names together: all of them, or none. If dropped before it is finished, it removes its temporary
-/// files.
+/// Files that take their names together, all or none. Dropping the set before [`Self::finish`] removes its temporary files.
 #[derive(Debug, Default)]
 pub struct Together {
+    /// Each file with its temporary file, which is registered until it is removed or renamed.
     written: Vec<(Target, tempfile::NamedTempFile, Forget)>,
     folders: Vec<(Target, tempfile::TempDir)>,
 }
@@ -58,7 +58,7 @@ impl Together {
     pub fn write(
         &mut self,
         path: &Path,
-        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+        write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
     ) -> Result<(), WriteError> {
         self.written.push(whole(path, write).map_err(at(path))?);
         Ok(())
@@ -83,7 +83,7 @@ impl Together {
     /// # Errors
     /// [`WriteError`] if a file cannot be renamed. The files before it then already have their final names.
     pub fn finish(self) -> Result<(), WriteError> {
-        // Declared first, so that it is dropped after the lock of the list, which it takes.
+        // Declared before the lock, so that it is dropped after the lock: dropping its elements takes the lock again.
         let mut forgotten = Vec::new();
         let mut named = Ok(());
         // The lock is held until the last file has its name, so that an interrupt never leaves only some of the files.
@@ -91,9 +91,11 @@ impl Together {
         for (target, temporary, forget) in self.written {
             forgotten.push(forget);
             if named.is_ok() {
-                let made = temporary.persist(&target.path).map(drop);
-                named = made.map_err(|error| at(&target.path)(error.error));
-                // The folder entry is flushed to the disk, too. A failure of that is ignored, because the file is complete.
+                named = temporary
+                    .persist(&target.path)
+                    .map(drop)
+                    .map_err(|error| at(&target.path)(error.error));
+                // The folder is also flushed to the disk. A failure is ignored, because the file itself is complete.
                 #[cfg(unix)]
                 let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
             }
@@ -122,9 +124,6 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// Checks whether a file can be written, without writing it.
-///
-/// # Errors
-/// [`WriteError`] if the file cannot be written.
 pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     let check = || {
         let target = Target::of(path)?;
@@ -144,7 +143,7 @@ pub fn clean_up_when_asked_to_end() {
     let asked_to_end = Arc::clone(&is_terminated);
     // Without a handler, temporary files are removed when the same file is written again.
     let set = ctrlc::try_set_handler(move || {
-        // Both handlers of the signal have run by then.
+        // Waits until both handlers of the signal have run.
         std::thread::sleep(Duration::from_millis(5));
         let word = if asked_to_end.load(Ordering::SeqCst) {
             EXIT_CODE.store(143, Ordering::SeqCst);
@@ -171,7 +170,7 @@ pub fn clean_up_when_asked_to_end() {
     });
     #[cfg(unix)]
     if set.is_ok() {
-        // This call runs the handler above, too.
+        // The handler above also runs on SIGTERM, and learns from this flag which signal has come.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, is_terminated);
     }
     #[cfg(not(unix))]
@@ -201,7 +200,6 @@ fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 #[derive(Debug)]
 struct Target {
     path: PathBuf,
-    /// Permissions of the existing file.
     permissions: Option<fs::Permissions>,
 }
 
@@ -236,34 +234,20 @@ impl Target {
         folder_of(&self.path)
     }
 
-    /// Returns the prefix of the names of its temporary files.
+    /// Returns the prefix of the names of the temporary files for this file.
     fn prefix(&self) -> String {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name: String = name.chars().take(NAME_CHARS).collect();
         format!("{}{name}-", TEMPORARY.0)
     }
-
-    /// Creates a new temporary file beside the destination, and registers it until it is removed or renamed.
-    fn temporary(&self) -> io::Result<(Forget, tempfile::NamedTempFile)> {
-        let prefix = self.prefix();
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(TEMPORARY.1);
-        let file = builder.make_in(self.directory(), |path| {
-            let mut being_written = being_written();
-            let file = new_file(path)?;
-            being_written.insert(path.to_owned());
-            Ok(file)
-        })?;
-        Ok((Forget(file.path().to_owned()), file))
-    }
 }
 
-/// Removes folders that ended programs left inside a folder of temporary files.
+/// Removes all temporary files that ended programs left in a folder.
 pub(crate) fn clean_up_in(folder: &Path) {
     clean_up(folder, TEMPORARY.0);
 }
 
-/// Removes files that ended programs left under names with this prefix. A running program holds a lock on its file.
+/// Removes temporary files with this prefix that ended programs left. A running program holds a lock on its file.
 fn clean_up(folder: &Path, prefix: &str) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
@@ -283,7 +267,7 @@ fn clean_up(folder: &Path, prefix: &str) {
     }
 }
 
-/// Creates a new file that no other program takes for a leftover.
+/// Creates a new file, locked so that no other program removes it as a leftover.
 fn new_file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     // The file gets the permissions of any new file. Temporary files would be readable by their owner only.
@@ -310,11 +294,20 @@ impl Drop for Forget {
 
 fn whole(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> io::Result<(Target, tempfile::NamedTempFile, Forget)> {
     let target = Target::of(path)?;
-    clean_up(target.directory(), &target.prefix());
-    let (forget, temporary) = target.temporary()?;
+    let prefix = target.prefix();
+    clean_up(target.directory(), &prefix);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(TEMPORARY.1);
+    let temporary = builder.make_in(target.directory(), |path| {
+        let mut being_written = being_written();
+        let file = new_file(path)?;
+        being_written.insert(path.to_owned());
+        Ok(file)
+    })?;
+    let forget = Forget(temporary.path().to_owned());
     // The file handle is used directly, because errors of the temporary file would name it.
     let file = temporary.as_file();
     if let Some(permissions) = &target.permissions {

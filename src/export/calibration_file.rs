@@ -1,4 +1,5 @@
-//! Calibration files: JSON holds everything and reads back to the same predictions; other formats hold a part.
+//! Writes and reads calibration files. JSON files hold everything and read back to the same predictions; files of other
+//! formats hold a part.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,6 +8,7 @@ use super::target::{Refusal, of_target};
 use super::targets::{self, TARGETS, asks_for_folder, target_for};
 use crate::calibration::Calibration;
 use crate::export::atomic::{Together, WriteError};
+use crate::shown::joined;
 use crate::small_file::read_small;
 
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
@@ -23,8 +25,7 @@ pub enum ReadCalibrationError {
 
 fn readable() -> String {
     let readable = TARGETS.iter().filter(|target| target.reader.is_some());
-    let names: Vec<&str> = readable.map(|target| target.name).collect();
-    names.join(" or ")
+    joined(" or ", readable.map(|target| target.name))
 }
 
 /// Writes a calibration atomically, in the format of the file's ending. An unknown ending means the complete format; a path

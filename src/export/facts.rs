@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
 use crate::features::AuxiliaryChannel;
 use crate::scoring::numbers::significant;
-use crate::shown::first;
+use crate::shown::{first, joined};
 
 const NAMED_RECORDINGS: usize = 40;
 
-/// A unique name and a text.
+/// Fact about an export: a unique name and a text.
 pub(super) type Fact = (Cow<'static, str>, String);
 
 /// Returns the facts in their order, with the unescaped texts of the calibration.
@@ -34,51 +34,55 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
             ("warning", "made from the built-in simulated sensor, not from a real one".to_owned()),
         );
     }
-    let facts = facts.into_iter().map(|(name, text)| (name.into(), text));
-    facts.chain(source_files(&calibration.sources)).collect()
+    facts
+        .into_iter()
+        .map(|(name, text)| (name.into(), text))
+        .chain(source_files(&calibration.sources))
+        .collect()
 }
 
 pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
-    let axes = || calibration.axes.iter().zip(&calibration.units);
-    let units = calibration.axes.iter().map(|axis| axis.label());
-    let units: Vec<String> = units.collect();
-    let full_scale: Vec<String> = (axes().zip(&calibration.full_scale).enumerate())
+    let full_scale = calibration
+        .axes
+        .iter()
+        .zip(&calibration.units)
+        .zip(&calibration.full_scale)
+        .enumerate()
         .map(|(at, ((axis, unit), full))| {
             let rated = match calibration.rated.get(at) {
                 Some(true) => " (rated)",
                 _ => "",
             };
             format!("{axis} {} {unit}{rated}", significant(*full, 5))
-        })
-        .collect();
+        });
     let recordings = first(NAMED_RECORDINGS, &calibration.trained_on);
     let offset = if calibration.offset { "in the model" } else { "none in the model" };
     let rate = match calibration.rate_hz {
         Some(rate) => format!("{} Hz", significant(rate, 5)),
-        None => "a rate that is not known".to_owned(),
+        None => "an unknown rate".to_owned(),
     };
     let mut settings = vec![
         ("regressor", regressor(calibration)),
         ("blocks", calibration.describe()),
         ("gauges", calibration.gauges.join(", ")),
-        ("axes", units.join(", ")),
-        ("full scale", full_scale.join(", ")),
+        ("axes", joined(", ", calibration.axes.iter().map(|axis| axis.label()))),
+        ("full scale", joined(", ", full_scale)),
         ("offset", offset.to_owned()),
         (
             "fitted",
             format!(
-                "{} samples (one of every {}), {} tested",
+                "{} samples (decimation {}), {} tested",
                 quality.n_train, calibration.decimation, quality.n_test
             ),
         ),
         ("trained on", recordings),
         ("recorded at", rate),
     ];
-    let channels = calibration.features.auxiliary.iter();
-    let channels: Vec<String> = channels.map(AuxiliaryChannel::in_words).collect();
+    let channels = &calibration.features.auxiliary;
     if !channels.is_empty() {
-        settings.push(("auxiliary channels", channels.join("; ")));
+        let channels = channels.iter().map(AuxiliaryChannel::in_words);
+        settings.push(("auxiliary channels", joined("; ", channels)));
     }
     let how = quality.cross_validation.as_ref();
     settings.extend(how.map(|how| ("cross-validation", how.to_string())));
@@ -100,8 +104,10 @@ fn regressor(calibration: &Calibration) -> String {
 
 /// Returns each file with its hash, up to the maximum number of named files.
 fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
-    let files = sources.iter().enumerate().take(NAMED_RECORDINGS);
-    let mut facts: Vec<Fact> = files
+    let mut facts: Vec<Fact> = sources
+        .iter()
+        .enumerate()
+        .take(NAMED_RECORDINGS)
         .map(|(at, used)| {
             let role = used.role.label();
             let file = used.file.as_deref().unwrap_or("no file");
@@ -117,20 +123,16 @@ fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
     facts
 }
 
-/// Returns errors per axis, held-out ones first, because these are to be expected.
+/// Returns the RMSE per axis in words. Errors on held-out samples come first, because they are the errors to expect.
 fn scores(scores: &Scores) -> String {
     let sets = [
         ("on test recordings", &scores.test_rmse),
         ("in cross-validation", &scores.cv_rmse),
         ("on the fitted samples", &scores.train_rmse),
     ];
+    let numbers = |rmse: &[f64]| joined(" ", rmse.iter().map(|value| format!("{value:.6}")));
     let stated: Vec<String> = (sets.iter())
-        .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_ref()?))))
+        .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_deref()?))))
         .collect();
     if stated.is_empty() { "not known".to_owned() } else { stated.join("; ") }
-}
-
-fn numbers(values: &[f64]) -> String {
-    let texts: Vec<String> = values.iter().map(|value| format!("{value:.6}")).collect();
-    texts.join(" ")
 }

@@ -1,6 +1,7 @@
-//! Parts of a calibration with their names in files of settings and arrays. Networks and kernels are only in files of arrays.
+//! Parts of a calibration, with the names that the parts have in files of settings and of arrays. Networks and kernels are
+//! only in files of arrays.
 
-use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Table, Text, Texts};
+use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Text, Texts};
 use crate::calibration::{Calibration, LinearMap, Scores};
 use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
@@ -8,7 +9,7 @@ pub(super) struct Field {
     /// Name of the group that the part belongs to; empty for the calibration itself.
     pub group: &'static str,
     pub name: &'static str,
-    /// Explanation for readers of the number; may be empty.
+    /// Explanation for readers of the file; may be empty.
     pub about: &'static str,
     pub value: Value,
 }
@@ -24,45 +25,36 @@ pub(super) enum Value {
     Numbers(Vec<f64>),
     /// One row per axis.
     Matrix(Vec<Vec<f64>>),
-    /// Columns of one table, all of the same length.
-    Table(Vec<(&'static str, Vec<f64>)>),
 }
 
 /// Returns all parts; the parts of a group follow each other.
 pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     let mut fields = of_calibration(calibration);
-    let identity = calibration.identity.entered();
-    fields
-        .extend(identity.map(|(item, text)| {
-            field("identity", item.key(), item.label(), Text(text.to_owned()))
-        }));
+    for (item, text) in calibration.identity.entered() {
+        fields.push(field("identity", item.key(), item.label(), Text(text.to_owned())));
+    }
     fields.extend(of_features(calibration));
     let scale = &calibration.gauge_scale;
-    let scale = [
+    for (name, numbers) in [
         ("shift", &scale.shift),
         ("inverse_scale", &scale.inverse_scale),
         ("deviation", &scale.deviation),
-    ];
-    let scale = scale.into_iter();
-    fields.extend(
-        scale.map(|(name, numbers)| field("gauge_scale", name, "", Numbers(numbers.clone()))),
-    );
+    ] {
+        fields.push(field("gauge_scale", name, "", Numbers(numbers.clone())));
+    }
     let quality = &calibration.quality;
     if let Some(known) = &quality.coefficients {
-        let about = "of the coefficients of the compensated matrix, by a jackknife";
+        let about = "standard error of each coefficient of the compensated matrix, by a jackknife";
         let group = "coefficient_errors";
         fields.extend([
             field(group, "left_out", "", Text(known.left_out.to_string())),
             field(group, "standard", about, Matrix(known.standard.clone())),
         ]);
     }
-    let conventional = Some((&calibration.conventional, &quality.conventional));
-    let compensated = calibration.compensated.as_ref();
-    let compensated = compensated.map(|map| (map, &quality.compensated));
-    for (group, parts) in [("conventional", conventional), ("compensated", compensated)] {
-        if let Some((map, scores)) = parts {
-            fields.extend(of_map(group, map, scores, &calibration.gauges));
-        }
+    let gauges = &calibration.gauges;
+    add_map(&mut fields, "conventional", &calibration.conventional, &quality.conventional, gauges);
+    if let Some(map) = &calibration.compensated {
+        add_map(&mut fields, "compensated", map, &quality.compensated, gauges);
     }
     fields
 }
@@ -70,8 +62,8 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
 fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     let own = |name, about, value| field("", name, about, value);
     // No axis is rated if the user entered no rated load.
-    let rated = (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true));
-    let rated = rated.collect();
+    let rated =
+        (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true)).collect();
     let rated_about = "1 if the full scale is the rated load that the user entered";
     let step_about = "minimum time between the samples that look-backs and lags keep (s)";
     let symbols = calibration.axes.iter().map(ToString::to_string);
@@ -83,7 +75,7 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
         own("rated", rated_about, Flags(rated)),
         own(
             "limits",
-            "largest loads of the recordings; 0 if unknown",
+            "largest known load: the rated load, else 1.2 times the largest training load; 0 if unknown",
             Numbers(calibration.limits.clone()),
         ),
         own("offset", "", Flag(calibration.offset)),
@@ -106,22 +98,14 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
 
 fn of_features(calibration: &Calibration) -> Vec<Field> {
     let features = &calibration.features;
-    let look_backs = |number: fn(&Thresholds) -> f64| {
+    let look_backs = |name, number: fn(&Thresholds) -> f64| {
         let look_backs = features.look_backs.iter();
-        look_backs.map(number).collect()
+        field("blocks", name, "", Numbers(look_backs.map(number).collect()))
     };
-    let weights =
-        "weights of the look-back: d is the norm of the conventional load's difference times these";
+    let weights = "weight of each axis in the look-back: d is the norm of the difference of conventional loads times the weights";
     let mut fields = vec![
-        field(
-            "blocks",
-            "look_backs",
-            "",
-            Table(vec![
-                ("f_th", look_backs(|look_back| look_back.f_th)),
-                ("t_th_secs", look_backs(|look_back| look_back.t_th_secs)),
-            ]),
-        ),
+        look_backs("f_th", |look_back| look_back.f_th),
+        look_backs("t_th_secs", |look_back| look_back.t_th_secs),
         field("blocks", "distance_weights", weights, Numbers(calibration.distance_weights())),
     ];
     fields.extend(features.blocks.stored().map(|(block, stored)| {
@@ -151,23 +135,22 @@ fn of_features(calibration: &Calibration) -> Vec<Field> {
     fields
 }
 
-fn of_map<'a>(
+fn add_map(
+    fields: &mut Vec<Field>,
     group: &'static str,
     map: &LinearMap,
-    scores: &'a Scores,
+    scores: &Scores,
     gauges: &[String],
-) -> impl Iterator<Item = Field> + 'a {
-    let names = field(group, "features", "", Texts(map.names(gauges)));
-    let matrix = field(group, "matrix", "", Matrix(map.matrix.clone()));
-    let scores = [
+) {
+    fields.push(field(group, "features", "", Texts(map.names(gauges))));
+    fields.push(field(group, "matrix", "", Matrix(map.matrix.clone())));
+    for (name, rmse) in [
         ("test_rmse", &scores.test_rmse),
         ("left_out_rmse", &scores.cv_rmse),
         ("train_rmse", &scores.train_rmse),
-    ];
-    let scores = scores.into_iter();
-    let scores =
-        scores.filter_map(move |(name, rmse)| Some(field(group, name, "", Numbers(rmse.clone()?))));
-    [names, matrix].into_iter().chain(scores)
+    ] {
+        fields.extend(rmse.clone().map(|rmse| field(group, name, "", Numbers(rmse))));
+    }
 }
 
 fn field(group: &'static str, name: &'static str, about: &'static str, value: Value) -> Field {

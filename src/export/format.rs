@@ -1,8 +1,10 @@
-//! A file format for anything but calibrations.
+//! File formats of everything but calibrations.
 
 use std::path::Path;
 
-/// A format, known by the ending of its files. `W` is its writer.
+use crate::shown::joined;
+
+/// File format that the ending of a file's name selects. `W` is the type of its writing function.
 pub struct FileFormat<W> {
     pub name: &'static str,
     /// Ending of its files, in lower case and without the dot.
@@ -19,7 +21,6 @@ impl<W> FileFormat<W> {
 
     /// Returns the endings of these formats with their dots, for messages.
     pub fn listed(all: &[Self]) -> String {
-        let endings = all.iter().map(|own| format!(".{}", own.ending));
-        endings.collect::<Vec<_>>().join(" or ")
+        joined(" or ", all.iter().map(|own| format!(".{}", own.ending)))
     }
 }

@@ -1,6 +1,5 @@
 //! Hash of a file's content, by which the file is recognised.
 
-use std::fmt::Write as _;
 use std::io::{self, Read as _};
 use std::path::Path;
 
@@ -24,15 +23,7 @@ pub fn sha256(path: &Path) -> io::Result<String> {
             n => hasher.update(&block[..n]),
         }
     }
-    Ok(digits_of(hasher))
-}
-
-fn digits_of(hasher: Sha256) -> String {
-    let mut text = String::new();
-    for byte in hasher.finalize() {
-        write!(text, "{byte:02x}").expect("writing to a string cannot fail");
-    }
-    text
+    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 #[cfg(test)]

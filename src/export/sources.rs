@@ -12,8 +12,9 @@ use crate::shown::file_name;
 /// once, even for several recordings. A file that cannot be read has no hash.
 pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
     let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
-    let entries = recordings.entries().iter();
-    entries
+    recordings
+        .entries()
+        .iter()
         .map(|entry| {
             let path = entry.recording.source().path();
             UsedRecording {
@@ -29,8 +30,8 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
         .collect()
 }
 
-/// Returns a calibration that was fitted to these recordings, with the hashes of their files. Every file is read again, so this
-/// is called when a file is written, not in a fit.
+/// Returns a calibration with the names and hashes of the files that it was fitted to and tested on. Every file is read
+/// again, so this function is called when a calibration is written, not in a fit.
 pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
     let used = used_recordings(recordings).into_iter();
     Calibration {

@@ -22,7 +22,8 @@ pub struct Target {
     pub endings: &'static [&'static str],
     pub holds: &'static str,
     pub leaves_out: fn(&Calibration) -> &'static str,
-    /// Warning before a file is written: its users get other loads than this program shows. The text follows "leaves out".
+    /// Returns a warning, shown before writing, if the file gives other loads than this program shows. The text names the
+    /// parts that the file leaves out.
     pub caution: fn(&Calibration) -> Option<String>,
     /// Checks whether the format can hold a calibration with this outline. A refusal names a way out.
     pub check: fn(&Outline<'_>) -> Result<(), Refusal>,
@@ -36,7 +37,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// Returns a format that leaves nothing out, holds every calibration, and cannot be read back.
+    /// Format that leaves nothing out, holds every calibration, and cannot be read back.
     pub(super) const PLAIN: Self = Self {
         name: "",
         endings: &[],
@@ -77,7 +78,7 @@ impl<'a> Outline<'a> {
     }
 }
 
-/// Data of an export.
+/// Checked calibration that is written to a file, with the texts for the file.
 #[derive(Debug)]
 pub struct Export<'a> {
     /// The complete calibration.
@@ -93,8 +94,7 @@ impl Export<'_> {
         &'s self,
         shown: impl Fn(&str) -> String + 's,
     ) -> impl Iterator<Item = String> + 's {
-        let facts = self.facts.iter();
-        facts.map(move |(name, text)| format!("{name}: {}", shown(text)))
+        self.facts.iter().map(move |(name, text)| format!("{name}: {}", shown(text)))
     }
 }
 

@@ -21,7 +21,7 @@ pub(super) fn filled(template: &str, values: Value) -> String {
     filled.expect("the templates are this program's own")
 }
 
-/// Fills a template of markup. Every text is escaped unless it is [safe](Value::from_safe_string).
+/// Fills a template of HTML or XML. Every text is escaped unless it is marked as [safe](Value::from_safe_string).
 pub(crate) fn filled_markup(template: &str, values: Value) -> String {
     let mut templates = environment(true);
     templates.set_formatter(|out, _, value| {

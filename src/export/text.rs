@@ -4,12 +4,14 @@ use crate::shown::{for_xml, is_hidden, printable};
 
 /// Returns [`printable`] text that neither begins nor ends a C comment, and contains no trigraph.
 pub(super) fn for_block_comment(text: &str) -> String {
+    kept_apart(&printable(text), |pair| matches!(pair, ('*', '/') | ('/', '*') | ('?', '?')))
+}
+
+/// Returns the text with a blank between two characters that must not meet.
+fn kept_apart(text: &str, must_not_meet: fn((char, char)) -> bool) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in printable(text).chars() {
-        if matches!(
-            (out.chars().next_back(), c),
-            (Some('*'), '/') | (Some('/'), '*') | (Some('?'), '?')
-        ) {
+    for c in text.chars() {
+        if out.chars().next_back().is_some_and(|before| must_not_meet((before, c))) {
             out.push(' ');
         }
         out.push(c);
@@ -45,7 +47,7 @@ pub(super) fn identifier(name: &str) -> String {
 /// of these names would hide the original.
 const TAKEN: &str = include_str!("templates/taken_names.txt");
 
-/// Returns an [`identifier`] for a library that is not in use, also on file systems that ignore case.
+/// Returns an [`identifier`] for a library that no other library uses, also on file systems that ignore case.
 pub(super) fn library_name(name: &str) -> String {
     let name = identifier(name);
     let small = name.to_ascii_lowercase();
@@ -54,13 +56,7 @@ pub(super) fn library_name(name: &str) -> String {
 
 /// Returns [`for_xml`] text for a comment, where two hyphens must not meet.
 pub(super) fn for_xml_comment(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in for_xml(text).chars() {
-        if c == '-' && out.ends_with('-') {
-            out.push(' ');
-        }
-        out.push(c);
-    }
+    let mut out = kept_apart(&for_xml(text), |pair| pair == ('-', '-'));
     if out.ends_with('-') {
         out.push(' ');
     }

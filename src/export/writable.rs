@@ -29,8 +29,8 @@ impl Advice for TargetError {
     }
 }
 
-/// Checks that each output can be written, that no two outputs are the same file, that no output is an input, and, unless
-/// files may be `replaced`, that no output exists.
+/// Checks that each output can be written. No two outputs may be the same file, and no output may be an input. Existing
+/// outputs are refused unless files may be `replaced`.
 ///
 /// # Errors
 /// [`TargetError`] with the first output that cannot be written.

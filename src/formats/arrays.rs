@@ -1,4 +1,4 @@
-//! Named arrays of NumPy and MATLAB files. They become columns with the names that a text header would have.
+//! Turns named arrays of NumPy and MATLAB files into columns, which are named as in the header of a text file.
 //!
 //! | array | columns |
 //! |---|---|
@@ -9,36 +9,28 @@
 //! | `F`, `loads`, `wrench`, `FT`, `reference` …, n × 6 | `Fx` to `Mz` (n × 3: the forces) |
 //! | `X`, any other, n × k | `X1` to `Xk` |
 //!
-//! The last part of a path such as `run.S` or `run/S` selects the row of this table. The part before it stays: `run.S1`. n is
-//! the length of the time array, or else the number of rows of the most values. A k × n array is transposed.
+//! For a path such as `run.S` or `run/S`, the last part selects the row of this table. The columns keep the first part:
+//! `run.S1`. n is the number of samples: the length of the time array, or, without one, the number of rows that most values
+//! share. An array of k × n values is transposed.
 
 use std::collections::HashMap;
 
 use super::columns::{Column, Columns};
 use super::format::COLUMN_LIMIT;
-use crate::formats::column_name::{is_gauge_name, is_time_name};
+use crate::formats::column_name::{is_gauge_name, is_one_of, is_time_name};
 use crate::recording::Axis;
+use crate::shown::joined;
 
-/// Names of gauge arrays, in lower case. The names of gauge columns count too.
-const GAUGES: [&str; 6] = ["gauges", "channels", "strains", "sensors", "signals", "volts"];
-const FORCES: [&str; 5] = ["f", "force", "forces", "forces_n", "f_n"];
-const MOMENTS: [&str; 8] =
-    ["m", "t", "moment", "moments", "torque", "torques", "moments_nm", "torques_nm"];
-const LOADS: [&str; 9] =
-    ["load", "loads", "wrench", "wrenches", "ft", "reference", "ref", "ati", "ground_truth"];
-/// Names of the clock of a reference, if the reference has its own.
-const REFERENCE_TIMES: [&str; 8] = [
-    "t_ref",
-    "time_ref",
-    "t_reference",
-    "time_reference",
-    "reference_time",
-    "ref_time",
-    "t_loads",
-    "time_loads",
-];
+/// Names that mark an array as gauges, in lower case, besides the names of gauge columns.
+const GAUGES: &str = "gauges channels strains sensors signals volts";
+const FORCES: &str = "f force forces forces_n f_n";
+const MOMENTS: &str = "m t moment moments torque torques moments_nm torques_nm";
+const LOADS: &str = "load loads wrench wrenches ft reference ref ati ground_truth";
+/// Names of an array that holds the times of a reference with its own clock, in lower case.
+const REFERENCE_TIMES: &str =
+    "t_ref time_ref t_reference time_reference reference_time ref_time t_loads time_loads";
 
-/// Variable to be written to a file.
+/// Variable that is written to a NumPy or MATLAB file.
 #[derive(Clone, Debug)]
 pub(crate) enum Entry {
     Numbers(Array),
@@ -58,19 +50,19 @@ impl Entry {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Array {
     pub name: String,
-    /// Empty if the file gives none.
+    /// Unit of the values; empty if the file gives no unit.
     pub unit: &'static str,
-    /// Empty if the file gives none.
+    /// Names of the columns; empty if the file gives no names.
     pub labels: Vec<String>,
     pub shape: Vec<usize>,
-    /// True if the first index varies fastest (column-major order).
+    /// True if the values are stored column by column.
     pub is_by_column: bool,
-    /// Offset to be added to each value.
+    /// Number to be added to each value.
     pub since: i64,
     pub values: Vec<f64>,
 }
 
-/// Returns the arrays as columns; arrays that are not columns are listed in `left_out`.
+/// Returns the arrays as columns of one table. Adds to `left_out` the arrays whose shape does not fit the table.
 pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
     let n_rows = n_rows(&arrays);
     let reference_rows = reference_time(&arrays, n_rows).map(|array| array.values.len());
@@ -115,10 +107,8 @@ impl Array {
         is_time_name(&self.name) && self.is_vector() && self.values.len() > 1
     }
 
-    /// Returns true if the array is a separate clock of the reference.
     fn is_reference_time(&self) -> bool {
-        let name = last_part(&self.name).to_lowercase();
-        REFERENCE_TIMES.contains(&name.as_str()) && self.is_vector()
+        self.is_vector() && is_one_of(&last_part(&self.name).to_lowercase(), REFERENCE_TIMES)
     }
 
     fn is_vector(&self) -> bool {
@@ -142,18 +132,15 @@ impl Array {
         self
     }
 
-    /// Returns one column of a matrix with these dimensions.
     pub(super) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
         } else {
-            let values = self.values.iter().skip(column).step_by(n_columns);
-            values.copied().take(n_rows).collect()
+            self.values.iter().skip(column).step_by(n_columns).copied().take(n_rows).collect()
         }
     }
 }
 
-/// Returns the number of samples: the length of the time array, or else the number of rows of the most values.
 pub(super) fn n_rows(arrays: &[Array]) -> usize {
     if let Some(time) = arrays.iter().find(|array| array.is_time()) {
         return time.values.len();
@@ -169,16 +156,14 @@ pub(super) fn n_rows(arrays: &[Array]) -> usize {
             *numbers_in.entry(rows).or_default() += array.values.len();
         }
     }
-    let most = numbers_in.into_iter().max_by_key(|&(rows, n)| (n, rows));
-    most.map_or(0, |(rows, _)| rows)
+    numbers_in.into_iter().max_by_key(|&(rows, n)| (n, rows)).map_or(0, |(rows, _)| rows)
 }
 
 fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
     let has_gauge_time = arrays.iter().any(|array| {
         is_time_name(&array.name) && array.is_vector() && array.values.len() == n_rows
     });
-    let mut times = arrays.iter().filter(|array| array.is_reference_time());
-    times.next().filter(|_| has_gauge_time)
+    arrays.iter().find(|array| has_gauge_time && array.is_reference_time())
 }
 
 fn last_part(name: &str) -> &str {
@@ -187,41 +172,35 @@ fn last_part(name: &str) -> &str {
 
 fn is_load(name: &str) -> bool {
     let name = last_part(name).to_lowercase();
-    let name = name.as_str();
-    FORCES.contains(&name) || MOMENTS.contains(&name) || LOADS.contains(&name)
+    [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(&name, list))
 }
 
 fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) -> Vec<String> {
     let last = last_part(name);
     let before = &name[..name.len() - last.len()];
     let small = last.to_lowercase();
-    let is_one_of = |names: &[&str]| names.contains(&small.as_str());
-    if is_vector && n_columns == 1 && !is_one_of(&GAUGES) {
+    let is_in = |list: &str| is_one_of(&small, list);
+    if is_vector && n_columns == 1 && !is_in(GAUGES) {
         return vec![name.to_owned()];
     }
     let axes = match n_columns {
-        3 if is_one_of(&MOMENTS) => &Axis::ALL[3..],
+        3 if is_in(MOMENTS) => &Axis::ALL[3..],
         3 if is_load(name) => &Axis::ALL[..3],
-        6 if is_one_of(&FORCES) || is_one_of(&LOADS) => &Axis::ALL[..],
+        6 if is_in(FORCES) || is_in(LOADS) => &Axis::ALL[..],
         _ => &[],
     };
     if !axes.is_empty() {
-        let symbols = axes.iter().map(|axis| axis.symbol());
-        return symbols.map(|axis| format!("{before}{axis}")).collect();
+        return axes.iter().map(|axis| format!("{before}{}", axis.symbol())).collect();
     }
     let first = format!("{before}S1");
     let is_free = || table.columns.iter().all(|column| column.name != first);
-    let is_gauges = is_one_of(&GAUGES) || is_gauge_name(&format!("{last}1"));
+    let is_gauges = is_in(GAUGES) || is_gauge_name(&format!("{last}1"));
     let stem = if is_gauges && is_free() { "S" } else { last };
     (1..=n_columns).map(|k| format!("{before}{stem}{k}")).collect()
 }
 
 fn shape_in_words(shape: &[usize]) -> String {
-    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
-    match lengths.len() {
-        0 => "one number".to_owned(),
-        _ => lengths.join(" × "),
-    }
+    if shape.is_empty() { "one number".to_owned() } else { joined(" × ", shape) }
 }
 
 #[cfg(test)]

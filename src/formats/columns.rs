@@ -2,10 +2,10 @@
 
 use crate::recording::Day;
 
-/// One of several tables of a file.
+/// Table of a file with several tables.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
-    /// As in a column map.
+    /// Name by which a column map selects the table.
     pub name: String,
     pub what: String,
     pub is_used: bool,
@@ -20,7 +20,6 @@ pub(crate) struct Columns {
     pub day: Option<Day>,
     /// Names and kinds of the parts of the file that are not read.
     pub left_out: Vec<String>,
-    /// True if the file is cut short.
     pub ends_early: bool,
     /// All tables of the file; empty if there is only one.
     pub parts: Vec<FilePart>,
@@ -28,12 +27,12 @@ pub(crate) struct Columns {
     pub is_guessed_part: bool,
 }
 
-/// One column, named as a text header would name it. Columns of another clock may have another length.
+/// Column with its name as in a text header. Columns on another clock may have another length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Column {
     pub name: String,
     pub unit: String,
-    /// Offset to be added to each value. The offset keeps all digits of large whole numbers.
+    /// Number to be added to each value, so that large whole numbers, such as nanoseconds since 1970, keep all digits.
     pub since: i64,
     pub values: Vec<f64>,
 }
@@ -41,37 +40,16 @@ pub(crate) struct Column {
 /// Limit below which a 64-bit float represents every whole number exactly.
 const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
-/// Origin of the whole numbers of a column ([`Column::since`]): zero, or the first number if it exceeds [`EXACT`].
-#[derive(Clone, Debug, Default)]
-pub(super) struct Since(std::cell::Cell<Option<i64>>);
-
-impl Since {
-    pub fn zero() -> Self {
-        Self(std::cell::Cell::new(Some(0)))
-    }
-
-    pub fn number(&self, value: i64) -> f64 {
-        let of_first = if value.unsigned_abs() > EXACT { value } else { 0 };
-        let since = self.0.get().unwrap_or(of_first);
-        self.0.set(Some(since));
-        value.saturating_sub(since) as f64
-    }
-
-    pub fn get(&self) -> i64 {
-        self.0.get().unwrap_or(0)
-    }
+/// Returns a whole number minus the origin of its column ([`Column::since`]). The first number of a column sets the origin: to
+/// itself if it exceeds [`EXACT`], else to zero.
+pub(super) fn from_origin(number: i64, origin: &mut Option<i64>) -> f64 {
+    let of_first = if number.unsigned_abs() > EXACT { number } else { 0 };
+    number.saturating_sub(*origin.get_or_insert(of_first)) as f64
 }
 
 impl Columns {
     pub fn n_rows(&self) -> usize {
-        let lengths = self.columns.iter().map(|column| column.values.len());
-        lengths.max().unwrap_or(0)
-    }
-
-    /// Returns the names of the tables that are read, if the file holds several.
-    pub(super) fn used_parts(&self) -> Vec<String> {
-        let used = self.parts.iter().filter(|part| part.is_used);
-        used.map(|part| part.name.clone()).collect()
+        self.columns.iter().map(|column| column.values.len()).max().unwrap_or(0)
     }
 
     pub fn row(&self, row: usize) -> NumberRow<'_> {
@@ -79,7 +57,7 @@ impl Columns {
     }
 }
 
-/// Rows from the start of a file and from places all over the rest.
+/// Sample of the rows of a file: the first rows, and a few rows from each of many places.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sample<'a> {
     pub rows: Vec<Vec<Cell<'a>>>,
@@ -88,7 +66,6 @@ pub(crate) struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// Appends successive rows from one place.
     pub(super) fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
         self.starts.push(self.rows.len());
         self.rows.extend(rows);
@@ -96,14 +73,12 @@ impl<'a> Sample<'a> {
 
     pub fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
         let ends = self.starts.iter().copied().skip(1).chain([self.rows.len()]);
-        let starts = self.starts.iter();
-        starts.zip(ends).map(|(&start, end)| &self.rows[start..end])
+        self.starts.iter().zip(ends).map(|(&start, end)| &self.rows[start..end])
     }
 }
 
 /// Number of places, besides the start of the file, from which rows are sampled.
 pub(super) const PLACES: usize = 64;
-/// Number of rows sampled at each place.
 pub(super) const ROWS_AT_A_PLACE: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +86,7 @@ pub(crate) enum Cell<'a> {
     /// Text as written, without quotes; may be empty.
     Text(&'a [u8]),
     Number(f64),
-    /// Sum of the two, for times that are counted from long ago.
+    /// Whole number and remainder whose sum is the value, for times that are counted from long ago.
     Since(i64, f64),
 }
 
@@ -129,13 +104,9 @@ impl<'a> Cell<'a> {
     }
 
     pub fn written(self) -> Option<&'a [u8]> {
-        match self {
-            Self::Text(text) => Some(text),
-            Self::Number(_) | Self::Since(..) => None,
-        }
+        if let Self::Text(text) = self { Some(text) } else { None }
     }
 
-    /// Returns the contents as readable text.
     pub fn text(self) -> String {
         match self {
             Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
@@ -154,13 +125,20 @@ impl<'a> Cell<'a> {
     }
 }
 
-/// Cells of one row, from left to right.
 pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
     /// Returns the next cell if it is a plain number. Otherwise returns `None` and does not advance.
-    fn next_number(&mut self) -> Option<f64>;
+    fn next_number(&mut self) -> Option<f64> {
+        match self.clone().next()? {
+            Cell::Number(number) => {
+                self.next();
+                Some(number)
+            }
+            Cell::Text(_) | Cell::Since(..) => None,
+        }
+    }
 }
 
-/// Row of columns of numbers. Below the end of a shorter column the cell is empty.
+/// Row of a table of numbers. A column that has already ended gives an empty cell.
 #[derive(Clone, Debug)]
 pub(crate) struct NumberRow<'a> {
     columns: std::slice::Iter<'a, Column>,
@@ -180,11 +158,4 @@ impl<'a> Iterator for NumberRow<'a> {
     }
 }
 
-impl<'a> Row<'a> for NumberRow<'a> {
-    fn next_number(&mut self) -> Option<f64> {
-        let column = self.columns.as_slice().first().filter(|own| own.since == 0)?;
-        let value = *column.values.get(self.row)?;
-        self.columns.next();
-        Some(value)
-    }
-}
+impl<'a> Row<'a> for NumberRow<'a> {}

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use crate::recording::Recording;
 
-/// Writer of comma-separated text in which no spreadsheet finds a formula: a text that begins with `=`, `+`, `-`, `@`, a tab
-/// or a return gets a leading `'`. Spreadsheets hide it, and [`unguarded`] removes it when names are read.
+/// Writer of comma-separated text without formulas for spreadsheets: a text that begins with `=`, `+`, `-`, `@`, a tab or a
+/// return gets a leading `'`. Spreadsheets hide this mark, and [`unguarded`] removes it from names.
 pub(crate) struct CsvWriter<W: Write>(csv::Writer<W>);
 
 impl<W: Write> CsvWriter<W> {
@@ -50,7 +50,8 @@ pub(crate) fn unguarded(cell: &str) -> &str {
     }
 }
 
-/// Writes a recording as comma-separated text: a header, then per sample time (s), gauges, and the load (N, N·m) if known.
+/// Writes a recording as comma-separated text: a header, then per sample one row of time (s), gauges and load (N, N·m) if
+/// known.
 ///
 /// The header names the units: `t [s],S1,…,Fx [N],…,Mx [N·m]`. On an error, part of the table may have been written.
 pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
@@ -60,16 +61,10 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
         .chain(recording.gauge_names().iter().cloned())
         .chain(axes.iter().map(|axis| axis.label()));
     table.row(header)?;
-    let mut digits = String::new();
     for (k, time) in recording.times().iter().enumerate() {
         let loads = &recording.loads()[k * axes.len()..(k + 1) * axes.len()];
-        for value in std::iter::once(time).chain(recording.gauges_at(k)).chain(loads) {
-            use std::fmt::Write as _;
-            digits.clear();
-            write!(digits, "{value}").expect("writing to a string does not fail");
-            table.cell(&digits)?;
-        }
-        table.end_row()?;
+        let numbers = std::iter::once(time).chain(recording.gauges_at(k)).chain(loads);
+        table.row(numbers.map(f64::to_string))?;
     }
     table.flush()
 }

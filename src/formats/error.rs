@@ -56,7 +56,7 @@ pub enum FileError {
     )]
     Hdf5 { why: String },
     #[error(
-        "there is no {} in this file, but {}; name one of these under \"parts\" in the column map, or remove \"parts\"",
+        "there is no {} in this file, whose tables are {}; name one of these tables under \"parts\" in the column map, or remove \"parts\"",
         shown(part),
         listed(parts)
     )]
@@ -68,7 +68,7 @@ pub enum FileError {
     )]
     PartsDiffer { first: String, second: String },
     #[error(
-            "{} topics are chosen, but at most two are read together; choose one of gauges and one of the reference",
+            "{} topics are chosen, but at most two are read together; choose one topic of gauges and one of the reference",
         topics.len()
     )]
     TooManyTopics { topics: Vec<String> },
@@ -89,27 +89,18 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Returns the error of `what` that has fewer bytes than it declares.
+    /// Returns the error for a part of a file that has fewer bytes than it declares.
     pub(super) fn cut_short(what: &str) -> Self {
-        let what = what.to_owned();
-        Self::CutShort { what }
+        Self::CutShort { what: what.to_owned() }
     }
 
     pub(super) fn damaged(what: &str, why: impl Into<String>) -> Self {
         Self::Damaged { what: what.to_owned(), why: why.into() }
     }
-
-    pub(super) fn unpacks_too_large(what: &str, limit_bytes: u64) -> Self {
-        let what = what.to_owned();
-        Self::UnpacksTooLarge { what, limit_bytes }
-    }
 }
 
 fn others(left_out: &[String]) -> String {
-    if left_out.is_empty() {
-        return String::new();
-    }
-    format!(", only {}", listed(left_out))
+    if left_out.is_empty() { String::new() } else { format!(", only {}", listed(left_out)) }
 }
 
 impl From<Cancelled> for FileError {
@@ -124,7 +115,8 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Returns a function that turns an I/O error in `what` into a file error, an unexpected end into [`FileError::CutShort`].
+/// Returns a function that turns an I/O error into a file error about `what`. An unexpected end becomes
+/// [`FileError::CutShort`].
 pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
         io::ErrorKind::UnexpectedEof => FileError::cut_short(what),

@@ -8,11 +8,11 @@ use super::columns::Columns;
 use super::error::FileError;
 use crate::progress::Progress;
 
-/// Maximum number of columns of a table; a sensor has far fewer.
+/// Maximum number of columns of a table, which limits the memory for a damaged file. A sensor has far fewer columns.
 pub(super) const COLUMN_LIMIT: usize = 4096;
-/// Unpacked size that any file may have (bytes).
+/// Unpacked size that is allowed for a file of any packed size (bytes).
 const UNPACKED_BYTES: u64 = 1 << 30;
-/// Maximum ratio of unpacked to packed bytes above [`UNPACKED_BYTES`]. Measured numbers pack far less.
+/// Maximum ratio of unpacked to packed bytes above [`UNPACKED_BYTES`]. Files of measured numbers have a far smaller ratio.
 const UNPACKED_RATIO: u64 = 100;
 
 /// File format that can be read.
@@ -23,11 +23,11 @@ pub struct Format {
     pub endings: &'static [&'static str],
     /// First bytes of a file of this format. A file that matches no format is text.
     pub(super) signatures: &'static [&'static [u8]],
-    /// Reads a file; returns `None` if it is of another format after all.
+    /// Reads a file; returns `None` if the file has another format, despite its first bytes.
     pub(super) read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
 }
 
-/// File whose format is known and that is not read yet.
+/// File with a known format, before reading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
@@ -44,33 +44,28 @@ impl Source<'_> {
     }
 }
 
-/// Memory limit for the contents of a file.
+/// Memory that the contents of a file may still take.
 #[derive(Debug)]
 pub(super) struct Budget {
     left_bytes: u64,
-    limit_bytes: u64,
+    pub limit_bytes: u64,
 }
 
 impl Budget {
     pub fn of_file(n_bytes: u64) -> Self {
-        let limit_bytes = unpacked_limit(n_bytes);
+        let limit_bytes = n_bytes.saturating_mul(UNPACKED_RATIO).max(UNPACKED_BYTES);
         Self { left_bytes: limit_bytes, limit_bytes }
     }
 
-    /// Takes memory for `n_values` values of `what` from the budget before it is allocated. The error is
+    /// Takes the memory for `n_values` values of `what` from the budget, before the memory is allocated. The error is
     /// [`FileError::UnpacksTooLarge`].
     pub fn take(&mut self, what: &str, n_values: u64, bytes_each: u64) -> Result<(), FileError> {
-        let left_bytes = n_values
-            .checked_mul(bytes_each)
-            .and_then(|n_bytes| self.left_bytes.checked_sub(n_bytes));
-        let too_large = || FileError::unpacks_too_large(what, self.limit_bytes);
-        self.left_bytes = left_bytes.ok_or_else(too_large)?;
+        let n_bytes = n_values.saturating_mul(bytes_each);
+        self.left_bytes = self.left_bytes.checked_sub(n_bytes).ok_or_else(|| {
+            FileError::UnpacksTooLarge { what: what.to_owned(), limit_bytes: self.limit_bytes }
+        })?;
         Ok(())
     }
-}
-
-pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
-    packed_bytes.saturating_mul(UNPACKED_RATIO).max(UNPACKED_BYTES)
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
-//! JSON lines (`.jsonl`, `.ndjson`): one object per sample. Its numbers become columns named by their paths.
+//! Reads JSON lines (`.jsonl`, `.ndjson`) with one object per sample. The numbers become columns, named by their paths.
 //!
 //! Guarantees: rows keep their line numbers. A JSON document, such as a file of this program, is not read as JSON lines.
 //! Memory use is limited by the size of the file, even if every line has new keys.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};
-use std::io::{BufRead, BufReader, Read};
 
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
@@ -14,6 +13,7 @@ use super::columns::{Column, Columns};
 use super::error::FileError;
 use super::format::{Budget, COLUMN_LIMIT, Format, Source};
 use super::text::times::{DateOrder, TimeForm};
+use super::text::{Blocks, lines};
 
 pub(super) const FORMAT: Format = Format {
     name: "file of JSON lines",
@@ -22,61 +22,62 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-const LINE_LIMIT_BYTES: usize = 1 << 20;
-/// Maximum length of the path of a number (bytes).
+const BLOCK_BYTES: usize = 1 << 18;
+/// Maximum length of the path of a value (bytes). A value with a longer path is skipped.
 const NAME_LIMIT_BYTES: usize = 1 << 10;
 const VALUE_BYTES: u64 = size_of::<f64>() as u64;
-/// Number of first non-blank lines that are checked. Two of three must be objects; a document over several lines has one.
+/// Number of first non-blank lines that decide whether a file holds JSON lines. At least two of these lines must be objects.
+/// In a JSON document over several lines, at most one line is an object.
 const CHECKED_LINES: usize = 3;
 /// Forms of a time in text that can be read in only one way.
 const TIMES: [TimeForm; 2] = [TimeForm::Date(DateOrder::YearMonthDay), TimeForm::TimeOfDay];
 
 /// Reads the objects of a file as a table; returns `None` if the first lines are not objects.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
-    let mut n_objects = 0;
-    let mut first = Lines::open(source)?;
-    for _ in 0..CHECKED_LINES {
-        match first.next() {
-            Ok(Some(line)) => n_objects += usize::from(row(line).is_some()),
-            Ok(None) | Err(FileError::LineTooLong { .. }) => break,
-            Err(error) => return Err(error),
-        }
-    }
-    if n_objects < 2 {
-        return Ok(None);
-    }
+    let mut blocks = Blocks::open(source.path, BLOCK_BYTES, None)?;
     let mut table = Table::of_bytes(source.n_bytes);
-    let (mut n_damaged, mut ends_early) = (0, false);
-    let mut lines = Lines::open(source)?;
-    while let Some(line) = lines.next()? {
-        source.progress.check()?;
-        let row = row(line);
-        if row.is_none() && !line.ends_with(b"\n") {
-            ends_early = true;
-            break;
+    let (mut n_lines, mut n_damaged, mut ends_early) = (0, 0, false);
+    while let Some(block) = blocks.next()? {
+        let mut lines = lines(&block).peekable();
+        while let Some(line) = lines.next() {
+            if line.trim_ascii().is_empty() {
+                continue;
+            }
+            source.progress.check()?;
+            let row = row(line);
+            if row.is_none() && lines.peek().is_none() && !block.ends_with(b"\n") {
+                ends_early = true;
+                break;
+            }
+            n_lines += 1;
+            n_damaged += usize::from(row.is_none());
+            if n_lines == CHECKED_LINES && n_damaged > 1 {
+                return Ok(None);
+            }
+            // A damaged line becomes a row without numbers, so that later rows keep their line numbers.
+            table.add(row.unwrap_or_default())?;
         }
-        n_damaged += usize::from(row.is_none());
-        // A damaged line becomes a row without numbers, so that line numbers stay right.
-        table.add(row.unwrap_or_default())?;
+    }
+    if n_lines - n_damaged < 2 {
+        return Ok(None);
     }
     let (mut columns, _) = table.columns()?;
     if n_damaged > 0 {
-        let what = format!("lines that are no JSON objects ({n_damaged})");
-        columns.left_out.push(what);
+        columns.left_out.push(format!("lines that are no JSON objects ({n_damaged})"));
     }
     Ok(Some(Columns { ends_early, ..columns }))
 }
 
-/// Keys of the values in each line, one for each column of a table.
+/// Key of each column of a table, by which the values of later lines are found.
 #[derive(Debug)]
 pub(crate) struct LineKeys(Vec<Key>);
 
 impl LineKeys {
-    /// Reads the first lines of a stream as a table, with column names as in a file; `None` if no line is an object.
+    /// Reads the first lines of a stream as a table, with the column names of a file; `None` if no line is an object.
     pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
         let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
         let n_rows = rows.len();
-        // With a single row, a list would be taken for a column: it is as long as the table.
+        // A single row is added twice, because a list in a table of one row would be taken for a column.
         rows.extend(rows.first().filter(|_| n_rows == 1).cloned());
         let mut table = Table::of_bytes(lines.iter().map(|line| line.len() as u64).sum());
         for row in rows {
@@ -89,13 +90,13 @@ impl LineKeys {
         (n_rows > 0).then_some((columns, Self(keys)))
     }
 
-    /// Reads a line as a table with one row; returns `None` if it is not an object.
+    /// Reads a line as a table with one row; returns `None` if the line is not a JSON object.
     pub fn row(&self, line: &str) -> Option<Columns> {
         let row = row(line.as_bytes())?;
         let column = |key: &Key| {
             let value = row.iter().find(|(own, _)| own == key);
             Column {
-                values: vec![value.map_or(f64::NAN, |(_, value)| value.number())],
+                values: vec![value.map_or(f64::NAN, |(_, value)| value.number)],
                 ..Column::default()
             }
         };
@@ -107,63 +108,20 @@ impl LineKeys {
     }
 }
 
-struct Lines {
-    file: BufReader<std::fs::File>,
-    line: Vec<u8>,
-}
-
-impl Lines {
-    fn open(source: &Source<'_>) -> Result<Self, FileError> {
-        let mut file = BufReader::new(source.open()?);
-        if !source.head.starts_with(b"{") {
-            // Skips the byte order mark.
-            file.read_exact(&mut [0; 3])?;
-        }
-        let line = Vec::new();
-        Ok(Self { file, line })
-    }
-
-    fn next(&mut self) -> Result<Option<&[u8]>, FileError> {
-        loop {
-            self.line.clear();
-            let mut file = self.file.by_ref().take(LINE_LIMIT_BYTES as u64 + 1);
-            let n_bytes = file.read_until(b'\n', &mut self.line)?;
-            if n_bytes > LINE_LIMIT_BYTES {
-                let limit_bytes = LINE_LIMIT_BYTES;
-                return Err(FileError::LineTooLong { limit_bytes });
-            }
-            if n_bytes == 0 || !self.line.trim_ascii().is_empty() {
-                return Ok((n_bytes > 0).then_some(&self.line));
-            }
-        }
-    }
-}
-
-/// Path of a value, and its index if it stands in a list.
+/// Path of a value, and the index of the value if it is an element of a list.
 type Key = (String, Option<usize>);
 
-/// Neither an object nor a list.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Value {
-    Number(f64),
-    /// Date (s since 1970).
-    Time(f64),
-    Text,
-    Nothing,
-}
-
-impl Value {
-    fn number(self) -> f64 {
-        match self {
-            Self::Number(number) | Self::Time(number) => number,
-            Self::Text | Self::Nothing => f64::NAN,
-        }
-    }
+/// Number or time (s); NaN for a text or a missing value.
+#[derive(Clone, Copy)]
+struct Value {
+    number: f64,
+    /// True for a date (s since 1970) or a time of day (s).
+    is_time: bool,
 }
 
 type Row = Vec<(Key, Value)>;
 
-/// Returns the values of a line; `None` if it is not an object.
+/// Returns the values of a line; `None` if the line is not a JSON object.
 fn row(line: &[u8]) -> Option<Row> {
     if !line.trim_ascii_start().starts_with(b"{") {
         return None;
@@ -191,7 +149,11 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
-    fn take<E>(self, value: Value) -> Result<(), E> {
+    fn take<E>(self, number: f64) -> Result<(), E> {
+        self.take_value(Value { number, is_time: false })
+    }
+
+    fn take_value<E>(self, value: Value) -> Result<(), E> {
         if self.path.len() <= NAME_LIMIT_BYTES && self.row.len() < COLUMN_LIMIT {
             self.row.push(((self.path.clone(), self.index), value));
         }
@@ -225,29 +187,29 @@ impl<'de> Visitor<'de> for Values<'_> {
     }
 
     fn visit_bool<E: Error>(self, value: bool) -> Result<(), E> {
-        self.take(Value::Number(f64::from(value)))
+        self.take(f64::from(value))
     }
 
     fn visit_i64<E: Error>(self, value: i64) -> Result<(), E> {
-        self.take(Value::Number(value as f64))
+        self.take(value as f64)
     }
 
     fn visit_u64<E: Error>(self, value: u64) -> Result<(), E> {
-        self.take(Value::Number(value as f64))
+        self.take(value as f64)
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<(), E> {
-        self.take(Value::Number(value))
+        self.take(value)
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
         let secs = TIMES.iter().find_map(|form| form.secs(text.as_bytes()));
-        let number = || text.trim().parse().ok().map(Value::Number);
-        self.take(secs.map(Value::Time).or_else(number).unwrap_or(Value::Text))
+        let number = secs.or_else(|| text.trim().parse().ok()).unwrap_or(f64::NAN);
+        self.take_value(Value { number, is_time: secs.is_some() })
     }
 
     fn visit_unit<E: Error>(self) -> Result<(), E> {
-        self.take(Value::Nothing)
+        self.take(f64::NAN)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(mut self, mut list: A) -> Result<(), A::Error> {
@@ -286,77 +248,64 @@ struct Table {
     has_more: bool,
 }
 
+#[derive(Default)]
 struct Channel {
     key: Key,
     /// Values up to the last row with this key.
     values: Vec<f64>,
-    has_numbers: bool,
     has_times: bool,
 }
 
 impl Table {
-    /// Creates an empty table for lines of this total length (bytes).
     fn of_bytes(n_bytes: u64) -> Self {
-        Self {
-            budget: Budget::of_file(n_bytes),
-            channels: Vec::new(),
-            places: HashMap::new(),
-            n_rows: 0,
-            has_more: false,
-        }
+        let budget = Budget::of_file(n_bytes);
+        Self { budget, channels: Vec::new(), places: HashMap::new(), n_rows: 0, has_more: false }
     }
 
     fn add(&mut self, row: Row) -> Result<(), FileError> {
-        for (at, (key, value)) in row.into_iter().enumerate() {
-            // Most objects have the same keys in the same order.
-            let is_next = self.channels.get(at).is_some_and(|own| own.key == key);
-            let known = is_next.then_some(at).or_else(|| self.places.get(&key).copied());
-            let at = match known {
-                Some(at) => at,
-                None if self.channels.len() == COLUMN_LIMIT => {
+        for (key, value) in row {
+            let next = self.channels.len();
+            let at = match self.places.get(&key) {
+                Some(at) => *at,
+                None if next == COLUMN_LIMIT => {
                     self.has_more = true;
                     continue;
                 }
                 None => {
-                    self.places.insert(key.clone(), self.channels.len());
-                    self.channels.push(Channel {
-                        key,
-                        values: Vec::new(),
-                        has_numbers: false,
-                        has_times: false,
-                    });
-                    self.channels.len() - 1
+                    self.places.insert(key.clone(), next);
+                    self.channels.push(Channel { key, ..Channel::default() });
+                    next
                 }
             };
             let channel = &mut self.channels[at];
             let n_more = (self.n_rows + 1).saturating_sub(channel.values.len()) as u64;
             self.budget.take(&channel.key.0, n_more, VALUE_BYTES)?;
             channel.values.resize(self.n_rows + 1, f64::NAN);
-            channel.values[self.n_rows] = value.number();
-            channel.has_numbers |= matches!(value, Value::Number(_) | Value::Time(_));
-            channel.has_times |= matches!(value, Value::Time(_));
+            channel.values[self.n_rows] = value.number;
+            channel.has_times |= value.is_time;
         }
         self.n_rows += 1;
         Ok(())
     }
 
-    /// Returns the columns with their keys. Lists of numbers become arrays, with the column names that other formats have.
+    /// Returns the columns with their keys. A list of numbers becomes several columns, named as for an array in other
+    /// formats.
     fn columns(mut self) -> Result<(Columns, Vec<Key>), FileError> {
         let missing = |channel: &Channel| (self.n_rows - channel.values.len()) as u64;
         let n_missing = self.channels.iter().map(missing).sum();
         self.budget.take("the table", n_missing, VALUE_BYTES)?;
-        let mut lists: Vec<List> = Vec::new();
+        // Each array has the values of one key, or of a list under one key.
+        let mut lists: Vec<(Array, Vec<Key>)> = Vec::new();
         for mut channel in self.channels {
             channel.values.resize(self.n_rows, f64::NAN);
             let (name, index) = &channel.key;
-            let is_own = |own: &&mut List| {
-                own.array.shape.len() == 2 && index.is_some() && own.array.name == *name
+            let is_own = |(own, _): &&mut (Array, Vec<Key>)| {
+                own.shape.len() == 2 && index.is_some() && own.name == *name
             };
-            if let Some(own) = lists.iter_mut().find(is_own) {
-                own.array.shape[1] += 1;
-                own.array.values.append(&mut channel.values);
-                own.keys.push(channel.key);
-                own.has_numbers |= channel.has_numbers;
+            if let Some((own, keys)) = lists.iter_mut().find(is_own) {
+                own.shape[1] += 1;
+                own.values.append(&mut channel.values);
+                keys.push(channel.key);
                 continue;
             }
             let array = Array {
@@ -370,24 +319,17 @@ impl Table {
                 values: channel.values,
                 ..Array::default()
             };
-            lists.push(List { array, keys: vec![channel.key], has_numbers: channel.has_numbers });
+            lists.push((array, vec![channel.key]));
         }
-        let (with, without): (Vec<_>, Vec<_>) = lists.into_iter().partition(|own| own.has_numbers);
-        let without = without.into_iter();
+        let (with, without): (Vec<_>, Vec<_>) = lists
+            .into_iter()
+            .partition(|(own, _)| own.values.iter().any(|number| !number.is_nan()));
         let mut left_out: Vec<String> =
-            without.map(|own| format!("{} (no numbers)", own.array.name)).collect();
+            without.into_iter().map(|(own, _)| format!("{} (no numbers)", own.name)).collect();
         if self.has_more {
             left_out.push(format!("more than {COLUMN_LIMIT} keys"));
         }
-        let (arrays, keys): (Vec<_>, Vec<_>) =
-            with.into_iter().map(|own| (own.array, own.keys)).unzip();
+        let (arrays, keys): (Vec<_>, Vec<_>) = with.into_iter().unzip();
         Ok((arrays::columns(arrays, left_out), keys.concat()))
     }
-}
-
-/// Values of one key, or of a list under one key.
-struct List {
-    array: Array,
-    keys: Vec<Key>,
-    has_numbers: bool,
 }

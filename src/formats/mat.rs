@@ -1,4 +1,4 @@
-//! MATLAB's `.mat`, versions 4 and 5: numeric matrices, alone or in structs, plain or compressed; written as plain version 5.
+//! Reads numeric matrices of MATLAB files (`.mat`, versions 4 and 5), also in structs and compressed; writes plain version 5.
 //!
 //! **Source** MAT-File Format (The MathWorks). Level 5: a header of 128 bytes, then one element per variable: a kind, a
 //! length and that number of bytes. A matrix is an element made of elements: class, dimensions, name, numbers. Numbers may
@@ -13,7 +13,7 @@ use flate2::read::ZlibDecoder;
 use super::arrays::{Array, Entry};
 use super::columns::Columns;
 use super::error::{FileError, reading};
-use super::format::{COLUMN_LIMIT, Format, Source, unpacked_limit};
+use super::format::{Budget, COLUMN_LIMIT, Format, Source};
 use super::hdf5;
 use super::number::Number;
 use super::parts::{self, Group};
@@ -25,7 +25,7 @@ pub(super) const FORMAT: Format = Format {
     signatures: &[
         b"MATLAB 5.0",
         NEWER,
-        // First integer of a file of version 4.
+        // First integers of files of version 4.
         b"\x00\0\0\0",
         b"\x01\0\0\0",
         b"\x02\0\0\0",
@@ -70,22 +70,27 @@ const FILE: &str = "the file";
 
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if source.head.starts_with(NEWER) {
-        return hdf5::matlab(source);
+        return (hdf5::FORMAT.read)(source).map_err(|error| match error {
+            FileError::Hdf5 { why } => FileError::Mat73 { why },
+            FileError::NotBuilt { feature, .. } => FileError::Mat73 {
+                why: format!("this program was built without the feature `{feature}`"),
+            },
+            other => other,
+        });
     }
     if !source.head.starts_with(b"MATLAB") {
         return older(source);
     }
     let mut file = Vec::new();
     source.open()?.read_to_end(&mut file)?;
-    let is_big_endian = match file.get(HEADER_BYTES - 2..HEADER_BYTES) {
-        Some(b"IM") => false,
-        Some(b"MI") => true,
-        Some(_) => {
-            return Err(FileError::damaged(FILE, "its header names no order of bytes"));
-        }
-        None => return Err(FileError::cut_short(FILE)),
+    let Some((header, elements)) = file.split_at_checked(HEADER_BYTES) else {
+        return Err(FileError::cut_short(FILE));
     };
-    let mut variables = Elements { bytes: &file[HEADER_BYTES..], is_big_endian };
+    let is_big_endian = header.ends_with(b"MI");
+    if !is_big_endian && !header.ends_with(b"IM") {
+        return Err(FileError::damaged(FILE, "its header does not give the order of bytes"));
+    }
+    let mut variables = Elements { bytes: elements, is_big_endian };
     let (mut top, mut groups) = (Fields::default(), Vec::new());
     while !variables.bytes.is_empty() {
         source.progress.check()?;
@@ -113,8 +118,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         }
         let n_elements = elements.len();
         for (at, fields) in elements.into_iter().enumerate() {
-            let left_out = fields.left_out.iter();
-            top.left_out.extend(left_out.map(|what| format!("{name}.{what}")));
+            top.left_out.extend(fields.left_out.iter().map(|what| format!("{name}.{what}")));
             groups.push(Group {
                 name: match n_elements {
                     1 => name.clone(),
@@ -130,7 +134,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 struct OlderHeader {
     is_big_endian: bool,
     number: Number,
-    /// 0 for numbers, 1 for text, 2 for a sparse matrix.
+    /// Class of the matrix: 0 for numbers, 1 for text, 2 for a sparse matrix.
     class: u32,
     is_complex: bool,
     shape: [usize; 2],
@@ -173,7 +177,7 @@ impl OlderHeader {
     }
 }
 
-/// Reads the matrices of a file of version 4; returns `None` if the file does not start with one.
+/// Reads the matrices of a file of version 4; returns `None` if the file does not start with a matrix.
 fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if OlderHeader::read(source.head).is_none() {
         return Ok(None);
@@ -192,18 +196,17 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             });
         };
         let OlderHeader { shape, name, .. } = header;
-        let n_numbers = shape[0].checked_mul(shape[1]);
-        let n_bytes = n_numbers.and_then(|n| n.checked_mul(header.number.n_bytes()));
         let parts = if header.is_complex { 2 } else { 1 };
-        let end = n_bytes.and_then(|n| n.checked_mul(parts)?.checked_add(header.n_bytes));
-        let numbers = end.and_then(|end| rest.get(header.n_bytes..end));
+        let lengths = [shape[0], shape[1], header.number.n_bytes(), parts];
+        let n_bytes = lengths.into_iter().try_fold(1, usize::checked_mul);
+        let numbers = n_bytes.and_then(|n_bytes| rest[header.n_bytes..].get(..n_bytes));
         let numbers = numbers.ok_or_else(|| FileError::cut_short(&name))?;
         rest = &rest[header.n_bytes + numbers.len()..];
         let values = || header.number.all(numbers, header.is_big_endian);
         match header.class {
             1 => {
-                let codes = values().into_iter();
-                let text: String = codes.map(|code| char::from(code as u8)).collect();
+                let text: String =
+                    values().into_iter().map(|code| char::from(code as u8)).collect();
                 top.text(&name, &text);
             }
             2 => top.leave_out(&name, "a sparse matrix"),
@@ -221,19 +224,17 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 }
 
 fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
-    let limit_bytes = unpacked_limit(packed.len() as u64);
+    let mut budget = Budget::of_file(packed.len() as u64);
     let mut unpacked = Vec::new();
     ZlibDecoder::new(packed)
-        .take(limit_bytes + 1)
+        .take(budget.limit_bytes + 1)
         .read_to_end(&mut unpacked)
         .map_err(reading(FILE))?;
-    if unpacked.len() as u64 > limit_bytes {
-        return Err(FileError::unpacks_too_large(FILE, limit_bytes));
-    }
+    budget.take(FILE, unpacked.len() as u64, 1)?;
     Ok(unpacked)
 }
 
-/// Variables of a file, or fields of a struct. The field of a nested struct is named `within.field`.
+/// Variables of a file, or fields of a struct. A field of a struct within a struct is named `struct.field`.
 #[derive(Default)]
 struct Fields {
     arrays: Vec<Array>,
@@ -246,7 +247,7 @@ impl Fields {
         self.left_out.push(format!("{name} ({what})"));
     }
 
-    /// Takes the day of the recording from a text, if it names one, and lists the text as left out.
+    /// Takes the day of the recording from a text, if the text names a day, and lists the text as left out.
     fn text(&mut self, name: &str, text: &str) {
         self.day = self.day.or(Day::in_header(&format!("{name}: {text}")));
         self.leave_out(name, "text");
@@ -263,7 +264,7 @@ impl Fields {
 
 const DEPTH_LIMIT: usize = 8;
 
-/// Returns the fields of each element of a struct, read after its name.
+/// Returns the fields of each element of a struct array. The unread bytes of `parts` begin after the name of the struct.
 fn structs(
     mut parts: Elements<'_>,
     n_elements: usize,
@@ -271,8 +272,10 @@ fn structs(
 ) -> Result<Vec<Fields>, FileError> {
     let is_big_endian = parts.is_big_endian;
     let (_, length) = parts.next(FILE)?;
-    let length = parts.uint32(length).filter(|length| *length > 0);
-    let length = length.ok_or_else(|| FileError::cut_short(FILE))? as usize;
+    let length = parts
+        .uint32(length)
+        .filter(|length| *length > 0)
+        .ok_or_else(|| FileError::cut_short(FILE))? as usize;
     let (_, names) = parts.next(FILE)?;
     let names: Vec<String> = names
         .chunks(length)
@@ -294,13 +297,13 @@ fn structs(
             };
             match <[Fields; 1]>::try_from(inner) {
                 Ok([inner]) => {
-                    let within = |what: &str| format!("{name}.{what}");
-                    let left_out = inner.left_out.iter().map(|what| within(what));
-                    fields.left_out.extend(left_out);
-                    let arrays = inner.arrays.into_iter();
-                    fields
+                    let within = |what: &String| format!("{name}.{what}");
+                    fields.left_out.extend(inner.left_out.iter().map(within));
+                    let arrays = inner
                         .arrays
-                        .extend(arrays.map(|array| Array { name: within(&array.name), ..array }));
+                        .into_iter()
+                        .map(|own| Array { name: within(&own.name), ..own });
+                    fields.arrays.extend(arrays);
                     fields.day = fields.day.or(inner.day);
                 }
                 Err(_) => fields.leave_out(&name, "structs within a struct"),
@@ -311,8 +314,8 @@ fn structs(
     Ok(elements)
 }
 
-/// Adds the matrix of an element. `field` is its name and depth in a struct. For a struct, returns its name and the fields of
-/// each of its elements.
+/// Adds a variable of a file to `into`, or the field of a struct whose name and depth are `field`. A struct is not added:
+/// its name and the fields of each of its elements are returned.
 fn variable(
     bytes: &[u8],
     is_big_endian: bool,
@@ -326,10 +329,10 @@ fn variable(
     if !(1..=15).contains(&class) {
         // Objects and tables are stored in a form that is not documented.
         let what = "an object, such as a table or timetable: save it as `S = table2struct(T, \"ToScalar\", true)`, or with writetable";
-        into.left_out.push(match field {
-            Some((name, _)) => format!("{name} ({what})"),
-            None => what.to_owned(),
-        });
+        match field {
+            Some((name, _)) => into.leave_out(name, what),
+            None => into.left_out.push(what.to_owned()),
+        }
         return Ok(None);
     }
     let (_, dimensions) = parts.next(FILE)?;
@@ -338,10 +341,10 @@ fn variable(
         Some((name, _)) => name.to_owned(),
         None => String::from_utf8_lossy(name).into_owned(),
     };
-    let lengths = dimensions.chunks_exact(4).map(|length| parts.uint32(length));
-    let shape: Option<Vec<usize>> = lengths.map(|length| Some(length? as usize)).collect();
+    let shape: Option<Vec<usize>> =
+        dimensions.chunks_exact(4).map(|length| Some(parts.uint32(length)? as usize)).collect();
     let shape = shape.unwrap_or_default();
-    let n_declared = shape.iter().try_fold(1_usize, |product, &length| product.checked_mul(length));
+    let n_declared = shape.iter().copied().try_fold(1, usize::checked_mul);
     let depth = field.map_or(0, |(_, depth)| depth + 1);
     let other = match class {
         1 => "cells",
@@ -361,7 +364,7 @@ fn variable(
         _ => {
             let (kind, numbers) = parts.next(&name)?;
             let values = values(kind, numbers, is_big_endian);
-            let unknown = || FileError::damaged(&name, "its numbers are of no known kind");
+            let unknown = || FileError::damaged(&name, "its numbers are of an unknown kind");
             let values = values.ok_or_else(unknown)?;
             if n_declared != Some(values.len()) {
                 return Err(FileError::cut_short(&name));
@@ -380,8 +383,9 @@ fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
     }
     let kind = if kind == MI_UTF16 { MI_UINT16 } else { kind };
     let codes = values(kind, bytes, is_big_endian).unwrap_or_default();
-    let codes = codes.into_iter().map(|code| code as u16);
-    char::decode_utf16(codes).map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+    char::decode_utf16(codes.into_iter().map(|code| code as u16))
+        .map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER))
+        .collect()
 }
 
 fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
@@ -408,20 +412,18 @@ struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     fn uint32(&self, bytes: &[u8]) -> Option<u32> {
-        let four: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
-        Some(if self.is_big_endian { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
+        Some(Number::Uint(4).value(bytes.get(..4)?, self.is_big_endian) as u32)
     }
 
     fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
         let ends = || FileError::cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
-        // A small element keeps up to four bytes where the length normally is. Its length is the upper half of the kind.
+        // A small element holds up to four bytes of data in place of the length, which is then the upper half of the kind.
         if kind >> 16 != 0 {
             let n_bytes = (kind >> 16) as usize;
-            let small = self.bytes.get(4..8).ok_or_else(ends)?;
-            let small = small
-                .get(..n_bytes)
-                .ok_or_else(|| FileError::damaged(what, "an element is too long"))?;
+            let four = self.bytes.get(4..8).ok_or_else(ends)?;
+            let too_long = || FileError::damaged(what, "an element is too long");
+            let small = four.get(..n_bytes).ok_or_else(too_long)?;
             self.bytes = &self.bytes[8..];
             return Ok((kind & 0xffff, small));
         }
@@ -440,7 +442,7 @@ pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()
     let title = concat!("MATLAB 5.0 MAT-file, written by LoopScope ", env!("CARGO_PKG_VERSION"));
     let mut header = title.as_bytes().to_vec();
     header.resize(124, b' ');
-    header.extend([0x00, 0x01]); // version, little-endian like all that follows
+    header.extend([0x00, 0x01]); // version; all numbers of the file are little-endian
     header.extend(b"IM");
     out.write_all(&header)?;
     for entry in entries {

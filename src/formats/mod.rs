@@ -1,10 +1,10 @@
-//! Files of numbers, one source file per format: reading them as named columns, and writing them.
+//! Reads files of numbers as named columns, and writes them. Each format has one source file.
 //!
-//! Guarantees: the first bytes of a file select its format, never its name. Memory grows with the actual contents of a file,
-//! not with the size that it declares. A panic of a crate that reads a format becomes an error of the file.
+//! Guarantees: the first bytes of a file, never its name, select its format. Memory grows with the actual contents of a
+//! file, not with the size that it declares. A panic of a crate that reads a format becomes an error of the file.
 //!
-//! A new format is one source file with a [`Format`] and one line in [`FORMATS`], from which file dialogs, `--help`, the
-//! import window and the messages follow.
+//! A new format is one source file with a [`Format`] and one line in [`FORMATS`]. File dialogs, `--help`, the import window
+//! and the messages are made from this list.
 //!
 //! | module | contents |
 //! |---|---|
@@ -41,12 +41,13 @@ pub(crate) mod text;
 mod xlsx;
 
 pub(crate) use arrays::{Array, Entry};
-pub(crate) use columns::FilePart;
-pub(crate) use columns::{Cell, Row, Sample};
+pub(crate) use columns::{Cell, FilePart, Row, Sample};
 pub use error::FileError;
 pub(crate) use format::Format;
 pub(crate) use json_lines::LineKeys;
 pub(crate) use opened::{Opened, Part, open};
+
+use crate::shown::joined;
 
 /// All formats that can be read.
 pub const FORMATS: &[Format] = &[
@@ -69,12 +70,10 @@ pub fn endings() -> impl Iterator<Item = &'static str> {
 
 /// Returns all formats with their extensions, as `--help` and the window list them.
 pub fn listed() -> String {
-    let of_format = |format: &Format| {
-        let endings = format.endings.iter().map(|ending| format!(".{ending}"));
-        let endings: Vec<String> = endings.collect();
-        format!("{} ({})", format.name, endings.join(", "))
-    };
-    FORMATS.iter().map(of_format).collect::<Vec<_>>().join(", ")
+    joined(
+        ", ",
+        FORMATS.iter().map(|format| format!("{} (.{})", format.name, format.endings.join(", ."))),
+    )
 }
 
 #[cfg(test)]

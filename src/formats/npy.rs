@@ -2,20 +2,20 @@
 //!
 //! **Source** NPY format, versions 1.0 to 3.0: magic bytes, length of the header, header (a Python literal), numbers.
 
-use std::io::{self, BufReader, Read};
+use std::io::{BufReader, Read};
 
 use super::arrays::{self, Array, Entry};
-use super::columns::{Column, Columns, Since};
+use super::columns::{Column, Columns};
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source};
-use super::number::{Field, Number};
+use super::number::{Field, FromOrigin, Number};
 use crate::progress::Progress;
 
 pub(super) const FORMAT: Format =
     Format { name: "NumPy array", endings: &["npy"], signatures: &[MAGIC], read: columns };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Maximum length of a header (bytes). The header of a plain array has a few hundred bytes.
+/// Maximum length of a header (bytes), which limits the memory for a damaged file. Usual headers have a few hundred bytes.
 const HEADER_LIMIT: usize = 1 << 16;
 /// Number of bytes read at a time; a record that is longer is read whole.
 const BLOCK_BYTES: usize = 1 << 16;
@@ -40,13 +40,13 @@ struct Header {
 
 #[derive(Debug)]
 pub(super) struct Content {
-    /// One array, or one per field of the records, named like the field.
+    /// The array, or one array per field of the records, named like the field.
     pub arrays: Vec<Array>,
     pub is_records: bool,
     pub left_out: Vec<String>,
 }
 
-/// Reads a file as columns. Fields of records give names; the columns of a plain array have none.
+/// Reads a file as columns. The fields of records name their columns; the columns of a plain array have no names.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const WHAT: &str = "the array";
     let mut file = BufReader::new(source.open()?);
@@ -87,11 +87,8 @@ pub(super) fn read(
     let Some(n_bytes) = n_bytes.filter(|n_bytes| *n_bytes as u64 <= at_most_bytes) else {
         return Err(FileError::cut_short(name));
     };
-    let values = numbers(&header.record, n_bytes, from, progress).map_err(|error| match error {
-        FileError::Io(error) => reading(name)(error),
-        other => other,
-    })?;
-    let array = |(mut field, values): (Field, (Vec<f64>, Since))| {
+    let values = numbers(name, &header.record, n_bytes, from, progress)?;
+    let array = |(mut field, values): (Field, FromOrigin)| {
         if !header.is_records {
             name.clone_into(&mut field.name);
         }
@@ -109,21 +106,23 @@ pub(super) fn read(
 }
 
 fn numbers(
+    name: &str,
     record: &Record,
     n_bytes: usize,
     from: &mut impl Read,
     progress: &Progress,
-) -> Result<Vec<(Vec<f64>, Since)>, FileError> {
+) -> Result<Vec<FromOrigin>, FileError> {
     let at_a_time = (BLOCK_BYTES / record.n_bytes).max(1) * record.n_bytes;
-    // Both grow with the bytes that are read, since the header may declare any size.
+    // Memory grows with the bytes that are read, because the header may declare any size.
     let mut block = Vec::new();
-    let mut values = vec![(Vec::new(), Since::default()); record.fields.len()];
+    let mut values = vec![FromOrigin::default(); record.fields.len()];
     for start in (0..n_bytes).step_by(at_a_time) {
         progress.check()?;
         let n_next = at_a_time.min(n_bytes - start);
         block.clear();
-        if from.by_ref().take(n_next as u64).read_to_end(&mut block)? < n_next {
-            return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+        let n_read = from.by_ref().take(n_next as u64).read_to_end(&mut block);
+        if n_read.map_err(reading(name))? < n_next {
+            return Err(FileError::cut_short(name));
         }
         for (field, values) in record.fields.iter().zip(&mut values) {
             field.append(&block, record.n_bytes, values);
@@ -139,29 +138,21 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     if !start.starts_with(MAGIC) {
         return Err(damaged("it does not start as a NumPy array"));
     }
-    let n_bytes = if start[6] == 1 {
-        let mut length = [0; 2];
-        from.read_exact(&mut length).map_err(reading(name))?;
-        usize::from(u16::from_le_bytes(length))
-    } else {
-        let mut length = [0; 4];
-        from.read_exact(&mut length).map_err(reading(name))?;
-        u32::from_le_bytes(length) as usize
-    };
+    let mut length = [0; 4];
+    let length_bytes = if start[6] == 1 { 2 } else { 4 };
+    from.read_exact(&mut length[..length_bytes]).map_err(reading(name))?;
+    let n_bytes = u32::from_le_bytes(length) as usize;
     if n_bytes > HEADER_LIMIT {
         return Err(damaged("its header is too long for an array of numbers"));
     }
     let mut text = vec![0; n_bytes];
     from.read_exact(&mut text).map_err(reading(name))?;
     let text = String::from_utf8_lossy(&text);
-    let value = |key: &str| {
-        let (_, rest) = text.split_once(&format!("'{key}':"))?;
-        Some(Literal(rest))
-    };
+    let value = |key: &str| Some(Literal(text.split_once(&format!("'{key}':"))?.1));
     let (Some(mut descr), Some(order), Some(mut shape)) =
         (value("descr"), value("fortran_order"), value("shape"))
     else {
-        return Err(damaged("its header names no kind, order or shape"));
+        return Err(damaged("its header does not give the data type, order and shape"));
     };
     let not_numbers =
         |kind: &str| FileError::NotNumbers { what: name.to_owned(), kind: kind.to_owned() };
@@ -171,8 +162,8 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     }
     let shape = shape.lengths().ok_or_else(|| damaged("its shape cannot be read"))?;
     let is_records = descr.0.trim_start().starts_with('[');
-    let record = descr.record(0);
-    let record = record.ok_or_else(|| damaged("its header describes no kind of numbers"))?;
+    let record =
+        descr.record(0).ok_or_else(|| damaged("its header gives no readable data type"))?;
     if record.fields.is_empty() {
         return Err(match (is_records, record.left_out.first()) {
             (false, Some(kind)) => not_numbers(kind),
@@ -182,15 +173,19 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     Ok(Header { record, is_records, is_by_column: order.0.trim_start().starts_with("True"), shape })
 }
 
-/// Unread rest of a Python literal.
+/// Python literal, from the next unread character on.
 struct Literal<'a>(&'a str);
 
 impl<'a> Literal<'a> {
-    /// Skips a mark if it comes next, and returns true if it did.
+    /// Skips a mark and returns true, if the mark comes next.
     fn has(&mut self, mark: char) -> bool {
         let rest = self.0.trim_start().strip_prefix(mark);
         self.0 = rest.unwrap_or(self.0);
         rest.is_some()
+    }
+
+    fn expect(&mut self, mark: char) -> Option<()> {
+        self.has(mark).then_some(())
     }
 
     fn text(&mut self) -> Option<&'a str> {
@@ -205,9 +200,12 @@ impl<'a> Literal<'a> {
         let inside = self.0.trim_start().strip_prefix('(')?;
         let (inside, rest) = inside.split_once(')')?;
         self.0 = rest;
-        let lengths = inside.split(',').map(str::trim);
-        let lengths = lengths.filter(|length| !length.is_empty());
-        lengths.map(|length| length.parse().ok()).collect()
+        inside
+            .split(',')
+            .map(str::trim)
+            .filter(|length| !length.is_empty())
+            .map(|length| length.parse().ok())
+            .collect()
     }
 
     /// Reads a kind, or a list of fields `(name, kind)` or `(name, kind, shape)`. The name may be `(title, name)`.
@@ -217,19 +215,19 @@ impl<'a> Literal<'a> {
         }
         let mut record = Record::default();
         while !self.has(']') {
-            let starts = self.has('(') && depth < DEPTH_LIMIT;
-            let has_title = starts.then(|| self.has('('))?;
+            self.expect('(').filter(|()| depth < DEPTH_LIMIT)?;
+            let has_title = self.has('(');
             let mut name = self.text()?;
             if has_title {
-                self.has(',').then_some(())?;
+                self.expect(',')?;
                 name = self.text()?;
-                self.has(')').then_some(())?;
+                self.expect(')')?;
             }
-            self.has(',').then_some(())?;
+            self.expect(',')?;
             let is_record = self.0.trim_start().starts_with('[');
             let inner = self.record(depth + 1)?;
             let lengths = if self.has(',') { self.lengths()? } else { Vec::new() };
-            self.has(')').then_some(())?;
+            self.expect(')')?;
             self.has(',');
             let n_each = lengths.into_iter().try_fold(1, usize::checked_mul)?;
             let start = record.n_bytes;
@@ -238,12 +236,11 @@ impl<'a> Literal<'a> {
                 if is_record { format!("{name}.{what}") } else { format!("{name} ({what})") }
             };
             if name.is_empty() {
-                // Padding up to the next field.
+                // A field without a name is padding.
             } else if n_each != 1 && is_record {
                 record.left_out.push(format!("{name} (lists of records)"));
             } else if n_each > 0 && record.fields.len() + inner.fields.len() <= COLUMN_LIMIT {
-                let left_out = inner.left_out.iter().map(|what| within(what));
-                record.left_out.extend(left_out);
+                record.left_out.extend(inner.left_out.iter().map(|what| within(what)));
                 record.fields.extend(inner.fields.into_iter().map(|field| Field {
                     name: if is_record { within(&field.name) } else { name.to_owned() },
                     offset: start + field.offset,
@@ -256,7 +253,8 @@ impl<'a> Literal<'a> {
     }
 }
 
-/// Returns the element of this kind: one number, or something else. Returns `None` if its size is unknown.
+/// Returns the record of one element of this NumPy kind, without a field if the element is no number. Returns `None` if the
+/// size of the element is unknown.
 fn of_kind(kind: &str) -> Option<Record> {
     let is_big_endian = kind.starts_with('>');
     let kind = kind.trim_start_matches(['<', '>', '|', '=']);
@@ -264,31 +262,29 @@ fn of_kind(kind: &str) -> Option<Record> {
     let size = &kind[letter.len_utf8()..];
     let (size, unit) = size.split_once('[').unwrap_or((size, ""));
     let size: usize = size.parse().ok()?;
-    let units = [("s]", "s"), ("ms]", "ms"), ("us]", "us"), ("ns]", "ns")];
-    let unit = units.iter().find(|(ending, _)| *ending == unit);
+    let unit = ["s", "ms", "us", "ns"].into_iter().find(|own| unit.strip_suffix(']') == Some(own));
     let number = match (letter, size, unit) {
-        ('f', 2 | 4 | 8, _) => Some(Number::Float(size)),
-        ('i', 1 | 2 | 4 | 8, _) => Some(Number::Int(size)),
-        ('u', 1 | 2 | 4 | 8, _) | ('b', 1, _) => Some(Number::Uint(size)),
+        ('b', 1, _) => Some(Number::Uint(1)),
         ('M' | 'm', 8, Some(_)) => Some(Number::Time),
-        _ => None,
+        _ => Number::of_kind(letter, size),
     };
     let other = match letter {
-        'U' | 'S' => "texts".to_owned(),
-        'c' => "complex numbers".to_owned(),
-        _ => format!("numbers of the kind {kind}"),
+        _ if number.is_some() => None,
+        'U' | 'S' => Some("texts".to_owned()),
+        'c' => Some("complex numbers".to_owned()),
+        _ => Some(format!("numbers of the kind {kind}")),
     };
     let field = number.map(|number| Field {
         name: String::new(),
         number,
-        unit: unit.map_or("", |(_, unit)| unit),
+        unit: unit.unwrap_or_default(),
         is_big_endian,
         offset: 0,
         n_each: 1,
     });
     let bytes_each = if letter == 'U' { 4 } else { 1 };
     Some(Record {
-        left_out: if field.is_some() { Vec::new() } else { vec![other] },
+        left_out: other.into_iter().collect(),
         fields: field.into_iter().collect(),
         n_bytes: size.checked_mul(bytes_each)?,
     })
@@ -300,10 +296,9 @@ pub(super) fn written(entry: &Entry) -> Vec<u8> {
     let (kind, shape) = match entry {
         Entry::Numbers(Array { shape, values, .. }) => {
             data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-            let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
-            let shape = match shape.len() {
-                1 => format!("({})", lengths.trim_end()),
-                _ => format!("({})", lengths.trim_end_matches(", ")),
+            let shape = match &shape[..] {
+                [length] => format!("({length},)"),
+                _ => format!("{shape:?}").replace('[', "(").replace(']', ")"),
             };
             ("<f8".to_owned(), shape)
         }
@@ -311,8 +306,13 @@ pub(super) fn written(entry: &Entry) -> Vec<u8> {
             let longest = texts.iter().map(|text| text.chars().count()).max();
             let width = longest.unwrap_or(0).max(1);
             for text in texts {
-                let codes = text.chars().map(u32::from).chain(std::iter::repeat(0));
-                data.extend(codes.take(width).flat_map(u32::to_le_bytes));
+                data.extend(
+                    text.chars()
+                        .map(u32::from)
+                        .chain(std::iter::repeat(0))
+                        .take(width)
+                        .flat_map(u32::to_le_bytes),
+                );
             }
             (format!("<U{width}"), format!("({},)", texts.len()))
         }

@@ -9,7 +9,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 use super::arrays::Entry;
 use super::columns::Columns;
 use super::error::FileError;
-use super::format::{Format, Source, unpacked_limit};
+use super::format::{Budget, Format, Source};
 use super::npy;
 use super::parts::{self, Group};
 
@@ -23,10 +23,11 @@ pub(super) const FORMAT: Format = Format {
 /// First bytes of an archive without members.
 const EMPTY: &[u8] = b"PK\x05\x06";
 
-/// Maximum number of members that are read.
+/// Maximum number of members that are read, which limits the time for a damaged archive.
 const MEMBER_LIMIT: usize = 10_000;
 
-/// Reads the arrays of an archive as a table, or `None`. Damage is an error only if the archive starts with an array.
+/// Reads the arrays of an archive as a table; `None` for an archive of another kind. A damaged archive is an error only if
+/// its first member is an array.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const ARCHIVE: &str = "the archive";
     if source.head.starts_with(EMPTY) {
@@ -38,31 +39,26 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         Err(error) if starts_with_array => return Err(of_zip(ARCHIVE)(error)),
         Err(_) => return Ok(None),
     };
-    let is_array = |name: &str| name.ends_with(".npy");
-    let has_array = archive.file_names().flatten().any(|name| is_array(&name));
-    let is_npz = archive.is_empty() || has_array;
-    if !is_npz {
+    let has_array = archive.file_names().flatten().any(|name| name.ends_with(".npy"));
+    if !has_array && !archive.is_empty() {
         return Ok(None);
     }
     let (mut groups, mut left_out) = (vec![Group::default()], Vec::new());
     for index in 0..archive.len().min(MEMBER_LIMIT) {
         let mut member = archive.by_index(index).map_err(of_zip(ARCHIVE))?;
         let name = member.name().map_err(of_zip(ARCHIVE))?.into_owned();
-        let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
+        let Some(name) = name.strip_suffix(".npy") else {
             left_out.push(format!("{name} (not an array)"));
             continue;
         };
-        let limit_bytes = unpacked_limit(member.compressed_size());
         let n_bytes = member.size();
-        if n_bytes > limit_bytes {
-            return Err(FileError::unpacks_too_large(&name, limit_bytes));
-        }
+        Budget::of_file(member.compressed_size()).take(name, n_bytes, 1)?;
         let mut array = (&mut member).take(n_bytes);
-        match npy::read(&name, &mut array, n_bytes, source.progress) {
+        match npy::read(name, &mut array, n_bytes, source.progress) {
             Ok(content) if content.is_records => {
                 let what = content.left_out.iter();
                 left_out.extend(what.map(|what| format!("{name}/{what}")));
-                groups.push(Group { name, arrays: content.arrays });
+                groups.push(Group { name: name.to_owned(), arrays: content.arrays });
             }
             Ok(content) => groups[0].arrays.extend(content.arrays),
             Err(FileError::NotNumbers { kind, .. }) => left_out.push(format!("{name} ({kind})")),
@@ -83,14 +79,22 @@ fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
 }
 
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
-    // A fixed date, so that equal entries give equal files.
-    let stored = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
+    let files = entries.iter().map(|own| (format!("{}.npy", own.name()), npy::written(own)));
+    out.write_all(&zipped(CompressionMethod::Stored, files)?)
+}
+
+/// Returns an archive of files, each with its path and content. Equal files give equal archives.
+pub(crate) fn zipped(
+    method: CompressionMethod,
+    files: impl IntoIterator<Item = (String, impl AsRef<[u8]>)>,
+) -> io::Result<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(method)
         .last_modified_time(DateTime::default());
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    for entry in entries {
-        archive.start_file(format!("{}.npy", entry.name()), stored)?;
-        archive.write_all(&npy::written(entry))?;
+    for (path, content) in files {
+        archive.start_file(path, options)?;
+        archive.write_all(content.as_ref())?;
     }
-    out.write_all(archive.finish()?.get_ref())
+    Ok(archive.finish()?.into_inner())
 }

@@ -1,7 +1,7 @@
 //! Numbers as binary files store them, alone or as fields of records.
 
 use super::arrays::Array;
-use super::columns::Since;
+use super::columns::from_origin;
 
 /// Stored value of a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;
@@ -15,6 +15,16 @@ pub(super) enum Number {
 }
 
 impl Number {
+    /// Returns the number of a NumPy kind (`f`, `i`, `u`) with this size (bytes), if there is one.
+    pub const fn of_kind(kind: char, n_bytes: usize) -> Option<Self> {
+        match (kind, n_bytes) {
+            ('f', 2 | 4 | 8) => Some(Self::Float(n_bytes)),
+            ('i', 1 | 2 | 4 | 8) => Some(Self::Int(n_bytes)),
+            ('u', 1 | 2 | 4 | 8) => Some(Self::Uint(n_bytes)),
+            _ => None,
+        }
+    }
+
     pub const fn n_bytes(self) -> usize {
         match self {
             Self::Float(n_bytes) | Self::Int(n_bytes) | Self::Uint(n_bytes) => n_bytes,
@@ -23,7 +33,7 @@ impl Number {
     }
 
     pub fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
-        self.value_since(bytes, is_big_endian, &Since::zero())
+        self.value_since(bytes, is_big_endian, &mut Some(0))
     }
 
     pub fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
@@ -31,8 +41,8 @@ impl Number {
         elements.map(|own| self.value(own, is_big_endian)).collect()
     }
 
-    /// Returns the stored value. Large values are counted from the first value of their column.
-    fn value_since(self, bytes: &[u8], is_big_endian: bool, since: &Since) -> f64 {
+    /// Returns the stored value; a whole number is counted from the origin of its column.
+    fn value_since(self, bytes: &[u8], is_big_endian: bool, origin: &mut Option<i64>) -> f64 {
         let mut eight = [0; 8];
         let own = &mut eight[..bytes.len()];
         own.copy_from_slice(bytes);
@@ -44,11 +54,11 @@ impl Number {
         let signed = (unsigned << shift) as i64 >> shift;
         match self {
             Self::Uint(_) => match i64::try_from(unsigned) {
-                Ok(number) => since.number(number),
-                Err(_) => unsigned as f64 - since.get() as f64,
+                Ok(number) => from_origin(number, origin),
+                Err(_) => unsigned as f64 - origin.unwrap_or(0) as f64,
             },
             Self::Time if signed == NOT_A_TIME => f64::NAN,
-            Self::Int(_) | Self::Time => since.number(signed),
+            Self::Int(_) | Self::Time => from_origin(signed, origin),
             Self::Float(2) => half(unsigned as u16),
             Self::Float(4) => f64::from(f32::from_bits(unsigned as u32)),
             Self::Float(_) => f64::from_bits(unsigned),
@@ -72,38 +82,35 @@ fn half(bits: u16) -> f64 {
 /// Field of the records of an array: one or more numbers of one kind.
 #[derive(Debug)]
 pub(super) struct Field {
-    /// Empty if the elements are not records.
+    /// Name of the field; empty if the elements are not records.
     pub name: String,
     pub number: Number,
     pub unit: &'static str,
     pub is_big_endian: bool,
-    /// Offset in each record (bytes); `n_each` numbers follow.
+    /// Position in each record of the first of `n_each` numbers (bytes).
     pub offset: usize,
     pub n_each: usize,
 }
 
+/// Values of a field, and the origin from which whole numbers are counted.
+pub(super) type FromOrigin = (Vec<f64>, Option<i64>);
+
 impl Field {
     /// Appends the numbers of each record; panics if the field does not lie within it.
-    pub fn append(
-        &self,
-        records: &[u8],
-        record_bytes: usize,
-        (values, since): &mut (Vec<f64>, Since),
-    ) {
+    pub fn append(&self, records: &[u8], record_bytes: usize, (values, origin): &mut FromOrigin) {
         let n_bytes = self.number.n_bytes();
         for record in records.chunks_exact(record_bytes) {
             let own = &record[self.offset..][..self.n_each * n_bytes];
-            let own = own.chunks_exact(n_bytes);
-            values
-                .extend(own.map(|bytes| self.number.value_since(bytes, self.is_big_endian, since)));
+            let value = |own| self.number.value_since(own, self.is_big_endian, origin);
+            values.extend(own.chunks_exact(n_bytes).map(value));
         }
     }
 
-    pub fn array(self, shape: &[usize], (values, since): (Vec<f64>, Since)) -> Array {
+    pub fn array(self, shape: &[usize], (values, origin): FromOrigin) -> Array {
         Array {
             name: self.name,
             unit: self.unit,
-            since: since.get(),
+            since: origin.unwrap_or(0),
             values,
             shape: match self.n_each {
                 1 => shape.to_vec(),

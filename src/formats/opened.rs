@@ -1,12 +1,11 @@
-//! An opened file, text or columns of numbers, which look alike to code that inspects it or reads its rows.
+//! Opened file, which looks the same to its readers whether it holds text or columns of numbers.
 
 use std::fs::File;
 use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 
-use super::columns::FilePart;
-use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
+use super::columns::{Columns, FilePart, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
 use super::json_lines::{self, LineKeys};
@@ -15,11 +14,11 @@ use crate::panicked;
 use crate::progress::Progress;
 use crate::recording::Day;
 
-/// Number of first bytes that hold the signature and the name of an archive's first member.
+/// Number of first bytes that are read to find the format: the signature, and the name of an archive's first member.
 const SIGNATURE_BYTES: u64 = 512;
-/// Number of first rows that are sampled from a file of columns.
+/// Number of first rows of a file of columns that are inspected.
 const HEAD_ROWS: usize = 200;
-/// Number of rows of columns in one part.
+/// Number of rows that are parsed at a time in a file of columns.
 const PART_ROWS: usize = 1 << 14;
 
 #[derive(Debug)]
@@ -44,15 +43,14 @@ pub(crate) enum Part<'a> {
     Rows(&'a Columns, Range<usize>),
 }
 
-/// Returns the formats whose signature matches the first bytes; none for text.
 pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     let starts =
         move |format: &&Format| format.signatures.iter().any(|start| head.starts_with(start));
     super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file. At most `limit_bytes` of a text are read. `parts` names the tables to read if the file holds several; if
-/// empty, one is chosen.
+/// Opens a file. At most `limit_bytes` of a text are read. If the file holds several tables, `parts` names the tables to
+/// read; an empty list means an automatic choice.
 pub(crate) fn open(
     path: &Path,
     block_bytes: usize,
@@ -93,8 +91,11 @@ pub(crate) fn open(
 }
 
 fn files_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let files = entries.filter(|entry| entry.path().is_file());
+    let files = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter(|entry| entry.path().is_file());
     let mut names: Vec<String> = files
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .filter(|name| !name.starts_with('.'))
@@ -114,7 +115,7 @@ impl Opened {
         }
     }
 
-    /// Treats the first lines of a stream as a file, if they are JSON objects.
+    /// Opens the first lines of a stream like a file, if the lines are JSON objects.
     pub fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
         let (columns, keys) = LineKeys::of_first(lines)?;
         Some((Self::of_columns(columns, &json_lines::FORMAT, 0), keys))
@@ -125,13 +126,15 @@ impl Opened {
             Table::Text(text) => text.layout(),
             Table::Columns(columns) => Some(TextLayout {
                 header: columns.is_named,
-                parts: columns.used_parts(),
+                parts: (columns.parts.iter().filter(|part| part.is_used))
+                    .map(|part| part.name.clone())
+                    .collect(),
                 ..TextLayout::default()
             }),
         }
     }
 
-    /// Returns the head of the table under a layout, if found. For columns only the header flag counts.
+    /// Returns the head of the table, if the layout fits the table. For columns of numbers, only the header flag matters.
     pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         let table = match &self.table {
             Table::Text(text) => return text.head(layout),
@@ -149,7 +152,6 @@ impl Opened {
         })
     }
 
-    /// Returns the day of the recording, if the file gives it above its table.
     pub fn day(&self, head: &Head) -> Option<Day> {
         match &self.table {
             Table::Text(text) => text.day(head),
@@ -157,7 +159,7 @@ impl Opened {
         }
     }
 
-    /// Returns true if the detected layout equals this one.
+    /// Returns true if detection finds this same layout.
     pub fn is_cut_by(&self, layout: &TextLayout) -> bool {
         match &self.table {
             Table::Text(text) => text.layout().as_ref() == Some(layout),
@@ -165,7 +167,6 @@ impl Opened {
         }
     }
 
-    /// Returns the cells of the first rows, and of some rows all over the file.
     pub fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let columns = match &self.table {
             Table::Text(text) => return text.sample(layout, head),
@@ -189,8 +190,8 @@ impl Opened {
         sample
     }
 
-    /// Passes the rows below a head to `parse` in parts, several at a time, and the results to `take` in file order, with the
-    /// share of the file that they cover.
+    /// Passes the rows below a head to `parse`, several parts at a time. Passes the results to `take` in file order, with
+    /// the share of the file that they cover.
     pub fn read<R: Send>(
         self,
         head: &Head,
@@ -215,7 +216,7 @@ impl Opened {
         Ok(())
     }
 
-    /// Returns the number of rows, estimated from the length of the first ones.
+    /// Returns the number of rows; for a text, an estimate from the length of the first rows.
     pub fn about_rows(&self, head: &Head) -> u64 {
         match &self.table {
             Table::Text(text) => text.about_rows(head),

@@ -1,11 +1,13 @@
-//! Files with several tables: topics of a recording, sheets of a workbook, groups of an archive, structs.
+//! Chooses among several tables of one file: topics of a recording, sheets of a workbook, groups of an archive, structs.
 //!
-//! Guarantees: a table that the user names is read, or the error lists the existing ones. Otherwise the chosen table and its
-//! alternatives are reported.
+//! Guarantees: a table that the user names is read, or the error lists the existing tables. Without a choice of the user,
+//! the chosen table and its alternatives are reported.
+
+use std::collections::HashSet;
 
 use super::arrays::{self, Array};
-use super::column_name::{ColumnName, Kind};
-use super::columns::{Column, Columns, FilePart};
+use super::column_name::ColumnName;
+use super::columns::{Columns, FilePart};
 use super::error::FileError;
 
 #[derive(Clone, Debug)]
@@ -34,33 +36,29 @@ pub(super) fn check_wanted<'a>(
     }
 }
 
-/// Returns the wanted tables, joined if their column names agree. If none is named, chooses the one with the most kinds of
-/// columns (time, gauges, loads), then with the most rows.
+/// Returns the wanted tables joined to one. Tables whose column names differ are refused. Without a choice of the user,
+/// returns the table with the most kinds of columns (time, gauges, loads), then with the most rows.
 pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
     check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
     if parts.len() <= 1 {
-        let only = parts.into_iter().next();
-        return Ok(only.map_or_else(Columns::default, |part| part.columns));
+        return Ok(parts.into_iter().next().map_or_else(Columns::default, |part| part.columns));
     }
-    let is_used: Vec<bool> = if wanted.is_empty() {
-        let score = |part: &Part| (kinds(&part.columns), part.columns.n_rows());
+    let names = if wanted.is_empty() {
+        let score = |part: &&Part| (n_kinds(&part.columns), part.columns.n_rows());
         // `max_by_key` returns the last of equal elements.
-        let best = (0..parts.len()).rev().max_by_key(|&at| score(&parts[at]));
-        (0..parts.len()).map(|at| Some(at) == best).collect()
+        parts.iter().rev().max_by_key(score).map(|part| part.name.clone()).into_iter().collect()
     } else {
-        parts.iter().map(|part| wanted.contains(&part.name)).collect()
+        wanted.to_vec()
     };
-    let listed = parts.iter().zip(&is_used).map(|(part, &is_used)| FilePart {
+    let is_used = |part: &Part| names.contains(&part.name);
+    let listed = parts.iter().map(|part| FilePart {
         name: part.name.clone(),
         what: format!("{} rows of {} columns", part.columns.n_rows(), part.columns.columns.len()),
-        is_used,
+        is_used: is_used(part),
     });
     let listed: Vec<FilePart> = listed.collect();
-    let used = parts.into_iter().zip(is_used).filter(|(_, is_used)| *is_used);
-    let mut used = used.map(|(part, _)| part);
-    let Some(mut table) = used.next() else {
-        return Ok(Columns::default());
-    };
+    let mut used = parts.into_iter().filter(is_used);
+    let mut table = used.next().expect("all wanted tables exist");
     for next in used {
         let names = |part: &Part| -> Vec<String> {
             part.columns.columns.iter().map(|column| column.name.clone()).collect()
@@ -73,23 +71,26 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
             // Pads a shorter column, so that its next values stay in their own rows.
             column.values.resize(n_rows, f64::NAN);
             let later = (more.since - column.since) as f64;
-            let more = more.values.into_iter().map(|value| value + later);
-            column.values.extend(more);
+            column.values.extend(more.values.into_iter().map(|value| value + later));
         }
         table.columns.left_out.extend(next.columns.left_out);
     }
     Ok(Columns { parts: listed, is_guessed_part: wanted.is_empty(), ..table.columns })
 }
 
-fn kinds(columns: &Columns) -> usize {
-    let kind = |column: &Column| ColumnName::parse(&column.name).kind;
-    let has = |is_it: fn(Kind) -> bool| columns.columns.iter().filter_map(kind).any(is_it);
-    usize::from(has(|kind| kind == Kind::Time))
-        + usize::from(has(|kind| kind == Kind::Gauge))
-        + usize::from(has(|kind| matches!(kind, Kind::Load(_))))
+/// Returns how many of the kinds time, gauge and load the columns have.
+fn n_kinds(columns: &Columns) -> usize {
+    let kinds: HashSet<_> = columns
+        .columns
+        .iter()
+        .filter_map(|column| ColumnName::parse(&column.name).kind)
+        .map(|kind| std::mem::discriminant(&kind))
+        .collect();
+    kinds.len()
 }
 
-/// Returns the table of a file of groups. Groups of equal length with at most one time form one table, otherwise one each.
+/// Returns the table of a file of groups. Groups of equal length with at most one time column together form one table.
+/// Otherwise each group is a table.
 pub(super) fn of_groups(
     mut groups: Vec<Group>,
     separator: char,
@@ -97,23 +98,21 @@ pub(super) fn of_groups(
     wanted: &[String],
 ) -> Result<Columns, FileError> {
     let is_table = |group: &Group| group.arrays.iter().any(|array| array.values.len() > 1);
-    let tables = || groups.iter().filter(|group| is_table(group));
-    let n_tables = tables().count();
-    let mut n_rows = tables().map(|group| arrays::n_rows(&group.arrays));
-    let first = n_rows.next();
-    let are_alike = n_rows.all(|n_rows| Some(n_rows) == first);
-    let has_time = |group: &&Group| group.arrays.iter().any(Array::is_time);
-    let n_times = tables().filter(has_time).count();
+    let tables: Vec<&Group> = groups.iter().filter(|group| is_table(group)).collect();
+    let n_tables = tables.len();
+    let n_rows = |group: &Group| arrays::n_rows(&group.arrays);
+    let are_alike = tables.windows(2).all(|two| n_rows(two[0]) == n_rows(two[1]));
+    let has_time = |group: &&&Group| group.arrays.iter().any(Array::is_time);
+    let n_times = tables.iter().filter(has_time).count();
     if wanted.is_empty() && (n_tables <= 1 || (are_alike && n_times <= 1)) {
         let all = groups.into_iter().flat_map(|group| {
             let name = move |name: &str| match group.name.as_str() {
                 "" => name.to_owned(),
-                // The name of the only group carries no information. Fields of a struct keep theirs.
+                // The name of the only group carries no information, but a struct's name stays in front of its fields.
                 _ if n_tables <= 1 && separator == '/' => name.to_owned(),
                 group => format!("{group}{separator}{name}"),
             };
-            let arrays = group.arrays.into_iter();
-            arrays.map(move |array| Array { name: name(&array.name), ..array })
+            group.arrays.into_iter().map(move |array| Array { name: name(&array.name), ..array })
         });
         return Ok(arrays::columns(all.collect(), left_out));
     }

@@ -1,6 +1,5 @@
-//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names; they
-//! differ in their templates and in how they write numbers. Texts of the user appear in comments only, and cannot end a
-//! comment.
+//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names, but have
+//! their own templates and notations of numbers. Texts of the user appear only in comments, which these texts cannot end.
 
 mod program;
 
@@ -18,9 +17,10 @@ use crate::export::template::environment;
 use crate::export::text::identifier;
 use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
-use crate::shown::printable;
+use crate::shown::{joined, printable};
 
-/// Longest look-back of exported code (s). A longer one would fill the machine's memory; none crosses a leap of the clock.
+/// Maximum look-back of exported code (s), which limits its memory. The value is the step in time that counts as a leap of
+/// the clock, which no look-back crosses.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
 /// Meanings of the status flags, for the comments of every language.
@@ -37,9 +37,9 @@ pub(in crate::export) struct Language {
     pub breaks: (&'static str, &'static str),
     pub number: fn(f64) -> String,
     pub time: fn(f64) -> String,
-    /// Writes a single-precision weight, so that no language rounds it twice.
+    /// Writes a single-precision weight in a form that no language rounds a second time.
     pub weight: fn(f32) -> String,
-    /// Returns true if the language, or the code generated under a name, already uses that name.
+    /// Returns true if the language reserves a name, or the code already uses this name. The arguments are name and code.
     pub is_taken: fn(&str, &str) -> bool,
 }
 
@@ -51,27 +51,20 @@ pub(in crate::export) const CODE: Target = Target {
     },
     check: |outline| {
         let window_secs = outline.features.window_secs();
-        if window_secs > LONGEST_WINDOW_SECS {
-            Err(Box::new(LongWindow { window_secs }))
-        } else {
-            Ok(())
+        if window_secs <= LONGEST_WINDOW_SECS {
+            return Ok(());
         }
+        Err(format!(
+            "the blocks look back {window_secs} s, so exported code would have to store all samples of this time \
+             (at most {LONGEST_WINDOW_SECS} s); fit with a smaller t_th or lag, or use .json"
+        )
+        .into())
     },
     ..Target::PLAIN
 };
 
-/// A look-back that fills the memory of the machine.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "the blocks look back {window_secs} s, so exported code would have to store all samples of this time (at most \
-     {LONGEST_WINDOW_SECS} s); fit with a smaller t_th or lag, or use .json"
-)]
-struct LongWindow {
-    window_secs: f64,
-}
-
 impl Language {
-    /// A language with this program's notation of numbers, and without reserved names.
+    /// Language with this program's notation of numbers, and without reserved names.
     pub const PLAIN: Self = Self {
         template: "",
         comment: |text| printable(text).into_owned(),
@@ -120,9 +113,8 @@ impl Language {
 
     fn rows(self, rows: &[Vec<f64>]) -> String {
         let ((open, close), (_, between)) = (self.brackets, self.breaks);
-        let rows = rows.iter().map(|row| self.numbers(row));
-        let rows: Vec<String> = rows.collect();
-        format!("{open}\n    {}\n{close}", rows.join(between))
+        let rows = joined(between, rows.iter().map(|row| self.numbers(row)));
+        format!("{open}\n    {rows}\n{close}")
     }
 
     fn fill(self, values: Value) -> Result<String, minijinja::Error> {
@@ -149,7 +141,7 @@ impl Language {
     }
 }
 
-/// Fills the text of a block, which uses the names of the program and the number of the block's values.
+/// Fills the template of a block's source with the names of the program and the number of the block's values.
 fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, minijinja::Error> {
     let names = context! {
         prefix => state.lookup("prefix"),
@@ -165,7 +157,7 @@ fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Returns the filled template of a language. The template reads the fields of [`Program`] and counts of them.
+/// Returns the filled template of a language. The template reads the fields of [`Program`], and the counts added here.
 fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     let program = Program::new(export.calibration);
     let mut search_cost = String::new();
@@ -176,18 +168,16 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
             program.ring_samples() / 16
         );
     }
-    let learned = program.learned.as_ref().map(|learned| &learned.regression);
-    let facts: Vec<String> = export.lines(str::to_owned).collect();
     let counted = context! {
         PREFIX => prefix.to_ascii_uppercase(),
         prefix,
-        facts,
+        facts => export.lines(str::to_owned).collect::<Vec<_>>(),
         n_gauges => program.centre.len(),
         n_auxiliary => program.auxiliary.len(),
         n_axes => program.conventional.base.len(),
         ring => program.keeps_samples(),
         uses_dt => (program.blocks.iter()).any(|block| block.source.rust.update.contains("dt")),
-        window_ms => window_ms(&program),
+        window_ms => (program.window_secs * 1000.0).ceil() as u64,
         ring_samples => program.ring_samples(),
         wraps_secs => WRAPS_SECS,
         leap_secs => LEAP_SECS,
@@ -198,7 +188,10 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
         bytes_double => state_bytes(&program, 8),
         bytes_float => state_bytes(&program, 4),
     };
-    let learned = learned.map_or_else(|| context! { network => (), kernel => () }, of_learned);
+    let learned = program.learned.as_ref().map_or_else(
+        || context! { network => (), kernel => () },
+        |learned| of_learned(&learned.regression),
+    );
     language
         .fill(merge_maps([Serde(&program).into(), counted, learned]))
         .expect("the templates are this program's own")
@@ -239,11 +232,7 @@ pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }
 
-fn window_ms(program: &Program) -> u64 {
-    (program.window_secs * 1000.0).ceil() as u64
-}
-
-/// Returns the memory of a calibration on a robot in single precision, constants and state (bytes), at its recordings' rate.
+/// Returns the memory of a calibration on a robot (bytes), constants and state in single precision, at the recordings' rate.
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)
@@ -259,7 +248,7 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// Returns true if the memory is too large for many small controllers.
+    /// Returns true if many small controllers have less memory.
     pub fn is_large(self) -> bool {
         self.memory > 65_536
     }
@@ -279,7 +268,7 @@ impl fmt::Display for Footprint {
         let kilobytes = |bytes: usize| format!("{:.1} kB", bytes as f64 / 1000.0);
         write!(
             f,
-            "as C in float on a Cortex-M4F: {} of memory for each sensor, about {} of program",
+            "as C code in float on a Cortex-M4F: {} of memory per sensor, about {} of program",
             kilobytes(self.memory),
             kilobytes(self.program)
         )
@@ -288,11 +277,13 @@ impl fmt::Display for Footprint {
 
 fn n_constants(program: &Program) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
-    let constants = program.blocks.iter().flat_map(|block| &block.source.constants);
-    let of_blocks = constants.map(|constant| match &constant.numbers {
-        Numbers::List(numbers) => numbers.len(),
-        Numbers::Rows(rows) => rows.iter().map(Vec::len).sum(),
-    });
+    let of_blocks =
+        program.blocks.iter().flat_map(|block| &block.source.constants).map(|constant| {
+            match &constant.numbers {
+                Numbers::List(numbers) => numbers.len(),
+                Numbers::Rows(rows) => rows.iter().map(Vec::len).sum(),
+            }
+        });
     let mut n = 2 * n_gauges + n_axes * (n_gauges + 2) + 2 + of_blocks.sum::<usize>();
     if program.keeps_samples() {
         n += 2;
@@ -327,7 +318,7 @@ fn code_bytes(program: &Program) -> usize {
 /// Returns the size of a state in C with numbers of `real` bytes, as declared by the template.
 fn state_bytes(program: &Program, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
-    let clock = real; // as wide as a number in both types
+    let clock = real; // as wide as a number, in single and in double precision
     let memory = program.blocks.iter().flat_map(|block| &block.source.memory);
     let of_blocks = memory.map(|memory| {
         let bytes = match memory.precision {

@@ -1,4 +1,4 @@
-//! A calibration in the form that exported code runs: its constants, folded so that few steps are left.
+//! Calibration in the form that exported code runs. Constants are combined beforehand, so that an update needs few steps.
 //!
 //! Guarantees: the program gives the loads of the calibration, except for rounding. Gauges are taken relative to a centre near
 //! their mean that is exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no
@@ -14,16 +14,16 @@ use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 /// Shortest step between stored samples (s), for old files that ask to store every sample.
 const SHORTEST_STEP_SECS: f64 = 1e-5;
 
-/// The steps of one update with their constants. A *row* is: gauges minus centre; for each history a set of past gauges minus
-/// the present gauges; monomials. The load is `linear` of the row plus `learned`.
+/// The steps of one update with their constants. A *row* consists of gauges minus centre, then past gauges minus present
+/// gauges for each history, then monomials. The load is `linear` of the row plus `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
-    /// Conventional map on gauges minus centre.
+    /// Conventional calibration for gauges minus centre.
     pub conventional: Affine,
     /// F_th squared and t_th (s) of each look-back.
     pub look_backs: Vec<(f64, f64)>,
-    /// Axes of the distance of the look-back, each with the factor of its load.
+    /// Axes that count in the distance of the look-back, each with the factor of its load.
     pub measured: Vec<(usize, f64)>,
     /// Time for which samples are stored (s); zero if no block needs them.
     pub window_secs: f64,
@@ -33,10 +33,10 @@ pub(in crate::export) struct Program {
     pub gap_secs: f64,
     /// Load per axis beyond which the sensor was not tested.
     pub limits: Vec<f64>,
-    /// Lower limit of each gauge; empty if no limit is known.
+    /// Reading at which each gauge is clipped from below; empty if unknown.
     pub gauge_low: Vec<f64>,
     pub gauge_high: Vec<f64>,
-    /// True if the limits apply to tared gauges.
+    /// True if the clipping limits apply to tared gauges.
     pub limits_tared: bool,
     /// Tared gauges of the unloaded sensor.
     pub unloaded: Vec<f64>,
@@ -82,8 +82,7 @@ impl Program {
             .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
             .collect();
         let rows = Rows { scale, standardise: &standardise, channels: &features.auxiliary };
-        let used = features.blocks.used();
-        let used = used.filter(|(block, _)| {
+        let used = features.blocks.used().filter(|(block, _)| {
             !matches!(block.appends(), Appends::Auxiliary) || features.uses_auxiliary()
         });
         let blocks = used.map(|(block, values)| RunBlock {
@@ -93,7 +92,7 @@ impl Program {
         let blocks: Vec<_> = blocks.collect();
         let mut measured = measured(&calibration.distance_weights());
         if measured.is_empty() {
-            measured.push((0, 0.0)); // nothing ever differs, and no array is empty
+            measured.push((0, 0.0)); // distance zero everywhere, in an array that is not empty
         }
         let [gauge_low, gauge_high] = calibration.clipped_at().unwrap_or_default();
         let mut program = Self {
@@ -128,7 +127,7 @@ impl Program {
     }
 
     /// Returns the number of samples that the ring buffer holds, in whole boxes: the samples of the window, one older sample,
-    /// the newest, and a box that is being overwritten (16 samples in C and Rust, 64 in MATLAB).
+    /// the newest sample, and a box that is being overwritten (16 samples in C and Rust, 64 in MATLAB).
     pub fn ring_samples(&self) -> usize {
         let in_window = (self.window_secs / self.history_step_secs).floor() as usize;
         (in_window + 3 + 64).next_multiple_of(256)
@@ -172,9 +171,11 @@ impl Program {
 
 /// Returns the limit of each axis; for an axis without a known limit, a value that no load reaches.
 fn limits(calibration: &Calibration) -> Vec<f64> {
-    let known = |axis| calibration.limits.get(axis).copied();
-    let axes = 0..calibration.axes.len();
-    axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NEVER_REACHED)).collect()
+    let limit = |axis| match calibration.limits.get(axis) {
+        Some(limit) if *limit > 0.0 => *limit,
+        _ => NEVER_REACHED,
+    };
+    (0..calibration.axes.len()).map(limit).collect()
 }
 
 fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
@@ -185,7 +186,7 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
         for (column, slope) in map.columns.iter().zip(raw) {
             match column {
                 Column::Offset => offset = *slope,
-                // Past gauges are relative to the present gauge, whose coefficient compensates for that.
+                // A row holds past minus present gauges, so the slope of a past gauge also counts for the present gauge.
                 Column::Past { gauge, .. } => {
                     row[*gauge] += slope;
                     row.push(*slope);

@@ -9,6 +9,7 @@ use crate::export::target::{Export, Target};
 use crate::export::template::filled;
 use crate::export::text::{for_block_comment, identifier};
 use crate::recording::Axis;
+use crate::shown::joined;
 
 pub(super) static C_ARRAY: Target = Target {
     name: "Matrix for drivers (C array)",
@@ -19,10 +20,8 @@ pub(super) static C_ARRAY: Target = Target {
 };
 
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-    let rows = matrix::rows(export.calibration).map(|row| {
-        let values: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
-        values.join(", ")
-    });
+    let rows = matrix::rows(export.calibration)
+        .map(|row| joined(", ", row.iter().map(|value| format!("{value:?}"))));
     let values = context! {
         facts => matrix::facts(export, "per axis", for_block_comment),
         axes => Axis::symbols(&export.calibration.axes),

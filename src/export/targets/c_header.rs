@@ -1,4 +1,4 @@
-//! A single C99 file that needs no heap.
+//! Calibration as a single C99 file that needs no heap.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

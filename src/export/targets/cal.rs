@@ -22,6 +22,7 @@ use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::recording::{Axis, Identity, Item};
+use crate::shown::joined;
 
 pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",
@@ -37,7 +38,7 @@ pub(super) static CAL: Target = Target {
     ..MATRIX
 };
 
-/// Maximum number of gauges of ATI's library.
+/// Maximum number of gauges that ATI's library reads from a `.cal` file.
 const MOST_GAUGES: usize = 8;
 
 #[derive(Debug, thiserror::Error)]
@@ -47,7 +48,7 @@ enum CalError {
     #[error("there is no element {element}; this is not an ATI-style calibration of version 1.1")]
     Missing { element: &'static str },
     #[error("element {element} has no attribute {attribute} (names are case-sensitive)")]
-    Attribute { element: String, attribute: String },
+    Attribute { element: &'static str, attribute: &'static str },
     #[error("element {element} occurs twice")]
     Twice { element: String },
     #[error("{place}: {text:?} is not a usable number")]
@@ -58,22 +59,21 @@ enum CalError {
     Unit { attribute: &'static str, unit: String, known: &'static str },
 }
 
-/// Returns the symbol of an axis in `.cal` files: moments are T.
+/// Returns the symbol of an axis in `.cal` files, where moments are called T.
 fn spelled(axis: Axis) -> String {
     axis.symbol().replace('M', "T")
 }
 
-/// Writes the conventional matrix, and again as `Axis` rows with a scale of 1, because some programs read only these rows.
+/// Writes the conventional matrix as `UserAxis` rows, and again as `Axis` rows with scale 1 for programs that read only
+/// `Axis`.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();
     let entered = |item| calibration.identity.get(item).trim();
     let date = in_order(entered(Item::Date), ["%Y-%m-%d", "%-m/%-d/%Y"]);
     let rows = matrix::rows(calibration).zip(&calibration.full_scale);
-    let axes = calibration.axes.iter().zip(rows);
-    let axes = axes.map(|(axis, (row, full_scale))| {
-        let values: Vec<String> = row.iter().map(f64::to_string).collect();
-        (spelled(*axis), values.join(" "), full_scale.to_string())
+    let axes = calibration.axes.iter().zip(rows).map(|(axis, (row, full_scale))| {
+        (spelled(*axis), joined(" ", row), full_scale.to_string())
     });
     let values = context! {
         facts => facts.map(Value::from_safe_string).collect::<Vec<_>>(),
@@ -158,7 +158,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
         let place = format!("values of {}", spelled(axis));
         let values: Vec<f64> = attribute(row, "UserAxis", "values")?
             .split_whitespace()
-            .map(|text| Ok(parsed(text, &place)? * factor))
+            .map(|text| Ok(parsed(text, &place, f64::MIN)? * factor))
             .collect::<Result<_, CalError>>()?;
         if values.len() as f64 != n_gauges || values.is_empty() {
             return Err(CalError::Values {
@@ -217,14 +217,14 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
     }
 }
 
-/// Returns the SI value of one unit. `.cal` files use only the `known` units.
+/// Returns the SI value of one unit of force or moment, which an attribute names. The unit must be one of `known`.
 fn unit(
     about: &Attributes,
     attribute_name: &'static str,
     in_si: fn(&str) -> Option<f64>,
     known: &'static str,
 ) -> Result<f64, CalError> {
-    let named = attribute(about, "Calibration", attribute_name)?.trim();
+    let named = attribute(about, "Calibration", attribute_name)?;
     let found = known.split(", ").find(|unit| *unit == named);
     found.and_then(in_si).ok_or_else(|| CalError::Unit {
         attribute: attribute_name,
@@ -257,25 +257,23 @@ fn attributes(element: &BytesStart) -> Result<Attributes, CalError> {
         .collect()
 }
 
-fn attribute<'a>(of: &'a Attributes, element: &str, name: &str) -> Result<&'a str, CalError> {
-    of.get(name).map(String::as_str).ok_or_else(|| CalError::Attribute {
-        element: element.to_owned(),
-        attribute: name.to_owned(),
-    })
+fn attribute<'a>(
+    of: &'a Attributes,
+    element: &'static str,
+    attribute: &'static str,
+) -> Result<&'a str, CalError> {
+    let text = of.get(attribute).ok_or(CalError::Attribute { element, attribute })?;
+    Ok(text.trim())
 }
 
-fn number(of: &Attributes, element: &str, name: &str) -> Result<f64, CalError> {
-    let value = parsed(attribute(of, element, name)?.trim(), name)?;
-    if value >= 0.0 {
-        Ok(value)
-    } else {
-        Err(CalError::Number { place: name.to_owned(), text: value.to_string() })
-    }
+/// Returns a number that is not negative.
+fn number(of: &Attributes, element: &'static str, name: &'static str) -> Result<f64, CalError> {
+    parsed(attribute(of, element, name)?, name, 0.0)
 }
 
-fn parsed(text: &str, place: &str) -> Result<f64, CalError> {
+fn parsed(text: &str, place: &str, min: f64) -> Result<f64, CalError> {
     let value: Option<f64> = text.parse().ok();
     value
-        .filter(|value| value.is_finite())
+        .filter(|value| value.is_finite() && *value >= min)
         .ok_or_else(|| CalError::Number { place: place.to_owned(), text: text.to_owned() })
 }

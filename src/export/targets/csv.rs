@@ -13,8 +13,7 @@ pub(super) static CSV: Target = Target {
     holds: "matrices",
     leaves_out: |calibration| match calibration.learned {
         Some(_) => {
-            "the network or kernel, without which the compensated load is not whole; choices of the blocks but in words, \
-             scales"
+            "the network or kernel, so the compensated load is incomplete; settings of the blocks except in words, scales"
         }
         None => "settings of the blocks except in words, scales",
     },
@@ -31,23 +30,22 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let mut csv = CsvWriter::new(out);
     let columns = calibration.columns();
     let features = Column::names(&columns, &calibration.gauges);
-    let head = ["calibration", "blocks", "axis", "unit"].map(str::to_owned);
-    csv.row(head.iter().chain(&features))?;
+    csv.row(["calibration", "blocks", "axis", "unit"].map(str::to_owned).iter().chain(&features))?;
     let blocks = calibration.describe();
     let compensated = calibration.compensated.as_ref();
     let maps = std::iter::once(("conventional", "", &calibration.conventional))
         .chain(compensated.map(|map| ("compensated", &*blocks, map)));
     for (name, blocks, map) in maps {
-        // Readers of the table must see that it does not come from a real sensor.
+        // Readers of the table must see that the calibration is not of a real sensor.
         let name = if calibration.simulated {
             format!("{name} (simulated sensor)")
         } else {
             name.to_owned()
         };
-        let axes = calibration.axes.iter().zip(&calibration.units);
-        for ((axis, unit), row) in axes.zip(&map.matrix) {
+        for ((axis, unit), row) in calibration.axes.iter().zip(&calibration.units).zip(&map.matrix)
+        {
             let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
-            // The columns of a map are some of all columns, in the same order.
+            // A map has some of all columns, in the same order.
             let mut own = map.columns.iter().zip(row).peekable();
             let numbers = columns.iter().map(|column| {
                 let number = own.next_if(|(own, _)| *own == column);

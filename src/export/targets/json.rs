@@ -14,14 +14,13 @@ pub(super) static JSON: Target = Target {
     reader: Some(|content| {
         let calibration = Calibration::from_json(content)?;
         let unknown = calibration.unknown_keys(content)?;
-        let mut notes = Vec::new();
-        if !unknown.is_empty() {
-            let keys = unknown.join(", ");
-            notes.push(format!(
-                "unknown keys, which were ignored: {keys}; see the guide's page on the calibration file"
-            ));
-        }
-        Ok((calibration, notes))
+        let note = (!unknown.is_empty()).then(|| {
+            format!(
+                "unknown keys, which were ignored: {}; see the guide's page on the calibration file",
+                unknown.join(", ")
+            )
+        });
+        Ok((calibration, note.into_iter().collect()))
     }),
     ..Target::PLAIN
 };

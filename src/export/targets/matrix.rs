@@ -3,6 +3,7 @@
 use crate::calibration::Calibration;
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::recording::Axis;
+use crate::shown::joined;
 
 pub(super) const MATRIX: Target = Target {
     leaves_out: |_| "all history (compensated load), the offset (take the unloaded gauges as bias), gauge names",
@@ -27,25 +28,21 @@ fn caution(calibration: &Calibration) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// Returns the coefficients of each axis on the gauges, without the offset.
+/// Returns the coefficients of the gauges for each axis, without the offset.
 pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
     let n_gauges = calibration.gauges.len();
-    let rows = calibration.conventional.matrix.iter();
-    rows.map(move |row| &row[..n_gauges])
+    calibration.conventional.matrix.iter().map(move |row| &row[..n_gauges])
 }
 
-/// Returns the facts for a `comment` of the file; `how` is the unit or order of the omitted offsets.
+/// Returns the facts as lines escaped by `comment`, and a line with the omitted offsets; `how` is their unit or order.
 pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
-    let offsets = export.calibration.conventional.matrix.iter();
-    let offsets = offsets.filter_map(|row| Some(row.last()?.to_string()));
-    let offsets = export.calibration.offset.then(|| {
-        let offsets = offsets.collect::<Vec<_>>().join(" ");
-        format!("offset left out, {how}: {}", comment(&offsets))
-    });
+    let offsets = export.calibration.conventional.matrix.iter().filter_map(|row| row.last());
+    let offsets = (export.calibration.offset)
+        .then(|| format!("offset left out, {how}: {}", comment(&joined(" ", offsets))));
     export.lines(comment).chain(offsets).collect()
 }
 
-/// Checks that there are all six axes and from `least` to `most` gauges.
+/// Checks that a calibration has all six axes, and from `least` to `most` gauges.
 pub(super) fn check(
     file: &'static str,
     (least, most): (usize, usize),
@@ -56,23 +53,11 @@ pub(super) fn check(
     }
     let room =
         if least == most { format!("{most} gauges") } else { format!("up to {most} gauges") };
-    Err(Box::new(NoRoom {
-        file,
-        room,
-        gauges: outline.n_gauges,
-        axes: Axis::symbols(outline.axes),
-    }))
-}
-
-/// A calibration that does not fit into the file.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "{file} holds {room} and the axes Fx Fy Fz Mx My Mz, and this calibration has {gauges} gauges and the axes {}; use \
-     .yaml, .h, .inc or .json", .axes.join(" ")
-)]
-struct NoRoom {
-    file: &'static str,
-    room: String,
-    gauges: usize,
-    axes: Vec<&'static str>,
+    Err(format!(
+        "{file} holds {room} and the axes Fx Fy Fz Mx My Mz, and this calibration has {} gauges and the axes {}; use \
+         .yaml, .h, .inc or .json",
+        outline.n_gauges,
+        Axis::symbols(outline.axes).join(" ")
+    )
+    .into())
 }

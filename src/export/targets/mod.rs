@@ -19,6 +19,7 @@ use std::path::{Path, is_separator};
 pub use self::cal::name_gauges;
 pub(super) use self::package::files;
 use super::target::Target;
+use crate::shown::joined;
 
 /// All formats, the complete one first.
 pub static TARGETS: &[&Target] = &[
@@ -36,14 +37,13 @@ pub static TARGETS: &[&Target] = &[
     &matlab::MATLAB,
 ];
 
-/// Returns the format of a file's ending, or that of folders for a path that names a folder.
+/// Returns the format for a file by its ending, and for a path that names a folder, the format of libraries.
 pub fn target_for(path: &Path) -> Option<&'static Target> {
     if asks_for_folder(path) {
         return Some(&package::PACKAGE);
     }
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-    let mut targets = TARGETS.iter().copied();
-    targets.find(|target| target.endings.contains(&&*ending))
+    TARGETS.iter().copied().find(|target| target.endings.contains(&&*ending))
 }
 
 pub(super) fn asks_for_folder(path: &Path) -> bool {
@@ -51,23 +51,20 @@ pub(super) fn asks_for_folder(path: &Path) -> bool {
     last.is_some_and(|last| is_separator(char::from(*last)))
 }
 
-/// Returns true if the format of this file names the gauges; otherwise gauges are known by their order.
+/// Returns true if the format of this file names the gauges. Otherwise gauges are known by their order.
 pub fn names_gauges(path: &Path) -> bool {
     target_for(path).is_none_or(|target| target.names_gauges)
 }
 
 /// Returns the usual endings of all formats with their dots, for messages.
 pub fn target_endings() -> String {
-    let endings = TARGETS.iter();
-    let endings = endings.map(|target| format!(".{}", target.endings[0]));
-    endings.collect::<Vec<_>>().join(" ")
+    joined(" ", TARGETS.iter().map(|target| format!(".{}", target.endings[0])))
 }
 
 /// Returns a list of all formats with their contents, for help texts.
 pub fn listed_targets() -> String {
-    let listed =
-        TARGETS.iter().map(|target| format!(".{} {}", target.endings.join(" ."), target.name));
-    listed.collect::<Vec<_>>().join(", ")
+    let listed = |target: &&Target| format!(".{} {}", target.endings.join(" ."), target.name);
+    joined(", ", TARGETS.iter().map(listed))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use crate::export::arrays::arrays;
 use crate::export::target::Target;
 use crate::formats::npz;
 
-/// `.npz`; vectors have one dimension.
+/// NumPy archive (`.npz`), in which vectors have one dimension.
 pub(super) const NUMPY: Target = Target {
     name: "NumPy arrays",
     endings: &["npz"],

@@ -1,4 +1,4 @@
-//! A single Python file that needs only NumPy.
+//! Calibration as a single Python file that needs only NumPy.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

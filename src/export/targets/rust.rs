@@ -1,4 +1,4 @@
-//! A single Rust file that needs only the standard library.
+//! Calibration as a single Rust file that needs only the standard library.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

@@ -1,8 +1,8 @@
 //! Calibrations as parameters of ROS 2 for `ros2 param load` and `--params-file`.
 //!
 //! Guarantees, as ROS 2 requires: parameters of all nodes (`/**`), each a flag, a number, a text or a list of these; no list
-//! is empty or nested; a real number always has a point. A matrix is one row-major list, beside the numbers of its rows and
-//! columns. Empty parts are omitted: a block without parameters is not used.
+//! is empty or nested; a real number always has a point. A matrix is one row-major list, beside its numbers of rows and
+//! columns. Empty parts are omitted, so a block without parameters in the file is not used.
 
 use std::io;
 
@@ -64,7 +64,7 @@ fn entries(field: &Field) -> Vec<(&'static str, String)> {
             vec![(field.name, format!("[{}]", texts.join(", ")))]
         }
     };
-    let numbers = |values: &[f64]| listed(values.iter().map(|value| number(*value)).collect());
+    let numbers = |values: &[f64]| listed(values.iter().copied().map(number).collect());
     match &field.value {
         Value::Flag(flag) => vec![(field.name, flag.to_string())],
         Value::Flags(flags) => listed(flags.iter().map(bool::to_string).collect()),
@@ -73,14 +73,6 @@ fn entries(field: &Field) -> Vec<(&'static str, String)> {
         Value::Text(text) => vec![(field.name, for_yaml(text))],
         Value::Texts(texts) => listed(texts.iter().map(|text| for_yaml(text)).collect()),
         Value::Numbers(values) => numbers(values),
-        Value::Table(columns) => {
-            let columns = columns.iter().filter(|(_, values)| !values.is_empty());
-            let lists = columns.map(|(name, values)| {
-                let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
-                (*name, format!("[{}]", values.join(", ")))
-            });
-            lists.collect()
-        }
         Value::Matrix(rows) => {
             let columns = rows.first().map_or(0, Vec::len);
             let shape = [("n_rows", rows.len().to_string()), ("n_columns", columns.to_string())];

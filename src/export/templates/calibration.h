@@ -1,12 +1,13 @@
 {% set kinds = {"real": prefix ~ "_real", "clock": prefix ~ "_clock", "index": "int32_t"} %}
 /*
- * A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
+ * Calibration of a force/torque sensor. Computes the load from the gauges, one sample at a time.
  *
 {% for fact in facts %}
  * {{ fact|comment }}
 {% endfor %}
  *
- * Use: one state for each sensor, static since it may be large. In C++ there is a class, {{ prefix }}_estimator, at the end.
+ * Use: keep one state per sensor, in static memory because it may be large. For C++, there is the class {{ prefix }}_estimator
+ * at the end of this file.
  *
  *     static {{ prefix }}_state state;
  *     {{ prefix }}_init(&state);
@@ -15,18 +16,19 @@
  *         if ({{ PREFIX }}_IS_REJECTED(status)) there is no load
  *
 {% if auxiliary %}
- * Auxiliary channels, in this order and unit. A value outside its range by more than a tenth of the range sets BEYOND:
+ * Auxiliary channels, in this order and unit. A value that leaves its range by more than a tenth of the range sets the
+ * flag BEYOND:
 {% for channel in auxiliary %}
  *     {{ channel|comment }}
 {% endfor %}
  *
 {% endif %}
- * Gauges are in the order above and in the unit of the training recordings, loads in the order and units above. The first
- * sample after init starts without history. The time is passed in one of three forms:
+ * Gauges have the order above and the unit of the training recordings; loads have the order and units above. The history is
+ * empty at the first sample after init. The time is passed in one of three forms:
  *     {{ prefix }}_update        seconds on any clock, a double;
  *     {{ prefix }}_update_ticks  a 32-bit counter that may wrap, with LOOPSCOPE_TICKS_PER_SECOND (1000000) ticks in a second;
  *     {{ prefix }}_update_step   seconds since the last call, even if that sample was rejected.
- * Use the same form for all samples. With float numbers the last two need no double arithmetic. A pause that is
+ * Use the same form for all samples. With float numbers, update_ticks and update_step need no double arithmetic. A pause that is
  * longer than the range of the internal clock is a gap. Whole turns of a counter cannot be detected: after a pause that may be longer than
  * 2^32 ticks, call {{ prefix }}_init, or {{ prefix }}_tare.
  *
@@ -49,7 +51,7 @@
  * Memory of the state: about {{ bytes_double }} bytes in double, {{ bytes_float }} in float.
  * Cost of an update: {{ products }} multiplications{{ search_cost }}, for every sample; no heap, no recursion.
 {% if look_backs %}
- * In float, a load that differs by almost exactly F_th may find another past sample than in double.
+ * If a load differs from a past load by almost exactly F_th, float and double code may find different past samples.
 {% endif %}
  */
 #ifndef {{ PREFIX }}_H
@@ -115,7 +117,7 @@ typedef LOOPSCOPE_REAL {{ prefix }}_real;
 
 /* The coefficients. */
 typedef struct {
-    {{ prefix }}_real centre[{{ n_gauges }}];                        /* subtracted from the gauges */
+    {{ prefix }}_real centre[{{ n_gauges }}];                        /* is subtracted from the gauges */
     {{ prefix }}_real conventional[{{ n_axes }}][{{ n_gauges }}];
     {{ prefix }}_real conventional_base[{{ n_axes }}];
     {{ prefix }}_real unloaded[{{ n_gauges }}];                      /* tared gauges of the unloaded sensor */
@@ -177,14 +179,14 @@ enum {
 
 /* State between samples. */
 typedef struct {
-    double time;                                   /* of the last accepted sample (s) */
-    double wrapped;                                /* added to the time of a counter that wrapped (s) */
-    uint32_t ticks;                                /* or in ticks, */
-    {{ prefix }}_clock clock;                      /* time of the history on the internal clock */
+    double time;                                   /* time of the last accepted sample (s) */
+    double wrapped;                                /* time to be added because a counter has wrapped (s) */
+    uint32_t ticks;                                /* time of the last accepted sample (ticks) */
+    {{ prefix }}_clock clock;                      /* the same time on the internal clock of the history */
     int started;
     int undetermined;                              /* 1 while the state of a block is undetermined */
     int strays;                                    /* number of successive samples with an implausible time */
-    {{ prefix }}_real skipped;                     /* seconds of rejected samples since the last accepted one; below zero: unknown */
+    {{ prefix }}_real skipped;                     /* seconds of rejected samples since the last accepted sample; negative if unknown */
     {{ prefix }}_real load[{{ n_axes }}];
     {{ prefix }}_real conventional[{{ n_axes }}];
     {{ prefix }}_real load_zero[{{ n_axes }}];
@@ -195,8 +197,8 @@ typedef struct {
     int is_filling;                                /* 1 while the history is shorter than the window */
     {{ prefix }}_clock last_kept;
     int newest_stays;
-    int32_t newest;                                /* index of the newest sample; number of stored samples */
-    int32_t kept;
+    int32_t newest;                                /* index of the newest sample */
+    int32_t kept;                                  /* number of stored samples */
     {{ prefix }}_clock times[{{ PREFIX }}_RING];
     {{ prefix }}_real gauges[{{ PREFIX }}_RING][{{ n_gauges }}];
 {% endif %}
@@ -306,7 +308,7 @@ static inline void {{ prefix }}_forget({{ prefix }}_state *s)
     s->skipped = 0;
 }
 
-/* Clears history, tare and zero. */
+/* Clears the history, the tare and the zero load. */
 static inline void {{ prefix }}_init({{ prefix }}_state *s)
 {
     memset(s, 0, sizeof *s);
@@ -327,7 +329,7 @@ static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefi
     {{ prefix }}_forget(s);
 }
 
-/* From now on, subtracts the load of the last sample that was not rejected. This includes the noise of that
+/* From now on, subtracts the load of the last sample that was not rejected, including the noise of that
  * sample. To tare gauges, use {{ prefix }}_tare. The history is kept. */
 static inline void {{ prefix }}_zero_last_load({{ prefix }}_state *s)
 {
@@ -369,7 +371,7 @@ static inline {{ prefix }}_status {{ prefix }}_stray({{ prefix }}_state *s)
     return s->strays < {{ strays }} ? {{ PREFIX }}_REJECTED_TIME : {{ PREFIX }}_RESTARTED;
 }
 
-/* Returns the status of a sample by the seconds since the last one. A time beyond the range of the clock is a gap. */
+/* Returns the status of a sample by the seconds since the last sample. A time beyond the range of the clock is a gap. */
 static inline {{ prefix }}_status {{ prefix }}_after(const {{ prefix }}_calibration *c, {{ prefix }}_real secs)
 {
     int is_gap = secs > c->gap_secs;
@@ -391,7 +393,7 @@ static inline void {{ prefix }}_widen({{ prefix }}_real *box, const {{ prefix }}
     }
 }
 
-/* Squared distance to the farthest corner, an upper bound for all samples of the box. */
+/* Returns the squared distance to the farthest corner of a box, an upper bound for all samples of the box. */
 static inline {{ prefix }}_real {{ prefix }}_farthest(const {{ prefix }}_real *box, const {{ prefix }}_real *point)
 {
     {{ prefix }}_real sum = 0;
@@ -404,7 +406,7 @@ static inline {{ prefix }}_real {{ prefix }}_farthest(const {{ prefix }}_real *b
     return sum;
 }
 
-/* Last of 16 samples that differs by F_th; -1 if none does. Has no branch, so that the compiler can vectorise it. */
+/* Returns the last of 16 samples that differs by F_th, or -1. The loop has no branch, so that the compiler can vectorise it. */
 static inline int32_t {{ prefix }}_last_far(const {{ prefix }}_state *s, int32_t start, const {{ prefix }}_real *point, {{ prefix }}_real f_th_squared)
 {
     {{ prefix }}_real squares[16] = {0};
@@ -422,7 +424,8 @@ static inline int32_t {{ prefix }}_last_far(const {{ prefix }}_state *s, int32_t
     return -1;
 }
 
-/* Look-back: from the newest sample backwards, the first that differs by F_th and is no older than t_th; else the newest. */
+/* Look-back: returns, from the newest sample backwards, the first sample that differs by F_th and is no older than t_th, or else
+ * the newest sample. */
 static inline int32_t {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }}_real f_th_squared, {{ prefix }}_clock t_th)
 {
     {{ prefix }}_real point[{{ measured|length }}];
@@ -464,13 +467,14 @@ static inline int32_t {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }
 {% endif %}
 {% if ring %}
 
-/* Index of the sample that came this number of samples before the newest. */
+/* Returns the index of the sample that is `back` samples older than the newest. */
 static inline int32_t {{ prefix }}_slot(const {{ prefix }}_state *s, int32_t back)
 {
     return s->newest >= back ? s->newest - back : s->newest - back + {{ PREFIX }}_RING;
 }
 
-/* Stores the sample, replacing the previous one if that came too soon. The oldest box is overwritten when full. */
+/* Stores the sample, in place of the previous sample if that one came too soon. In a full ring, the oldest box is
+ * overwritten. */
 static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, const {{ prefix }}_real *centred)
 {
     int i;
@@ -496,7 +500,7 @@ static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefi
             point[i] = s->conventional[c->measured_axis[i]] * c->measured_weight[i];
             s->points[i][s->newest] = point[i];
         }
-        /* A sample that will be replaced is the newest until then: no search needs it in a box. */
+        /* A sample that will be replaced is the newest until then, so no search needs it in a box. */
         if (s->newest_stays || s->newest % 16 == 0) {
             {{ prefix }}_widen(s->small_boxes[s->newest / 16], point, s->newest % 16 == 0);
             {{ prefix }}_widen(s->large_boxes[s->newest / 256], point, s->newest % 256 == 0);
@@ -535,7 +539,7 @@ static inline void {{ prefix }}_layer(const float *weights, const float *biases,
 }
 {% endif %}
 
-/* Processes a sample whose status is known, `dt` seconds after the last. */
+/* Processes a sample whose status is known, `dt` seconds after the last sample. */
 static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_status status,
                                           {{ prefix }}_real dt, const {{ prefix }}_real *gauges,{{ " const " ~ prefix ~ "_real *auxiliary," if auxiliary }} {{ prefix }}_real *load,
                                           {{ prefix }}_real *conventional)
@@ -666,8 +670,8 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
 }
 
 /*
- * Processes the next sample, `time` in seconds. Writes its load, and its conventional load (of the present gauges alone) unless
- * the pointer is NULL; NaN if the sample is rejected.
+ * Processes the next sample at `time` (s). Writes the load, and the conventional load (from the present gauges alone) unless
+ * its pointer is NULL. Both loads are NaN if the sample is rejected.
  */
 static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, double time,
                                              const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
@@ -707,8 +711,8 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
 }
 
 /*
- * The same with a 32-bit counter as time. A difference in the last 1/64 of its range (67 s in microseconds) counts as a time before
- * the last sample, any other as after it.
+ * Like update, with a 32-bit counter as time. A difference in the last 1/64 of the counter's range (67 s in microseconds) counts as
+ * a time before the last sample, any other difference as a time after it.
  */
 static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, uint32_t ticks,
                                                    const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
@@ -744,8 +748,8 @@ static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_c
 }
 
 /*
- * The same with the seconds since the last call, zero or more; ignored at the first call. An invalid step is rejected.
- * The elapsed time is unknown then, so the next sample restarts.
+ * Like update, with the seconds since the last call, zero or more. The first call ignores them. A sample with an invalid step is
+ * rejected. The elapsed time is then unknown, so the next sample restarts the history.
  */
 static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_real dt,
                                                   const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
@@ -778,7 +782,7 @@ static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_ca
 }
 
 /*
- * The same as a class, for C++11 and later:
+ * The calibration as a class, for C++11 and later:
  *
  *     static {{ prefix }}_estimator estimator;
  *     for each sample:
@@ -814,8 +818,8 @@ public:
             load_[axis] = conventional_[axis] = static_cast<real>(NAN);
     }
 
-    /* Process the next sample of {{ n_gauges }} gauges, with one kind of time: seconds on any clock, a counter of 32 bits, or seconds since
-     * the last call. */
+    /* Each update processes the next sample of {{ n_gauges }} gauges. Use one kind of time: seconds on any clock, a counter
+     * of 32 bits, or seconds since the last call. */
     status update(double seconds, const real *gauges{{ ", const real *auxiliary" if auxiliary }}) noexcept
     {
         return static_cast<status>({{ prefix }}_update(&calibration_, &state_, seconds, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));
@@ -829,7 +833,7 @@ public:
         return static_cast<status>({{ prefix }}_update_step(&calibration_, &state_, seconds, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));
     }
 
-    /* Conventional load of the last sample, of its gauges alone; NaN before the first sample and for a rejected one. */
+    /* Conventional load of the last sample, from its gauges alone; NaN before the first sample and for a rejected sample. */
     const loads &load() const noexcept { return load_; }
     const loads &conventional() const noexcept { return conventional_; }
 
@@ -837,7 +841,7 @@ public:
     void tare(const real *mean) noexcept { {{ prefix }}_tare(&calibration_, &state_, mean); }
     /* Subtracts the load of the last accepted sample from now on, including its noise. */
     void zero_last_load() noexcept { {{ prefix }}_zero_last_load(&state_); }
-    /* Clears history, tare and zero. */
+    /* Clears the history, the tare and the zero load. */
     void reset() noexcept { {{ prefix }}_init(&state_); }
 
 private:

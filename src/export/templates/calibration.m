@@ -1,5 +1,5 @@
 function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{{ ", auxiliary" if auxiliary }})
-%{{ prefix|upper }} A calibration of a force/torque sensor: gauges in, load out, one sample at a time.
+%{{ prefix|upper }} Calibration of a force/torque sensor. Computes the load from the gauges, one sample at a time.
 %
 {% for fact in facts %}
 % {{ fact|comment }}
@@ -7,21 +7,22 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{
 %
 % This file must be called {{ prefix }}.m.
 %
-% A new state; the next sample; and taring by the mean of the gauges over some samples of the unloaded sensor:
+% Three calls create a state, process the next sample, and tare by the mean of the gauges over samples of the unloaded sensor:
 %
 %     state = {{ prefix }}();
 %     [load, conventional, status, state] = {{ prefix }}(state, time, gauges{{ ", auxiliary" if auxiliary }});
 %     state = {{ prefix }}(state, mean);
 %
 {% if auxiliary %}
-% Auxiliary channels, in this order and unit. A value outside its range by more than a tenth of the range sets 8:
+% Auxiliary channels, in this order and unit. A value that leaves its range by more than a tenth of the range sets
+% the flag 8:
 {% for channel in auxiliary %}
 %     {{ channel|comment }}
 {% endfor %}
 %
 {% endif %}
-% Gauges are in the order above and in the unit of the training recordings, time in seconds on any clock; loads are in the
-% order and units above, as columns. The first sample starts without history. In a MATLAB Function
+% Gauges have the order above and the unit of the training recordings; loads have the order and units above, as columns. The
+% time is in seconds on any clock. The history is empty at the first sample. In a MATLAB Function
 % block of Simulink the state is persistent:
 %
 %     function [load, status] = block(time, gauges{{ ", auxiliary" if auxiliary }})
@@ -199,7 +200,7 @@ end
 {% if ring %}
 
 function state = {{ prefix }}_keep(state, present{{ ", point" if look_backs else "" }})
-% Stores the sample, replacing the previous one if that came too soon.
+% Stores the sample, in place of the previous sample if that one came too soon.
 if state.kept == 0
     state.newest = 1;
     state.kept = 1;
@@ -230,21 +231,22 @@ end
 end
 
 function slot = {{ prefix }}_slot(state, back)
-% Index of the sample that came this number of samples before the newest.
+% Returns the index of the sample that is this number of samples older than the newest.
 slot = 1 + mod(state.newest - 1 - back, {{ ring_samples }});
 end
 {% endif %}
 {% if look_backs %}
 
 function past = {{ prefix }}_past(state, f_th_squared, t_th_secs)
-% Look-back: from the newest sample backwards, the first that differs by F_th and is no older than t_th; else the newest.
+% Look-back: returns, from the newest sample backwards, the first sample that differs by F_th and is no older than t_th, or else
+% the newest sample.
 past = state.newest;
 point = state.points(:, state.newest);
 corner = zeros(1, {{ ring_samples // 64 }});
 for axis = 1:{{ measured|length }}
     corner = corner + max(point(axis) - state.low(axis, :), state.high(axis, :) - point(axis)) .^ 2;
 end
-% Boxes whose farthest corner differs by F_th: from the newest backwards, in groups that double.
+% Searches boxes whose farthest corner differs by F_th, from the newest backwards, in groups that double.
 order = 1 + mod(ceil(state.newest / 64) - (1:{{ ring_samples // 64 }}), {{ ring_samples // 64 }});
 boxes = order(corner(order) >= f_th_squared);
 first = 1;

@@ -1,4 +1,4 @@
-# A calibration of a force/torque sensor: gauges in, load out, one sample at a time. Needs NumPy.
+# Calibration of a force/torque sensor. Computes the load from the gauges, one sample at a time. Needs NumPy.
 #
 {% for fact in facts %}
 # {{ fact|comment }}
@@ -11,14 +11,15 @@
 #     load, conventional = apply(times, gauges{{ ", auxiliary" if auxiliary }})          # a whole recording
 #
 {% if auxiliary %}
-# Auxiliary channels, in this order and unit. A value outside its range by more than a tenth of the range sets BEYOND:
+# Auxiliary channels, in this order and unit. A value that leaves its range by more than a tenth of the range sets the
+# flag BEYOND:
 {% for channel in auxiliary %}
 #     {{ channel|comment }}
 {% endfor %}
 #
 {% endif %}
-# Gauges are in the order above and in the unit of the training recordings, time in seconds on any clock; loads are in the
-# order and units above. The first sample starts without history.
+# Gauges have the order above and the unit of the training recordings; loads have the order and units above. The time is in
+# seconds on any clock. The history is empty at the first sample.
 #
 # After an update the status is in `state.status`.
 {% for line in statuses %}
@@ -44,11 +45,11 @@ OK = 0
 {{ name }} = {{ bits }}
 {% endfor %}
 {% if look_backs %}
-BOX = 64  # samples of which the search knows the smallest and largest points
+BOX = 64  # number of samples in a box, of which the search knows the smallest and largest point
 {% endif %}
 LEAP_SECS = {{ leap_secs|number }}  # step in time above which a time is implausible (s)
-STRAYS = {{ strays }}  # number of implausible times in a row after which the clock counts as reset
-WRAPS_SECS = {{ wraps_secs|times }}  # wrap-around of 32-bit counters
+STRAYS = {{ strays }}  # number of successive implausible times after which the clock counts as reset
+WRAPS_SECS = {{ wraps_secs|times }}  # wrap-around of 32-bit counters (s)
 GAP_SECS = {{ gap_secs|plain }}
 WINDOW_SECS = {{ window_secs|plain }}
 HISTORY_STEP_SECS = {{ history_step_secs|plain }}
@@ -142,7 +143,7 @@ class State:
         self.conventional_zero = self.conventional
 
     def update(self, time, gauges{{ ", auxiliary" if auxiliary }}):
-        """Processes the next sample; returns its load and its conventional load (of the present gauges alone), NaN if rejected."""
+        """Processes the next sample; returns its load and its conventional load (from the present gauges alone), NaN if rejected."""
         gauges = np.asarray(gauges, dtype=float)
         if gauges.shape != (GAUGES,):
             raise ValueError(f"{gauges.shape} gauges are given where {GAUGES} are needed")
@@ -244,7 +245,7 @@ class State:
 {% endif %}
 
     def _make_room(self, time):
-        # One sample older than the window is kept, because a lag may fall between it and the next. Whole boxes are dropped.
+        # One sample older than the window is kept, because a lag may fall between two samples. Whole boxes are dropped.
         old = max(np.searchsorted(self.times, time - WINDOW_SECS) - 2, 0){{ " // BOX * BOX" if look_backs }}
         size = len(self.times) * (2 if old < self.kept // 2 else 1)
         self.kept -= old
@@ -264,11 +265,11 @@ class State:
 {% if look_backs %}
 
     def _past(self, time, f_th_squared, t_th_secs):
-        """Look-back: returns the first sample backwards that differs by F_th and is no older than t_th; else the newest."""
+        """Look-back: returns the first sample backwards that differs by F_th and is no older than t_th, or else the newest."""
         n_boxes = self.kept // BOX
         point = self.points[self.kept - 1]
-        # Samples after the last whole box, then boxes whose farthest corner differs by F_th: from the newest backwards, in groups
-        # that double.
+        # Searches the samples after the last whole box, then boxes whose farthest corner differs by F_th, from the newest
+        # backwards, in groups that double.
         corner = np.maximum(point - self.low[:n_boxes], self.high[:n_boxes] - point)
         boxes = np.flatnonzero(np.square(corner).sum(axis=1) >= f_th_squared)[::-1]
         samples = np.arange(self.kept - 1, n_boxes * BOX - 1, -1)

@@ -34,6 +34,7 @@ pub(super) fn write_cells<W: io::Write>(
     csv: &mut CsvWriter<W>,
     row: &[Option<f64>],
 ) -> io::Result<()> {
-    let mut cells = row.iter().map(|number| number.map_or_else(String::new, |x| x.to_string()));
-    cells.try_for_each(|cell| csv.cell(cell))
+    row.iter()
+        .map(|number| number.map_or_else(String::new, |x| x.to_string()))
+        .try_for_each(|cell| csv.cell(cell))
 }

@@ -25,20 +25,20 @@ pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
     parquet::FORMAT,
 ];
 
-/// An interval of a recording.
+/// Interval of a recording whose loads are written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval<'a> {
-    /// The whole recording, since the past sample may lie before the interval.
+    /// The whole recording that contains the interval, since a past sample may lie before the interval.
     pub recording: &'a Recording,
     /// Decimation: one of every `decimation` samples is used.
     pub decimation: usize,
-    /// Range of the used samples that are written.
+    /// Range of the samples to write, counted after decimation.
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated, Compensated
-/// and the errors Uncompensated − Reference and Compensated − Reference per axis. Cells that need a missing reference are
-/// empty. The ending chooses one of [`TRACE_FORMATS`]; an unknown ending means the first.
+/// Writes the loads of intervals of recordings as one of `files`. A row has recording and time, and per axis Reference,
+/// Uncompensated, Compensated and the errors Uncompensated − Reference and Compensated − Reference. Cells that need a
+/// missing reference are empty. The ending chooses one of [`TRACE_FORMATS`]; an unknown ending means the first format.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the work.
@@ -50,9 +50,13 @@ pub fn write_traces(
     progress: &Progress,
 ) -> Result<(), WriteError> {
     let format = FileFormat::for_path(TRACE_FORMATS, path).unwrap_or(&TRACE_FORMATS[0]);
-    let recordings = intervals.iter().map(|interval| interval.recording);
-    let reference: Vec<Axis> = recordings.flat_map(Recording::axes).copied().collect();
-    let columns = Columns::of(calibration, &reference, &KINDS);
+    let reference: Vec<Axis> = intervals
+        .iter()
+        .map(|interval| interval.recording)
+        .flat_map(Recording::axes)
+        .copied()
+        .collect();
+    let columns = Columns::of(calibration, &reference, &QUANTITIES);
     files.write(path, |out| {
         let mut table = (format.write)(&columns.head(), out)?;
         let mut row = Vec::new();
@@ -82,11 +86,8 @@ fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
     (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
-/// Writes the loads of one file's recordings as comma-separated text: time, Reference if there is one, Uncompensated and
+/// Writes the loads of one file's recordings as comma-separated text: time, Reference if known, Uncompensated and
 /// Compensated per axis, and the status if requested. Exported code on a robot computes the same loads.
-///
-/// # Errors
-/// The I/O errors of `out`.
 pub fn write_loads_csv(
     calibration: &Calibration,
     recordings: &[Recording],
@@ -95,8 +96,12 @@ pub fn write_loads_csv(
 ) -> io::Result<()> {
     let design = calibration.design();
     let mut estimator = Estimator::new(calibration, &design).map_err(io::Error::other)?;
-    let axes = recordings.iter().flat_map(Recording::axes).copied();
-    let mut loads = LoadRows::new(calibration, axes.collect(), with_status, out)?;
+    let mut loads = LoadRows::new(
+        calibration,
+        recordings.iter().flat_map(Recording::axes).copied().collect(),
+        with_status,
+        out,
+    )?;
     for recording in recordings {
         let recording = &*calibration.prepared(recording).map_err(io::Error::other)?;
         estimator.set_subtracted_before(
@@ -148,7 +153,7 @@ enum RowWriter<W: io::Write> {
         out: CsvWriter<W>,
         with_status: bool,
     },
-    /// One JSON object per line, with these keys before the status.
+    /// One JSON object per line. `keys` are the keys in front of the status.
     Json {
         out: W,
         keys: Vec<String>,
@@ -156,17 +161,14 @@ enum RowWriter<W: io::Write> {
 }
 
 impl<W: io::Write> LoadRows<W> {
-    /// Begins comma-separated text and writes its header; `reference` are the axes with a known reference.
-    ///
-    /// # Errors
-    /// The I/O errors of `out`.
+    /// Begins comma-separated text and writes its header. `reference` lists the axes with a known reference.
     pub fn new(
         calibration: &Calibration,
         reference: Vec<Axis>,
         with_status: bool,
         out: W,
     ) -> io::Result<Self> {
-        let columns = Columns::of(calibration, &reference, &KINDS[..3]);
+        let columns = Columns::of(calibration, &reference, &QUANTITIES[..3]);
         let mut out = CsvWriter::new(out);
         let status = with_status.then(|| "status".to_owned());
         out.row(columns.head().into_iter().chain(status))?;
@@ -183,8 +185,8 @@ impl<W: io::Write> LoadRows<W> {
         if !is_json {
             return Self::new(calibration, reference, true, out);
         }
-        let columns = Columns::of(calibration, &reference, &KINDS[..3]);
-        let key = |(kind, axis, _): &(Kind, Axis, usize)| format!("{axis}_{}", kind.label());
+        let columns = Columns::of(calibration, &reference, &QUANTITIES[..3]);
+        let key = |(quantity, axis, _): &Column| format!("{axis}_{}", quantity.label);
         let keys = ["t".to_owned()].into_iter().chain(columns.columns.iter().map(key)).collect();
         Ok(Self { columns, out: RowWriter::Json { out, keys }, row: Vec::new() })
     }
@@ -226,8 +228,9 @@ impl<W: io::Write> LoadRows<W> {
             }
             RowWriter::Json { out, keys } => {
                 let numbers = self.row.iter().map(|number| serde_json::json!(number));
-                let texts = [("status", Some(status)), ("why", why)].into_iter();
-                let texts = texts.filter_map(|(key, text)| Some((key.to_owned(), text?.into())));
+                let texts = [("status", Some(status)), ("why", why)]
+                    .into_iter()
+                    .filter_map(|(key, text)| Some((key.to_owned(), text?.into())));
                 let members = keys.iter().cloned().zip(numbers).chain(texts);
                 writeln!(out, "{}", serde_json::Value::Object(members.collect()))
             }
@@ -242,60 +245,58 @@ impl<W: io::Write> LoadRows<W> {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Calculated,
-    Conventional,
-    Compensated,
-    ConventionalError,
-    CompensatedError,
+/// Reference, conventional and compensated load of one axis; `None` for a missing one.
+type Loads = [Option<f64>; 3];
+
+struct Quantity {
+    label: &'static str,
+    needs_reference: bool,
+    of: fn(Loads) -> Option<f64>,
 }
 
-const KINDS: [Kind; 5] = [
-    Kind::Calculated,
-    Kind::Conventional,
-    Kind::Compensated,
-    Kind::ConventionalError,
-    Kind::CompensatedError,
+const QUANTITIES: [Quantity; 5] = [
+    Quantity { label: "calc", needs_reference: true, of: |[reference, ..]| reference },
+    Quantity { label: "conv", needs_reference: false, of: |[_, conventional, _]| conventional },
+    Quantity { label: "comp", needs_reference: false, of: |[.., compensated]| compensated },
+    Quantity {
+        label: "conv error",
+        needs_reference: true,
+        of: |[reference, conventional, _]| Some(conventional? - reference?),
+    },
+    Quantity {
+        label: "comp error",
+        needs_reference: true,
+        of: |[reference, _, compensated]| Some(compensated? - reference?),
+    },
 ];
 
-impl Kind {
-    fn label(self) -> &'static str {
-        match self {
-            Self::Calculated => "calc",
-            Self::Conventional => "conv",
-            Self::Compensated => "comp",
-            Self::ConventionalError => "conv error",
-            Self::CompensatedError => "comp error",
-        }
-    }
-
-    fn needs_reference(self) -> bool {
-        !matches!(self, Self::Conventional | Self::Compensated)
-    }
-}
+/// Quantity, axis, and index of the axis in the calibration.
+type Column = (&'static Quantity, Axis, usize);
 
 struct Columns {
-    /// Quantity, axis, and index of the axis in the calibration.
-    columns: Vec<(Kind, Axis, usize)>,
+    columns: Vec<Column>,
 }
 
 impl Columns {
-    /// Returns the columns. Quantities that need a reference exist for the axes with a reference in at least one recording.
-    fn of(calibration: &Calibration, reference: &[Axis], kinds: &[Kind]) -> Self {
-        let has_reference = |axis: &Axis| reference.contains(axis);
-        let columns = kinds.iter().flat_map(|kind| {
-            let axes = calibration.axes.iter().enumerate();
-            axes.filter(|(_, axis)| !kind.needs_reference() || has_reference(axis))
-                .map(|(at, axis)| (*kind, *axis, at))
+    /// Returns the columns for these quantities. A quantity that needs a reference has a column for each axis with a
+    /// reference in at least one recording.
+    fn of(calibration: &Calibration, reference: &[Axis], quantities: &'static [Quantity]) -> Self {
+        let columns = quantities.iter().flat_map(|quantity| {
+            calibration
+                .axes
+                .iter()
+                .enumerate()
+                .filter(|(_, axis)| !quantity.needs_reference || reference.contains(axis))
+                .map(move |(at, axis)| (quantity, *axis, at))
         });
         Self { columns: columns.collect() }
     }
 
     fn head(&self) -> Vec<String> {
-        let columns = self.columns.iter();
-        let labels =
-            columns.map(|(kind, axis, _)| format!("{axis} {} [{}]", kind.label(), axis.unit()));
+        let labels = self
+            .columns
+            .iter()
+            .map(|(quantity, axis, _)| format!("{axis} {} [{}]", quantity.label, axis.unit()));
         std::iter::once("t [s]".to_owned()).chain(labels).collect()
     }
 
@@ -309,20 +310,11 @@ impl Columns {
     ) {
         row.clear();
         row.push(Some(time));
-        row.extend(self.columns.iter().map(|(kind, axis, at)| {
-            let reference = || {
-                let column = axes.iter().position(|own| own == axis)?;
-                Some(reference[column])
-            };
-            let known = |load: f64| load.is_finite().then_some(load);
-            let (conventional, compensated) = (known(conventional[*at]), known(compensated[*at]));
-            match kind {
-                Kind::Calculated => reference(),
-                Kind::Conventional => conventional,
-                Kind::Compensated => compensated,
-                Kind::ConventionalError => Some(conventional? - reference()?),
-                Kind::CompensatedError => Some(compensated? - reference()?),
-            }
+        let known = |load: f64| load.is_finite().then_some(load);
+        row.extend(self.columns.iter().map(|(quantity, axis, at)| {
+            let column = axes.iter().position(|own| own == axis);
+            let reference = column.map(|column| reference[column]);
+            (quantity.of)([reference, known(conventional[*at]), known(compensated[*at])])
         }));
     }
 }

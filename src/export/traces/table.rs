@@ -1,4 +1,4 @@
-//! The interface of tables of traces.
+//! Interface of a table of traces.
 
 use std::io;
 
@@ -9,6 +9,6 @@ pub trait TraceTable {
     fn finish(self: Box<Self>) -> io::Result<()>;
 }
 
-/// Begins a table. The first column holds names of recordings, the others hold numbers under these headers.
+/// Function that begins a table. The first column holds names of recordings; the columns with these headers hold numbers.
 pub type BeginTraces =
-    for<'o> fn(&[String], &'o mut dyn io::Write) -> io::Result<Box<dyn TraceTable + 'o>>;
+    for<'o> fn(&[String], &'o mut (dyn io::Write + Send)) -> io::Result<Box<dyn TraceTable + 'o>>;

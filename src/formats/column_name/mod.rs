@@ -1,47 +1,34 @@
 //! Kind and unit of a column, derived from its name.
 
-mod kind;
 mod path;
 mod words;
 
-pub(crate) use kind::Kind;
-use kind::{LONGEST, plain, plain_kind};
+use path::{NANOSECONDS, SECONDS, Understood, stamp_of_part};
+pub(crate) use words::Kind;
+pub(super) use words::is_one_of;
+use words::{LONGEST, plain, plain_kind};
 
 use crate::recording::Axis;
 use crate::recording::units::{
     TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius,
 };
 
-/// Units that may follow a gauge's name without brackets. Gauges keep any unit.
-const GAUGE_UNITS: [&str; 13] =
-    ["v", "mv", "uv", "µv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms", "strain", "pf"];
-/// Units that only a gauge has, so that the name of the column does not matter.
-const GAUGE_ONLY_UNITS: [&str; 13] = [
-    "mv/v",
-    "uv/v",
-    "µv/v",
-    "μv/v",
-    "v/v",
-    "um/m",
-    "µm/m",
-    "μm/m",
-    "ustrain",
-    "µstrain",
-    "µε",
-    "με",
-    "microstrain",
-];
-/// Names of a time that only count if the header gives a unit of time.
-const TIMES_WITH_UNIT: [&str; 1] = ["temps"];
+/// Units that may follow a gauge's name without brackets. In brackets, a gauge may have any unit.
+const GAUGE_UNITS: &str = "v mv uv µv counts count lsb raw adc ohm ohms strain pf";
+/// Units that only gauges have. A column with one of these units is a gauge, whatever its name.
+const GAUGE_ONLY_UNITS: &str =
+    "mv/v uv/v µv/v μv/v v/v um/m µm/m μm/m ustrain µstrain µε με microstrain";
+/// French word for time, and also for weather. A column with this name is a time only with a unit of time.
+const TIME_WITH_UNIT: &str = "temps";
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ColumnName {
-    /// Name as written, without the bracketed unit.
+    /// Name as written, without a unit in brackets.
     pub name: String,
     pub kind: Option<Kind>,
-    /// Unit as written. In brackets it may be any text; after a separator it is a known unit of the kind.
+    /// Unit as written: any text in brackets, or a known unit behind the name.
     pub unit: Option<String>,
-    /// Topic or struct before the part of a path that gives the kind; empty if the name is not a path.
+    /// Topic or struct in front of the name; empty if the name is not a path.
     pub source: String,
 }
 
@@ -50,29 +37,23 @@ impl ColumnName {
         let (name, bracketed) = split_brackets(cell.trim());
         let separators = name.match_indices(['_', ' ', '/']);
         let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
+        let plain_name = |kind, unit| Understood { kind, unit, source: String::new() };
         let with_suffix = separators.find_map(|(at, _)| {
             let (start, suffix) = (name[..at].trim_end(), &name[at + 1..]);
             let kind = kind_of(start)?;
-            is_unit_of(kind, suffix).then_some((kind, Some(suffix)))
+            is_unit_of(kind, suffix).then_some(plain_name(kind, Some(suffix)))
         });
         // The suffix is tried first: `time_s` is not the plural `times`.
         let understood = with_suffix.or_else(|| {
             let kind = kind_of(name)?;
             let is_unit = kind == Kind::Time && TimeUnit::from_name(name).is_some();
-            Some((kind, is_unit.then_some(name)))
+            Some(plain_name(kind, is_unit.then_some(name)))
         });
-        let path = match understood {
-            None => path::understood(name),
-            Some(_) => None,
-        };
-        let (kind, unit) = match (&path, understood) {
-            (Some(path), _) => (Some(path.kind), path.unit),
-            (None, Some((kind, unit))) => (Some(kind), unit),
-            (None, None) => (None, None),
-        };
-        let is_time = |unit: &str| {
-            TIMES_WITH_UNIT.contains(&plain(name).as_str()) && TimeUnit::from_name(unit).is_some()
-        };
+        let understood = understood.or_else(|| path::understood(name));
+        let (kind, unit, source) = understood
+            .map_or((None, None, String::new()), |own| (Some(own.kind), own.unit, own.source));
+        let is_time =
+            |unit: &str| plain(name) == TIME_WITH_UNIT && TimeUnit::from_name(unit).is_some();
         let unit = bracketed.or(unit);
         Self {
             name: name.to_owned(),
@@ -81,11 +62,11 @@ impl ColumnName {
                 .or_else(|| unit.is_some_and(is_of_gauges_alone).then_some(Kind::Gauge))
                 .and_then(|kind| kind.with_unit(unit)),
             unit: unit.map(str::to_owned),
-            source: path.map_or_else(String::new, |path| path.source),
+            source,
         }
     }
 
-    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column, such as a gauge.
+    /// Returns the unit of an auxiliary channel such as a temperature, empty if none is given; `None` for any other column.
     pub fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST || unit.is_some_and(is_load_unit) {
@@ -101,7 +82,7 @@ impl ColumnName {
         if words.iter().any(is_of_load) {
             return None;
         }
-        // A unit of one letter is ambiguous, so the name must also have a word that starts with T.
+        // A unit of one letter (C, F, K) is ambiguous, so the name must also have a word that starts with T.
         let is_temperature = |unit: &str| {
             temperature_in_celsius(unit).is_some()
                 && (unit.len() > 1 || words.iter().any(|word| word.starts_with('t')))
@@ -111,9 +92,11 @@ impl ColumnName {
         }
         let is_unit =
             |word: &&str| ["v", "mv"].contains(word) || temperature_in_celsius(word).is_some();
-        let suffix = words.last().copied().filter(|_| words.len() > 1);
-        let unit = unit.or(suffix.filter(is_unit));
-        Some(unit.unwrap_or_default().to_owned())
+        Some(
+            unit.or(words.last().copied().filter(|_| words.len() > 1).filter(is_unit))
+                .unwrap_or_default()
+                .to_owned(),
+        )
     }
 
     /// Returns true if the name or the unit belongs to a load, but the name gives no axis.
@@ -128,16 +111,16 @@ impl ColumnName {
             || (words::is_load(&words) && unit.is_none_or(|own| !is_of_gauges_alone(own)))
     }
 
-    /// Returns true if `other` counts the nanoseconds of the stamp whose whole seconds this column counts.
+    /// Returns true if this column holds the whole seconds of a time stamp, and `other` its nanoseconds.
     pub fn is_completed_by(&self, other: &Self) -> bool {
-        let stamp = path::stamp_of_part(&self.name, false);
-        stamp.is_some() && stamp == path::stamp_of_part(&other.name, true)
+        let stamp = stamp_of_part(&self.name, SECONDS);
+        stamp.is_some() && stamp == stamp_of_part(&other.name, NANOSECONDS)
     }
 }
 
 impl Kind {
-    /// Returns the kind by name and unit. A load's name with a gauge unit is a gauge. A gauge's name with a load unit has no
-    /// kind, since its axis is unknown. A `T` in degrees is not a time.
+    /// Returns the kind that the name and the unit give together. A load's name with the unit of a gauge gives a gauge. A
+    /// gauge's name with the unit of a load gives no kind, since the axis is unknown. `T` in degrees is no time.
     pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {
@@ -176,10 +159,7 @@ fn is_index(inside: &str) -> bool {
 
 fn kind_of(name: &str) -> Option<Kind> {
     let is_time_unit = name.len() > 1 && TimeUnit::from_name(name).is_some();
-    if is_time_unit {
-        return Some(Kind::Time);
-    }
-    plain_kind(name)
+    if is_time_unit { Some(Kind::Time) } else { plain_kind(name) }
 }
 
 pub(crate) fn is_gauge_name(name: &str) -> bool {
@@ -190,21 +170,18 @@ pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
-/// Returns true if a column with this name is a time, or part of a time stamp.
+/// Returns true if a column with this name holds times, or the seconds or nanoseconds of times.
 pub(crate) fn is_clock_name(name: &str) -> bool {
-    let is_part = |is_rest| path::stamp_of_part(name, is_rest).is_some();
-    is_time_name(name) || is_part(false) || is_part(true)
+    let is_part = |words| stamp_of_part(name, words).is_some();
+    is_time_name(name) || is_part(SECONDS) || is_part(NANOSECONDS)
 }
 
 fn is_of_gauges_alone(unit: &str) -> bool {
-    GAUGE_ONLY_UNITS.contains(&unit.trim().to_lowercase().as_str())
+    is_one_of(&unit.trim().to_lowercase(), GAUGE_ONLY_UNITS)
 }
 
-/// Returns true if any kind of column can have this unit.
 pub(crate) fn is_known_unit(unit: &str) -> bool {
-    [Kind::Time, Kind::Gauge, Kind::Load(Axis::Fx), Kind::Load(Axis::Mx)]
-        .into_iter()
-        .any(|kind| is_unit_of(kind, unit))
+    is_load_unit(unit) || is_unit_of(Kind::Time, unit) || is_unit_of(Kind::Gauge, unit)
 }
 
 /// Returns true for a unit of force or moment, which no gauge has.
@@ -217,7 +194,7 @@ fn is_unit_of(kind: Kind, suffix: &str) -> bool {
         Kind::Time => TimeUnit::from_name(suffix).is_some(),
         Kind::Gauge => {
             let suffix = suffix.trim().to_lowercase();
-            GAUGE_UNITS.contains(&suffix.as_str()) || is_of_gauges_alone(&suffix)
+            is_one_of(&suffix, GAUGE_UNITS) || is_of_gauges_alone(&suffix)
         }
         Kind::Load(axis) if axis.is_force() => force_in_newtons(suffix).is_some(),
         Kind::Load(_) => moment_in_newton_metres(suffix).is_some(),

@@ -1,135 +1,88 @@
-//! Names that are paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`, `field.wrench.force.x`,
+//! Recognises paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`, `field.wrench.force.x`,
 //! `/gauges/data[0]`), and fields of a struct (`run.S1`). An ambiguous path is neither a gauge nor a load.
 
-use super::kind::{Kind, plain, plain_kind};
-use super::words;
+use super::words::{self, Kind, is_one_of, plain, plain_kind};
 
-/// Words in the path of a quantity that describes a load, such as its deviation or its setpoint, but is not one.
-const NO_LOADS: [&str; 16] = [
-    "std",
-    "stddev",
-    "bias",
-    "offset",
-    "offsets",
-    "error",
-    "err",
-    "residual",
-    "covariance",
-    "cov",
-    "command",
-    "cmd",
-    "desired",
-    "setpoint",
-    "target",
-    "goal",
-];
-/// Words in the path of a load.
-const LOADS: [&str; 16] = [
-    "force",
-    "forces",
-    "wrench",
-    "wrenches",
-    "torque",
-    "torques",
-    "moment",
-    "moments",
-    "ft",
-    "load",
-    "loads",
-    "ati",
-    "ref",
-    "reference",
-    "effort",
-    "weight",
-];
+/// Words in the path of a quantity that is derived from a load but is no load, such as a deviation, an error or a setpoint.
+const NO_LOADS: &str = "std stddev bias offset offsets error err residual covariance cov command cmd desired setpoint target goal";
+const LOADS: &str = "force forces wrench wrenches torque torques moment moments ft load loads ati ref reference effort weight";
 /// Words that occur only in the path of a gauge.
-const GAUGES: [&str; 12] = [
-    "gauge",
-    "gauges",
-    "gage",
-    "gages",
-    "strain",
-    "strains",
-    "sg",
-    "stg",
-    "dms",
-    "straingauge",
-    "straingauges",
-    "coinft",
-];
-/// Words that occur in the paths of gauges and of other signals. A path that also has a word for a load is no gauge.
-const CHANNELS: [&str; 8] = ["raw", "adc", "channel", "channels", "ch", "ai", "volts", "voltages"];
-/// Parts of a path without meaning.
-const NEUTRAL: [&str; 4] = ["data", "value", "values", "field"];
-const SECONDS: [&str; 2] = ["sec", "secs"];
-const NANOSECONDS: [&str; 4] = ["nanosec", "nanosecs", "nsec", "nsecs"];
+const GAUGES: &str =
+    "gauge gauges gage gages strain strains sg stg dms straingauge straingauges coinft";
+/// Words in the paths of gauges and also of other signals. Beside a word for a load, these words do not mean a gauge.
+const CHANNELS: &str = "raw adc channel channels ch ai volts voltages";
+/// Parts of a path that do not tell what the column holds.
+const NEUTRAL: &str = "data value values field";
+pub(super) const SECONDS: &str = "sec secs";
+pub(super) const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs";
 
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Path {
+pub(super) struct Understood<'a> {
     pub kind: Kind,
-    /// Parts before the one that gives the kind, in lower case.
+    pub unit: Option<&'a str>,
+    /// Parts of a path in front of the part that gives the kind, in lower case.
     pub source: String,
-    pub unit: Option<&'static str>,
 }
 
-/// Returns the stamp that a name is the nanoseconds (`is_rest`) or whole seconds of; empty if the name is only this part.
-pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
+/// Returns the name of the time stamp that a column is a part of, if the last word of the column's name is one of `words`.
+/// The name of the stamp is empty if the column's name has no other word.
+pub(super) fn stamp_of_part<'a>(name: &'a str, words: &str) -> Option<&'a str> {
     let name = name.trim();
     let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
-    let words: &[&str] = if is_rest { &NANOSECONDS } else { &SECONDS };
-    words.contains(&last.to_lowercase().as_str()).then_some(stamp)
+    is_one_of(&last.to_lowercase(), words).then_some(stamp)
 }
 
 /// Parses a path; `None` if the name is not a path or has no kind.
-pub(super) fn understood(name: &str) -> Option<Path> {
+pub(super) fn understood(name: &str) -> Option<Understood<'static>> {
     let (stem, is_element) = without_index(name);
     if !is_element && !name.contains(['/', '.']) {
         return None;
     }
     let stem = stem.to_lowercase();
     let all: Vec<&str> = stem.split(['/', '.']).filter(|s| !s.is_empty()).collect();
-    let has_word = |words: &[&str]| all.iter().any(|segment| has_one_of(segment, words));
-    let path = |kind, n_before: usize, unit| Path { kind, source: all[..n_before].join("/"), unit };
+    let is_measured = !all.iter().any(|segment| has_one_of(segment, NO_LOADS));
+    let path = |kind, n_before: usize, unit| {
+        Some(Understood { kind, unit, source: all[..n_before].join("/") })
+    };
     if is_element {
-        // `rostopic echo -p` writes a message that is only an array like this; gauges are published so.
+        // `rostopic echo -p` names the elements of a bare array like this. Gauges are published as bare arrays.
         let is_bare = all == ["field", "data"];
-        let is_gauge = (is_bare || is_gauges(&all)) && !has_word(&NO_LOADS);
-        return is_gauge.then(|| path(Kind::Gauge, all.len(), None));
+        let is_gauge = is_measured && (is_bare || is_gauges(&all));
+        return path(Kind::Gauge, all.len(), None).filter(|_| is_gauge);
     }
-    let n_telling = all.iter().rposition(|segment| !NEUTRAL.contains(segment))? + 1;
+    let n_telling = all.iter().rposition(|segment| !is_one_of(segment, NEUTRAL))? + 1;
     let (last, before) = all[..n_telling].split_last()?;
     let above = before.last().copied().unwrap_or_default();
     if let Some(axes) = words::axes_of_quantity(above).filter(|_| above.len() > 1)
         && let Some(direction) = words::direction(last)
     {
         let load = path(Kind::Load(axes[direction]), before.len() - 1, None);
-        return (!has_word(&NO_LOADS)).then_some(load);
+        return load.filter(|_| is_measured);
     }
     if above == "header" && *last == "stamp" {
-        return Some(path(Kind::Time, before.len(), None));
+        return path(Kind::Time, before.len(), None);
     }
     if above == "stamp" {
-        let unit = match (SECONDS.contains(last), NANOSECONDS.contains(last)) {
+        let unit = match (is_one_of(last, SECONDS), is_one_of(last, NANOSECONDS)) {
             (true, _) => "s",
             (_, true) => "ns",
             _ => return None,
         };
-        return Some(path(Kind::Time, before.len(), Some(unit)));
+        return path(Kind::Time, before.len(), Some(unit));
     }
     let kind = plain_kind(last)?;
-    let is_one = match kind {
+    let is_kind = match kind {
         Kind::Time => words::is_time(&plain(last)),
-        Kind::Load(_) => !has_word(&NO_LOADS),
+        Kind::Load(_) => is_measured,
         Kind::Gauge => {
             let stem = words::gauge_stem(last).unwrap_or_default();
-            let may_be_other = has_one_of(&stem, &CHANNELS) || stem == "sensor";
-            !(has_word(&NO_LOADS) || may_be_other && before.iter().any(|s| has_one_of(s, &LOADS)))
+            let may_be_other = has_one_of(&stem, CHANNELS) || stem == "sensor";
+            is_measured && !(may_be_other && before.iter().any(|s| has_one_of(s, LOADS)))
         }
     };
-    is_one.then(|| path(kind, before.len(), None))
+    path(kind, before.len(), None).filter(|_| is_kind)
 }
 
-/// Returns the name of an array, and true if the name is one of its elements: `data[0]`, `data.0`, `data0`.
+/// Splits the index off an element of an array: `data[0]`, `data.0`, `data0`. Returns false if there is no index.
 fn without_index(name: &str) -> (&str, bool) {
     let bracketed = || name.strip_suffix(']')?.rsplit_once('[');
     if let Some((stem, index)) = bracketed()
@@ -147,19 +100,20 @@ fn without_index(name: &str) -> (&str, bool) {
     if is_data { (stem, true) } else { (name, false) }
 }
 
-fn has_one_of(segment: &str, words: &[&str]) -> bool {
-    let parts = segment.split(['_', '-', ' ']);
-    let mut parts = parts.map(|part| part.trim_end_matches(|c: char| c.is_ascii_digit()));
-    parts.any(|part| words.contains(&part))
+/// Returns true if one of the words of a path's part, without the digits behind the word, is in this list.
+fn has_one_of(segment: &str, words: &str) -> bool {
+    segment
+        .split(['_', '-', ' '])
+        .any(|part| is_one_of(part.trim_end_matches(|c: char| c.is_ascii_digit()), words))
 }
 
-/// Returns true if the last part with a meaning makes the path an array of gauges.
+/// Returns true if the path of an array names gauges.
 fn is_gauges(segments: &[&str]) -> bool {
-    let mut telling = segments.iter().rev().filter(|s| !NEUTRAL.contains(s));
+    let mut telling = segments.iter().rev().filter(|s| !is_one_of(s, NEUTRAL));
     let Some(segment) = telling.next() else {
         return false;
     };
     let has = |words| has_one_of(segment, words);
-    let mut has_load_above = || telling.any(|segment| has_one_of(segment, &LOADS));
-    !has(&LOADS) && (has(&GAUGES) || (has(&CHANNELS) && !has_load_above()))
+    let mut has_load_above = || telling.any(|segment| has_one_of(segment, LOADS));
+    !has(LOADS) && (has(GAUGES) || (has(CHANNELS) && !has_load_above()))
 }

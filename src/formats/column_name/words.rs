@@ -1,242 +1,142 @@
-//! Names of times, gauges and loads in the languages of the people who write headers.
+//! Words for times, gauges and loads, in the languages of the people who write headers.
 
 use crate::recording::Axis;
 
-/// Names of a time column, in lower case without separators. A unit of time alone, except the bare `s`, counts too.
-const TIMES: [&str; 18] = [
-    "t",
-    "time",
-    "times",
-    "timestamp",
-    "timestamps",
-    "stamp",
-    "elapsed",
-    "elapsedtime",
-    "epoch",
-    "unixtime",
-    "%time",
-    "zeit",
-    "zeitstempel",
-    "tiempo",
-    "tempo",
-    "时间",
-    "時間",
-    "時刻",
-];
-/// Stems before a gauge's number, in lower case.
-const GAUGES: [&str; 43] = [
-    "s",
-    "sg",
-    "stg",
-    "g",
-    "gauge",
-    "ch",
-    "chan",
-    "channel",
-    "ai",
-    "u",
-    "v",
-    "raw",
-    "strain",
-    "sensor",
-    "adc",
-    "a",
-    "coinft_raw",
-    "coinft",
-    "dms",
-    "dehnung",
-    "kanal",
-    "jauge",
-    "voie",
-    "galga",
-    "canal",
-    "canale",
-    "estensimetro",
-    "extensometro",
-    "extensômetro",
-    "通道",
-    "应变",
-    "应变片",
-    "ひずみ",
-    "チャンネル",
-    "bridge",
-    "brücke",
-    "bruecke",
-    "messbrücke",
-    "pont",
-    "puente",
-    "ponte",
-    "voltage",
-    "strain gauge",
-];
-/// Words for a reference, which may stand before an axis.
-const REFERENCES: [&str; 6] = ["ati", "reference", "referenz", "ref", "applied", "true"];
-/// In lower case.
-const FORCES: [&str; 9] =
-    ["f", "force", "kraft", "fuerza", "forza", "força", "forca", "力", "荷重"];
-/// In lower case.
-const MOMENTS: [&str; 14] = [
-    "m",
-    "t",
-    "moment",
-    "torque",
-    "drehmoment",
-    "couple",
-    "momento",
-    "coppia",
-    "binário",
-    "力矩",
-    "扭矩",
-    "转矩",
-    "トルク",
-    "モーメント",
-];
-/// Words that may stand before the letter of a direction.
-const BEFORE_DIRECTION: [&str; 8] = ["", "in", "en", "axe", "eje", "asse", "eixo", "axis"];
-/// Words that may stand after the letter of a direction.
-const AFTER_DIRECTION: [&str; 9] =
-    ["", "axis", "achse", "richtung", "direction", "轴", "軸", "方向", "向"];
+/// Maximum length of a column name that is compared with these words (bytes).
+pub(super) const LONGEST: usize = 64;
 
-/// Words for a load that give no axis, in lower case. The words for forces and moments count too.
-const LOADS: [&str; 6] = ["load", "last", "weight", "effort", "carico", "carga"];
+/// Names of a time column, in lower case without separators. A unit of time alone, such as `ms`, also names a time column,
+/// but a single `s` does not.
+const TIMES: &str = "\
+    t time times timestamp timestamps stamp elapsed elapsedtime epoch unixtime %time zeit zeitstempel tiempo tempo \
+    时间 時間 時刻";
+/// Words in front of a gauge's number, in lower case. `strain gauge` is compared separately.
+const GAUGES: &str = "\
+    s sg stg g gauge ch chan channel ai u v raw strain sensor adc a coinft_raw coinft dms dehnung kanal jauge voie \
+    galga canal canale estensimetro extensometro extensômetro 通道 应变 应变片 ひずみ チャンネル bridge brücke \
+    bruecke messbrücke pont puente ponte voltage";
+/// Words for the reference that may stand in front of an axis.
+const REFERENCES: &str = "ati reference referenz ref applied true";
+/// Words for a force, in lower case; symbols first.
+const FORCES: &str = "f force kraft fuerza forza força forca 力 荷重";
+/// Words for a moment, in lower case; symbols first.
+const MOMENTS: &str =
+    "m t moment torque drehmoment couple momento coppia binário 力矩 扭矩 转矩 トルク モーメント";
+/// Words that may stand in front of the letter x, y or z.
+const BEFORE_DIRECTION: &str = "in en axe eje asse eixo axis";
+/// Words that may stand behind the letter x, y or z.
+const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向";
+/// Words for a load of unknown axis, in lower case, besides the words for forces and moments.
+const LOADS: &str = "load last weight effort carico carga";
+/// Names of auxiliary channels, in lower case: temperature, humidity, supply voltage.
+const AUXILIARIES: &str = "\
+    temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \
+    luftfeuchtigkeit humidité humedad umidità umidade 湿度 supply excitation vsup vsupply vexc vcc vdd vbat speisung \
+    speisespannung versorgung versorgungsspannung alimentation alimentación alimentazione alimentação 电源 電源 \
+    電源電圧";
+/// Words that rule out an auxiliary channel, whatever the other words: a corrected load, a setpoint, a time of day.
+const NOT_MEASURED: &str =
+    "compensated comp corrected compensation setpoint target status time error soll";
 
-/// Returns true if one of these words names a load of any axis.
-pub(super) fn is_load(words: &[&str]) -> bool {
-    let of_axis =
-        |word: &str| matches!(word, "fx" | "fy" | "fz" | "mx" | "my" | "mz" | "tx" | "ty" | "tz");
-    let is_word = |word: &&str| {
-        let long = |own: &&str| own.len() > 1 && *own == *word;
-        FORCES.iter().chain(&MOMENTS).chain(&LOADS).any(long) || of_axis(word)
-    };
-    // The raw signal of a load cell is a gauge.
-    if words.contains(&"cell") {
-        return false;
-    }
-    // In "F_ref" and "ref_F", a single letter beside a word for the reference names a load.
-    let has_reference = words.iter().any(|word| REFERENCES.contains(word));
-    words.iter().any(is_word)
-        || (has_reference && words.iter().any(|word| ["f", "m"].contains(word)))
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Time,
+    Gauge,
+    Load(Axis),
 }
 
-/// Names of auxiliary channels, in lower case: temperature, humidity, supply voltage.
-const AUXILIARIES: [&str; 38] = [
-    "temperature",
-    "temp",
-    "temperatur",
-    "température",
-    "temperatura",
-    "温度",
-    "celsius",
-    "kelvin",
-    "degc",
-    "humidity",
-    "rh",
-    "feuchte",
-    "luftfeuchte",
-    "luftfeuchtigkeit",
-    "humidité",
-    "humedad",
-    "umidità",
-    "umidade",
-    "湿度",
-    "supply",
-    "excitation",
-    "vsup",
-    "vsupply",
-    "vexc",
-    "vcc",
-    "vdd",
-    "vbat",
-    "speisung",
-    "speisespannung",
-    "versorgung",
-    "versorgungsspannung",
-    "alimentation",
-    "alimentación",
-    "alimentazione",
-    "alimentação",
-    "电源",
-    "電源",
-    "電源電圧",
-];
-/// Words beside the name of an auxiliary channel that make it something else: a corrected load, a setpoint, a time of day.
-const NOT_MEASURED: [&str; 10] = [
-    "compensated",
-    "comp",
-    "corrected",
-    "compensation",
-    "setpoint",
-    "target",
-    "status",
-    "time",
-    "error",
-    "soll",
-];
+/// Returns true if a list of words, separated by blanks, contains this word.
+pub(in crate::formats) fn is_one_of(word: &str, list: &str) -> bool {
+    list.split(' ').any(|own| own == word)
+}
+
+pub(super) fn plain(name: &str) -> String {
+    name.to_lowercase().replace(['_', ' '], "")
+}
+
+/// Returns the kind of a column from its name, without a path in front and without a unit behind the name.
+pub(super) fn plain_kind(name: &str) -> Option<Kind> {
+    if name.len() > LONGEST {
+        return None;
+    }
+    let plain = plain(name);
+    if is_time(&plain) {
+        Some(Kind::Time)
+    } else if gauge_stem(name).is_some() {
+        Some(Kind::Gauge)
+    } else {
+        axis_of(&plain.replace('-', "")).map(Kind::Load)
+    }
+}
+
+pub(super) fn is_load(words: &[&str]) -> bool {
+    let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
+    let is_load = |word: &&str| [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(word, list));
+    let mut long = words.iter().filter(|word| word.len() > 1);
+    // The raw signal of a load cell is a gauge. In "F_ref", a letter beside a word for the reference names a load.
+    !has("cell")
+        && (long.any(is_load)
+            || has("fx fy fz mx my mz tx ty tz")
+            || (has(REFERENCES) && has("f m")))
+}
 
 /// Returns true if one of the words of a name, in lower case and without numbers, names an auxiliary channel.
 pub(super) fn is_auxiliary(words: &[&str]) -> bool {
-    let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
-    has(&AUXILIARIES) && !has(&NOT_MEASURED)
+    let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
+    has(AUXILIARIES) && !has(NOT_MEASURED)
 }
 
 pub(super) fn is_time(plain: &str) -> bool {
-    TIMES.contains(&plain)
+    is_one_of(plain, TIMES)
 }
 
-/// Returns the stem before a gauge's number, in lower case.
+/// Returns the word in front of a gauge's number, in lower case; `None` if the name is not that of a gauge.
 pub(super) fn gauge_stem(name: &str) -> Option<String> {
     let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let n_digits = name.len() - start.len();
-    let start = start.strip_suffix(['_', ' ', '-']).unwrap_or(start);
-    let stem = start.to_lowercase();
-    ((1..=9).contains(&n_digits) && GAUGES.contains(&stem.as_str())).then_some(stem)
+    let stem = start.strip_suffix(['_', ' ', '-']).unwrap_or(start).to_lowercase();
+    let is_gauge = is_one_of(&stem, GAUGES) || stem == "strain gauge";
+    ((1..=9).contains(&n_digits) && is_gauge).then_some(stem)
+}
+
+fn quantities() -> [(&'static str, &'static [Axis]); 2] {
+    [(FORCES, &Axis::ALL[..3]), (MOMENTS, &Axis::ALL[3..])]
 }
 
 /// Returns the first three axes for the name of a force, the last three for the name of a moment.
 pub(super) fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
-    if FORCES.contains(&word) {
-        Some(&Axis::ALL[..3])
-    } else if MOMENTS.contains(&word) {
-        Some(&Axis::ALL[3..])
-    } else {
-        None
-    }
+    let found = quantities().into_iter().find(|(words, _)| is_one_of(word, words));
+    found.map(|(_, axes)| axes)
 }
 
-/// Returns the axis of a name in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
+/// Returns the axis that a name gives, in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
 pub(super) fn axis_of(plain: &str) -> Option<Axis> {
-    let without_reference = REFERENCES.iter().find_map(|reference| plain.strip_prefix(reference));
-    let bare = without_reference.unwrap_or(plain);
-    let all = FORCES.iter().chain(&MOMENTS);
-    let mut found = all.filter_map(|word| {
-        let axes = axes_of_quantity(word)?;
-        let is_letter = word.len() == 1;
-        let after = bare.strip_prefix(word).and_then(|rest| match is_letter {
-            true => letter(rest),
+    let bare = REFERENCES.split(' ').find_map(|word| plain.strip_prefix(word)).unwrap_or(plain);
+    quantities().into_iter().find_map(|(words, axes)| {
+        let (symbols, long): (Vec<&str>, Vec<&str>) =
+            words.split(' ').partition(|word| word.len() == 1);
+        let of_symbol =
+            |text: &str| symbols.iter().find_map(|symbol| letter(text.strip_prefix(*symbol)?));
+        let of_word = |word: &&str| {
             // The symbol may follow the word, as in `Kraft Fx`.
-            false => direction(rest).or_else(|| {
-                let symbol = FORCES.iter().chain(&MOMENTS).filter(|own| own.len() == 1);
-                let of_same = |own: &&&str| axes_of_quantity(own) == Some(axes);
-                let rest = |own: &&str| letter(rest.strip_prefix(*own)?);
-                symbol.filter(of_same).find_map(rest)
-            }),
-        });
-        let before = || direction(bare.strip_suffix(word).filter(|_| !is_letter)?);
-        Some(axes[after.or_else(before)?])
-    });
-    found.next()
+            let of_rest = |rest| direction(rest).or_else(|| of_symbol(rest));
+            let after = bare.strip_prefix(*word).and_then(of_rest);
+            after.or_else(|| direction(bare.strip_suffix(*word)?))
+        };
+        of_symbol(bare).or_else(|| long.iter().find_map(of_word)).map(|at| axes[at])
+    })
 }
 
 fn letter(text: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|letter| *letter == text)
 }
 
-/// Returns the direction (0 to 2) of a plain text.
+/// Returns the direction that a text names: 0 for x, 1 for y, 2 for z.
 pub(super) fn direction(text: &str) -> Option<usize> {
-    let of = |before: &str, after: &str| letter(text.strip_prefix(before)?.strip_suffix(after)?);
-    let mut found = BEFORE_DIRECTION.iter().flat_map(|before| {
-        let mut after = AFTER_DIRECTION.iter();
-        after.find_map(|after| of(before, after))
-    });
-    found.next()
+    let mut before = BEFORE_DIRECTION.split(' ').chain([""]);
+    before.find_map(|before| {
+        let rest = text.strip_prefix(before)?;
+        let mut after = AFTER_DIRECTION.split(' ').chain([""]);
+        after.find_map(|after| letter(rest.strip_suffix(after)?))
+    })
 }

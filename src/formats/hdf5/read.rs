@@ -1,4 +1,5 @@
-//! Datasets of numbers as arrays, records as columns. Each group is a table of its own unless all form one table.
+//! Reads datasets of numbers as arrays, and datasets of records as columns. Each group is a table of its own, unless all
+//! groups together form one table.
 //!
 //! Guarantees: the total size of all datasets is checked before memory is allocated. Values that were never written become NaN.
 
@@ -11,21 +12,19 @@ use hdf5_pure::{
 };
 
 use super::super::arrays::Array;
-use super::super::columns::{Columns, Since};
+use super::super::columns::Columns;
 use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source};
-use super::super::number::{Field, Number};
+use super::super::number::{Field, FromOrigin, Number};
 use super::super::parts::{self, Group};
 use crate::recording::Day;
 
-/// Maximum depth of groups, which may contain each other in a circle.
+/// Maximum depth to which groups within groups are read, since groups may contain each other in a circle.
 const DEPTH_LIMIT: usize = 6;
-/// Maximum number of members that are read.
+/// Maximum number of datasets and groups that are read, which limits the time for a damaged file.
 const MEMBER_LIMIT: usize = 10_000;
-/// Maximum total length of the column names of an array (bytes).
+/// Maximum total length of the column names of an array (bytes), which limits the memory for a damaged file.
 const LABELS_LIMIT_BYTES: u64 = 1 << 20;
-const NOT_READABLE: Content = Content::Other("not readable");
-const NEVER_WRITTEN: Content = Content::Other("never written");
 
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let file = File::open(source.path).map_err(damaged)?;
@@ -40,18 +39,14 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     reading.group(&file.root(), "", 0)?;
     let Reading { groups, left_out, .. } = reading;
     let columns = parts::of_groups(groups, '/', left_out, source.parts)?;
-    let day = day_of(&file.root());
-    Ok(Some(Columns { day, ..columns }))
-}
-
-fn day_of(root: &Node) -> Option<Day> {
-    let attributes = root.attrs().unwrap_or_default();
-    attributes.iter().find_map(|(name, value)| match value {
+    let attributes = file.root().attrs().unwrap_or_default();
+    let day = attributes.iter().find_map(|(name, value)| match value {
         AttrValue::String(text) | AttrValue::AsciiString(text) => {
             Day::in_header(&format!("{name}: {text}"))
         }
         _ => None,
-    })
+    });
+    Ok(Some(Columns { day, ..columns }))
 }
 
 fn damaged(error: Error) -> FileError {
@@ -80,13 +75,13 @@ impl Reading<'_> {
             path => format!("{path}/{name}"),
         };
         let mut group = Group { name: path.to_owned(), ..Group::default() };
-        // One walk opens all members; opening each by name would search all of them again.
+        // Listing opens all members at once. Opening each member by its name would search the list every time.
         let (datasets, mut inner) = match (node.iter_datasets(), node.iter_groups()) {
             (Ok(datasets), Ok(groups)) => {
                 (datasets.collect::<BTreeMap<_, _>>(), groups.collect::<BTreeMap<_, _>>())
             }
             (Err(error), _) | (_, Err(error)) if path.is_empty() => return Err(damaged(error)),
-            // A group below the root that cannot be listed is skipped; the others are read.
+            // A group below the root that cannot be listed is skipped, and reading goes on.
             _ => {
                 self.left_out.push(format!("{path} (not readable)"));
                 return Ok(());
@@ -110,7 +105,7 @@ impl Reading<'_> {
                 Content::Other(what) => self.left_out.push(format!("{} ({what})", path_of(name))),
             }
         }
-        // A group with the same arrays is a link to one that was read before.
+        // A group with the same arrays as an earlier group is a link to that group.
         if !group.arrays.is_empty() && !self.group_hashes.insert(hash_of(&group.arrays)) {
             return Ok(());
         }
@@ -132,8 +127,9 @@ impl Reading<'_> {
     }
 
     fn dataset(&mut self, path: &str, name: &str, dataset: &Dataset) -> Result<Content, FileError> {
+        let other = |what| Ok(Content::Other(what));
         let (Ok(shape), Ok(datatype)) = (dataset.shape(), dataset.datatype()) else {
-            return Ok(NOT_READABLE);
+            return other("not readable");
         };
         let attributes = dataset.attrs().unwrap_or_default();
         let class = match attributes.get("MATLAB_class") {
@@ -142,47 +138,43 @@ impl Reading<'_> {
             None => None,
         };
         match class {
-            Some("char") => return Ok(Content::Other("text")),
-            Some("cell") => return Ok(Content::Other("cells")),
-            _ if attributes.contains_key("MATLAB_object_decode") => {
-                return Ok(Content::Other("an object"));
-            }
-            _ if attributes.contains_key("MATLAB_empty") => return Ok(Content::Other("empty")),
+            Some("char") => return other("text"),
+            Some("cell") => return other("cells"),
+            _ if attributes.contains_key("MATLAB_object_decode") => return other("an object"),
+            _ if attributes.contains_key("MATLAB_empty") => return other("empty"),
             _ => {}
         }
         let field = field_of(name, 0, &datatype).filter(|field| field.n_each == 1);
         let bytes_each = match (&datatype, &field) {
             (Datatype::Compound { members, .. }, _) if is_complex(members) => {
-                return Ok(Content::Other("complex numbers"));
+                return other("complex numbers");
             }
             // In the worst case each byte of a record is a number.
             (Datatype::Compound { size, .. }, _) => u64::from(*size) * size_of::<f64>() as u64,
             (_, Some(_)) => size_of::<f64>() as u64,
             (Datatype::String { .. } | Datatype::VariableLength { is_string: true, .. }, _) => {
-                return Ok(Content::Other("text"));
+                return other("text");
             }
-            (Datatype::Reference { .. }, _) => return Ok(Content::Other("references")),
-            _ => return Ok(Content::Other("no numbers")),
+            (Datatype::Reference { .. }, _) => return other("references"),
+            _ => return other("no numbers"),
         };
         let n_values = n_values(&shape);
         let chunks = match dataset.layout() {
             _ if n_values == 0 => None,
-            Ok(Layout::Contiguous { address: None, .. }) => return Ok(NEVER_WRITTEN),
+            Ok(Layout::Contiguous { address: None, .. }) => return other("never written"),
             Ok(Layout::Contiguous { size, .. }) if size > self.source.n_bytes => {
                 return Err(FileError::cut_short(name));
             }
             Ok(Layout::Chunked { chunk_shape, .. }) => match dataset.chunks() {
-                Ok(chunks) if chunks.is_empty() => return Ok(NEVER_WRITTEN),
+                Ok(chunks) if chunks.is_empty() => return other("never written"),
                 Ok(chunks) => Some((chunk_shape, chunks)),
-                Err(_) => return Ok(NOT_READABLE),
+                Err(_) => return other("not readable"),
             },
             _ => None,
         };
         self.budget.take(name, n_values, bytes_each)?;
         let Ok(raw) = dataset.read_raw() else {
-            return Ok(Content::Other(
-                "not readable: stored or packed in a way that is not known here",
-            ));
+            return other("not readable: its storage or compression is not supported");
         };
         let n_values = n_values as usize;
         let gaps = chunks.and_then(|(chunk_shape, chunks)| Gaps::of(&shape, &chunk_shape, &chunks));
@@ -199,9 +191,9 @@ impl Reading<'_> {
             return Ok(Content::Records(arrays));
         }
         let Some(field) = field else {
-            return Ok(NOT_READABLE);
+            return other("not readable");
         };
-        let mut values = (Vec::new(), Since::default());
+        let mut values = FromOrigin::default();
         field.append(&raw, field.number.n_bytes(), &mut values);
         if values.0.len() != n_values {
             return Err(FileError::cut_short(name));
@@ -226,10 +218,9 @@ struct Gaps {
 impl Gaps {
     /// Returns the gaps between these chunks, or `None` if there are none.
     fn of(shape: &[u64], chunk_shape: &[u64], chunks: &[Chunk]) -> Option<Self> {
-        let shape: Vec<(u64, u64)> =
-            shape.iter().copied().zip(chunk_shape.iter().copied()).collect();
-        let n_chunks: u64 =
-            shape.iter().map(|(length, chunk)| length.div_ceil((*chunk).max(1))).product();
+        let chunk_shape = chunk_shape.iter().map(|length| (*length).max(1));
+        let shape: Vec<(u64, u64)> = shape.iter().copied().zip(chunk_shape).collect();
+        let n_chunks: u64 = shape.iter().map(|(length, chunk)| length.div_ceil(*chunk)).product();
         let mut gaps = Self { shape, is_written: vec![false; n_chunks as usize] };
         for chunk in chunks {
             let mut at = Some(0);
@@ -245,14 +236,13 @@ impl Gaps {
         gaps.is_written.contains(&false).then_some(gaps)
     }
 
-    /// Returns the index in the grid of the chunk that holds a value, given the index of the value.
+    /// Returns the index of the chunk that holds the value with this index.
     fn chunk(&self, at: usize) -> usize {
         let (mut rest, mut place, mut stride) = (at as u64, 0, 1);
         for (length, chunk) in self.shape.iter().rev() {
-            let chunk = (*chunk).max(1);
             place += rest % length / chunk * stride;
             rest /= length;
-            stride *= length.div_ceil(chunk);
+            stride *= length.div_ceil(*chunk);
         }
         place as usize
     }
@@ -290,18 +280,16 @@ fn hash_of(arrays: &[Array]) -> u64 {
     hasher.finish()
 }
 
-/// Returns the column names that pandas stores for an array: those of `block0_values` are in `block0_items`.
+/// Returns the column names that pandas stores for an array. The names for `block0_values` are in `block0_items`.
 fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
     let items = name.strip_suffix("_values");
     let items = items.and_then(|block| datasets.get(&format!("{block}_items")));
     let is_small = |items: &&Dataset| {
-        let n_bytes = items.shape().ok().zip(items.element_size().ok());
-        n_bytes.is_some_and(|(shape, bytes)| {
+        items.shape().ok().zip(items.element_size().ok()).is_some_and(|(shape, bytes)| {
             n_values(&shape).saturating_mul(bytes) <= LABELS_LIMIT_BYTES
         })
     };
-    let names = items.filter(is_small).and_then(|items| items.read_string().ok());
-    names.unwrap_or_default()
+    items.filter(is_small).and_then(|items| items.read_string().ok()).unwrap_or_default()
 }
 
 fn records(
@@ -316,7 +304,7 @@ fn records(
         let field = field_of(&member.name, offset, &member.datatype)?;
         let n_bytes = field.n_each.checked_mul(field.number.n_bytes())?;
         let end = offset.checked_add(n_bytes)?;
-        let mut values = (Vec::new(), Since::default());
+        let mut values = FromOrigin::default();
         (0 < end && end <= record_bytes).then(|| field.append(raw, record_bytes, &mut values))?;
         Some(field.array(&[n_records], values))
     };
@@ -326,22 +314,19 @@ fn records(
 /// Returns the storage of a numeric dataset, or of a field of its records; `None` if it is not numeric.
 fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
     let (number, order) = match datatype {
-        Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), byte_order, layout } => {
-            if layout.signed {
-                (Number::Int(*size as usize), byte_order)
-            } else {
-                (Number::Uint(*size as usize), byte_order)
-            }
+        Datatype::FixedPoint { size, byte_order, layout } => {
+            let kind = if layout.signed { 'i' } else { 'u' };
+            (Number::of_kind(kind, *size as usize)?, byte_order)
         }
-        Datatype::FloatingPoint { size: size @ (2 | 4 | 8), byte_order, .. } => {
-            (Number::Float(*size as usize), byte_order)
+        Datatype::FloatingPoint { size, byte_order, .. } => {
+            (Number::of_kind('f', *size as usize)?, byte_order)
         }
         // Booleans are stored as enumerations.
         Datatype::Enumeration { base_type, .. } => return field_of(name, offset, base_type),
         Datatype::Array { base_type, dimensions } => {
             let one = field_of(name, offset, base_type).filter(|field| field.n_each == 1)?;
-            let mut lengths = dimensions.iter().map(|length| *length as usize);
-            let n_each = lengths.try_fold(1, usize::checked_mul)?;
+            let n_each =
+                dimensions.iter().map(|length| *length as usize).try_fold(1, usize::checked_mul)?;
             return Some(Field { n_each, ..one });
         }
         _ => return None,

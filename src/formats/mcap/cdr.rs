@@ -39,7 +39,7 @@ impl<'a> Cdr<'a> {
         self.bytes(n_bytes).map(drop)
     }
 
-    /// Reads a header: its time (ns), and the name of a frame, which is skipped.
+    /// Reads a header and returns its time stamp (ns). The name of the frame is skipped.
     pub fn header_nanosecs(&mut self) -> Option<i64> {
         let secs = self.number(Number::Int(4))? as i64;
         let nanosecs = self.number(Number::Uint(4))? as i64;

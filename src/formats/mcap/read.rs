@@ -1,4 +1,4 @@
-//! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock.
+//! Reads MCAP recordings of ROS 2: gauges from a topic of arrays, the reference from a topic of wrenches, on two clocks.
 //!
 //! Guarantees: only one chunk is in memory at a time. A recording without its end (killed recorder) is read as far as it goes.
 //! If several topics qualify, the user chooses.
@@ -10,10 +10,9 @@ use ::mcap::records::{MessageHeader, Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
-use super::super::columns::FilePart;
-use super::super::columns::{Column, Columns};
-use super::super::error::{self, FileError};
-use super::super::format::{COLUMN_LIMIT, Source};
+use super::super::columns::{Column, Columns, FilePart};
+use super::super::error::FileError;
+use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::number::Number;
 use super::super::parts;
 use super::cdr::Cdr;
@@ -25,7 +24,7 @@ const DOUBLE: Number = Number::Float(8);
 /// Maximum declared size of a chunk (bytes). Real chunks have a few megabytes.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
-/// Reads all topics, and makes a table of one or two of them.
+/// Reads all topics, and returns one or two of the topics as a table.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut topics = Topics::default();
     let mut file = BufReader::new(source.open()?);
@@ -43,13 +42,13 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
             }
             Ok(LinearReadEvent::Record { opcode, data }) => match parsed(opcode, data)? {
                 Some(Record::Chunk { header, data }) => {
-                    let size = header.uncompressed_size;
-                    let records = unpacked(&header.compression, &data, size)?;
+                    let n_bytes = header.uncompressed_size;
+                    let records = unpacked(&header.compression, &data, n_bytes)?;
                     let mut rest = &records[..];
                     while !rest.is_empty() {
                         let first = first_record(rest);
                         let (opcode, data, next) =
-                            first.ok_or_else(|| damaged(McapError::UnexpectedEof))?;
+                            first.ok_or_else(|| FileError::cut_short(FILE))?;
                         if let Some(record) = parsed(opcode, data)? {
                             topics.take(record);
                         }
@@ -59,7 +58,9 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
                 Some(record) => topics.take(record),
                 None => {}
             },
-            Err(McapError::UnexpectedEof | McapError::BadMagic) if topics.have_samples() => {
+            Err(McapError::UnexpectedEof | McapError::BadMagic)
+                if topics.topics.values().any(|topic| !topic.samples.is_empty()) =>
+            {
                 ends_early = true;
                 break;
             }
@@ -78,13 +79,14 @@ fn first_record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     Some((*kind, content, rest))
 }
 
-/// Returns the bytes after a text; `None` if the text is longer than the rest.
+/// Returns the bytes after the text at the start of `bytes`; `None` if `bytes` ends within this text.
 fn after_text(bytes: &[u8]) -> Option<&[u8]> {
     let (n_bytes, rest) = bytes.split_first_chunk()?;
     rest.get(u32::from_le_bytes(*n_bytes) as usize..)
 }
 
-/// Parses a record that concerns samples. The lengths of its texts are checked first, since the crate allocates by them.
+/// Parses a schema, channel, message or chunk; `None` for any other record. The lengths of the record's texts are checked
+/// first, because the crate allocates memory by these lengths.
 fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
     let (start, n_texts) = match kind {
         op::MESSAGE => (0, 0),
@@ -122,26 +124,16 @@ fn damaged(error: McapError) -> FileError {
 
 fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, FileError> {
     const CHUNK: &str = "a chunk";
-    if n_bytes > CHUNK_LIMIT_BYTES {
-        return Err(FileError::unpacks_too_large(CHUNK, CHUNK_LIMIT_BYTES));
-    }
-    let mut records = Vec::new();
-    let of_chunk = error::reading(CHUNK);
-    match compression {
-        "" => records.extend_from_slice(packed),
-        "zstd" => {
-            let damaged = |error: std::io::Error| match error.kind() {
-                std::io::ErrorKind::UnexpectedEof => of_chunk(error),
-                // The library reports damaged input as `Other`.
-                _ => FileError::damaged(CHUNK, error.to_string()),
-            };
-            let decoder = zstd::Decoder::new(packed).map_err(damaged)?;
-            decoder.take(n_bytes).read_to_end(&mut records).map_err(damaged)?;
-        }
-        "lz4" => {
-            let decoder = lz4_flex::frame::FrameDecoder::new(packed);
-            decoder.take(n_bytes).read_to_end(&mut records).map_err(of_chunk)?;
-        }
+    Budget::of_file(0).take(CHUNK, n_bytes, 1)?;
+    let damaged = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::UnexpectedEof => FileError::cut_short(CHUNK),
+        // The decoders report damaged input as errors of several kinds.
+        _ => FileError::damaged(CHUNK, error.to_string()),
+    };
+    let decoder: Box<dyn Read + '_> = match compression {
+        "" => Box::new(packed),
+        "zstd" => Box::new(zstd::Decoder::new(packed).map_err(damaged)?),
+        "lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
         other => {
             return Err(FileError::Compression {
                 what: CHUNK.to_owned(),
@@ -149,7 +141,11 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
                 instead: "zstd, lz4 or none",
             });
         }
-    }
+    };
+    // Packed data may have an end mark behind the records.
+    let limit_bytes = if compression.is_empty() { u64::MAX } else { n_bytes };
+    let mut records = Vec::new();
+    decoder.take(limit_bytes).read_to_end(&mut records).map_err(damaged)?;
     if records.len() as u64 != n_bytes {
         let why = "its unpacked size differs from the declared size";
         return Err(FileError::damaged(CHUNK, why));
@@ -171,19 +167,11 @@ impl Shape {
         let (package, message) = name.split_once('/')?;
         let message = message.strip_prefix("msg/").unwrap_or(message);
         let scalar = |name: &str| {
-            Some(match name {
-                "Int8" => Number::Int(1),
-                "UInt8" => Number::Uint(1),
-                "Int16" => Number::Int(2),
-                "UInt16" => Number::Uint(2),
-                "Int32" => Number::Int(4),
-                "UInt32" => Number::Uint(4),
-                "Int64" => Number::Int(8),
-                "UInt64" => Number::Uint(8),
-                "Float32" => Number::Float(4),
-                "Float64" => DOUBLE,
-                _ => return None,
-            })
+            let kind = name.trim_end_matches(|c: char| c.is_ascii_digit());
+            let n_bytes = name[kind.len()..].parse::<usize>().ok()? / 8;
+            let kinds = [("Int", 'i'), ("UInt", 'u'), ("Float", 'f')];
+            let (_, letter) = kinds.into_iter().find(|(own, _)| *own == kind)?;
+            Number::of_kind(letter, n_bytes)
         };
         match (package, message) {
             ("geometry_msgs", "WrenchStamped") => Some(Self::WrenchStamped),
@@ -197,11 +185,7 @@ impl Shape {
         }
     }
 
-    fn is_wrench(self) -> bool {
-        matches!(self, Self::WrenchStamped | Self::Wrench)
-    }
-
-    /// Returns the time in the message (ns), if it has one, and its numbers.
+    /// Returns the numbers of a message, and its time stamp (ns) if it has one.
     fn read(self, message: &[u8]) -> Option<(Option<i64>, Vec<f64>)> {
         let mut cdr = Cdr::new(message)?;
         let wrench =
@@ -259,18 +243,13 @@ struct Topics {
 }
 
 impl Topics {
-    fn have_samples(&self) -> bool {
-        self.topics.values().any(|topic| !topic.samples.is_empty())
-    }
-
     fn take(&mut self, record: Record) {
         match record {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);
             }
             Record::Channel(channel) => {
-                let kind = self.schemas.get(&channel.schema_id).cloned();
-                let kind = kind.unwrap_or_default();
+                let kind = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
                 let is_cdr = channel.message_encoding == "cdr";
                 self.topics.entry(channel.id).or_insert_with(|| Topic {
                     name: channel.topic,
@@ -302,17 +281,30 @@ impl Topics {
         }
     }
 
-    /// Returns the wanted topics as columns; without a choice, one topic of arrays and one of wrenches. Lists the others.
+    /// Returns the wanted topics as columns, else one topic of arrays and one of wrenches. Lists the topics that are left
+    /// out.
     fn columns(self, wanted: &[String]) -> Result<Columns, FileError> {
-        let readable = self.topics.iter().filter(|(_, topic)| !topic.samples.is_empty());
-        let readable: Vec<(u16, &Topic)> = readable.map(|(id, topic)| (*id, topic)).collect();
+        let readable: Vec<(u16, &Topic)> = self
+            .topics
+            .iter()
+            .filter(|(_, topic)| !topic.samples.is_empty())
+            .map(|(id, topic)| (*id, topic))
+            .collect();
         parts::check_wanted(wanted, readable.iter().map(|(_, topic)| topic.name.as_str()))?;
         let chosen = if wanted.is_empty() {
-            [Topic::most_likely(&readable, false), Topic::most_likely(&readable, true)]
+            [false, true].map(|is_wrench| Topic::most_likely(&readable, is_wrench))
+        } else if wanted.len() > 2 {
+            return Err(FileError::TooManyTopics { topics: wanted.to_vec() });
         } else {
-            of_wanted(&readable, wanted)?
+            let mut chosen: Vec<_> = wanted
+                .iter()
+                .filter_map(|name| readable.iter().find(|(_, topic)| topic.name == *name))
+                .collect();
+            // Of a wrench and another topic, the other topic holds the gauges; otherwise the order of `wanted` counts.
+            chosen.sort_by_key(|(_, topic)| topic.is_wrench());
+            [0_usize, 1].map(|at| chosen.get(at).map(|(id, _)| *id))
         };
-        // A rival could have been read in place of a topic that was chosen.
+        // A rival is an unused topic that could have been chosen in place of a chosen topic.
         let is_rival = |topic: &Topic| {
             let is_like = |own: &&u16| {
                 let own = &self.topics[*own];
@@ -346,36 +338,26 @@ impl Topics {
             if topic.is_wrench() && (is_second || wanted.len() < 2) {
                 topic.add_to(&mut table, time, axis);
             } else if is_second || topic.is_wrench() {
-                // The meaning of this topic is unknown, so its columns keep the names of their elements.
+                // The role of this topic is unknown, so its columns are named by topic and index.
                 topic.add_to(&mut table, time, |column| format!("{path}[{column}]"));
             } else {
                 topic.add_to(&mut table, time, |column| format!("S{}", column + 1));
             }
         }
-        let left_out = topics.into_values().filter(|topic| topic.n_messages > 0);
-        table.left_out = left_out.map(|topic| format!("{} ({})", topic.name, topic.kind)).collect();
+        table.left_out = topics
+            .into_values()
+            .filter(|topic| topic.n_messages > 0)
+            .map(|topic| format!("{} ({})", topic.name, topic.kind))
+            .collect();
         Ok(table)
     }
 }
 
-/// Returns the wanted topics, the gauges first: of a wrench and another topic, the other one, else in the order of `wanted`.
-fn of_wanted(readable: &[(u16, &Topic)], wanted: &[String]) -> Result<[Option<u16>; 2], FileError> {
-    let find = |name: &String| readable.iter().find(|(_, topic)| topic.name == *name);
-    let mut chosen: Vec<&(u16, &Topic)> = wanted.iter().filter_map(find).collect();
-    if chosen.len() > 2 {
-        return Err(FileError::TooManyTopics { topics: wanted.to_vec() });
-    }
-    chosen.sort_by_key(|(_, topic)| topic.is_wrench());
-    let mut ids = chosen.into_iter().map(|(id, _)| *id);
-    Ok([ids.next(), ids.next()])
-}
-
 impl Topic {
     fn is_wrench(&self) -> bool {
-        self.shape.is_some_and(Shape::is_wrench)
+        matches!(self.shape, Some(Shape::WrenchStamped | Shape::Wrench))
     }
 
-    /// Returns true if the messages hold only a list of numbers of any length.
     fn is_list(&self) -> bool {
         matches!(self.shape, Some(Shape::Array(_)))
     }
@@ -396,7 +378,7 @@ impl Topic {
         of_kind.max_by_key(rank).map(|(id, _)| *id)
     }
 
-    /// Appends a column of times and one column for each number, sorted by time.
+    /// Appends a column of times and one column for each number of a message. Rows are sorted by time.
     fn add_to(mut self, table: &mut Columns, time: &str, name: impl Fn(usize) -> String) {
         // Drivers that do not know the time leave the stamp at zero.
         let is_stamped = |sample: &Sample| sample.stamp_nanosecs.is_some_and(|stamp| stamp != 0);
@@ -407,7 +389,7 @@ impl Topic {
         };
         self.samples.sort_by_key(nanosecs);
         let n_columns = self.samples.first().map_or(0, |sample| sample.values.len());
-        // Whole seconds are subtracted first, so that clocks that agree to the nanosecond give the same number.
+        // Whole seconds are subtracted first, so that equal times of two topics give the same number.
         let since = self.samples.first().map_or(0, |first| nanosecs(first) / NANOS);
         let secs = |sample: &Sample| (nanosecs(sample) - since * NANOS) as f64 / NANOS as f64;
         table.columns.push(Column {

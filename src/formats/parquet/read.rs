@@ -1,13 +1,13 @@
 //! Reads the numeric columns of a Parquet file, and lists the others.
 
-use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit};
+use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::{DataType, Int96};
 use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 
-use super::super::columns::{Column, Columns, Since};
+use super::super::columns::{Column, Columns, from_origin};
 use super::super::error::FileError;
 use super::super::format::{COLUMN_LIMIT, Source};
 use crate::progress::Progress;
@@ -29,7 +29,9 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     for index in 0..schema.num_columns() {
         let column = schema.column(index);
         let name = column.path().string();
-        if column.max_rep_level() > 0 || !holds_numbers(&column) || indices.len() >= COLUMN_LIMIT {
+        let has_numbers =
+            !matches!(column.physical_type(), Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY);
+        if column.max_rep_level() > 0 || !has_numbers || indices.len() >= COLUMN_LIMIT {
             let kind = if column.max_rep_level() > 0 { "lists" } else { "no numbers" };
             table.left_out.push(format!("{name} ({kind})"));
             continue;
@@ -41,15 +43,17 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
             ..Column::default()
         });
     }
-    let since = vec![Since::default(); indices.len()];
+    let mut origins = vec![None; indices.len()];
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(damaged)?;
-        for ((&index, column), since) in indices.iter().zip(&mut table.columns).zip(&since) {
+        for (&index, (column, origin)) in
+            indices.iter().zip(table.columns.iter_mut().zip(&mut origins))
+        {
             let scale = decimal_scale(&schema.column(index));
             let start = column.values.len();
             let reader = group.get_column_reader(index).map_err(damaged)?;
-            append(reader, &mut column.values, since, source.progress)?;
-            column.since = since.get();
+            append(reader, &mut column.values, origin, source.progress)?;
+            column.since = origin.unwrap_or(0);
             if scale != 1.0 && column.since == 0 {
                 column.values[start..].iter_mut().for_each(|value| *value /= scale);
             }
@@ -74,16 +78,7 @@ fn damaged(error: ParquetError) -> FileError {
     }
 }
 
-fn holds_numbers(column: &ColumnDescriptor) -> bool {
-    use ::parquet::basic::Type;
-    matches!(
-        column.physical_type(),
-        Type::BOOLEAN | Type::INT32 | Type::INT64 | Type::INT96 | Type::FLOAT | Type::DOUBLE
-    )
-}
-
 fn time_unit(column: &ColumnDescriptor) -> &'static str {
-    use ::parquet::basic::Type;
     let logical = column.logical_type_ref();
     match (logical, column.converted_type(), column.physical_type()) {
         (Some(LogicalType::Timestamp(time) | LogicalType::Time(time)), ..) => match time.unit {
@@ -98,7 +93,7 @@ fn time_unit(column: &ColumnDescriptor) -> &'static str {
     }
 }
 
-/// Returns the divisor of the whole numbers of a decimal column.
+/// Returns the number by which the stored whole numbers of a decimal column are divided; 1 for any other column.
 fn decimal_scale(column: &ColumnDescriptor) -> f64 {
     match column.converted_type() {
         ConvertedType::DECIMAL => 10_f64.powi(column.type_scale()),
@@ -109,18 +104,17 @@ fn decimal_scale(column: &ColumnDescriptor) -> f64 {
 fn append(
     reader: ColumnReader,
     values: &mut Vec<f64>,
-    since: &Since,
+    origin: &mut Option<i64>,
     progress: &Progress,
 ) -> Result<(), FileError> {
     match reader {
         ColumnReader::BoolColumnReader(reader) => all(reader, values, f64::from, progress),
         ColumnReader::Int32ColumnReader(reader) => all(reader, values, f64::from, progress),
         ColumnReader::Int64ColumnReader(reader) => {
-            all(reader, values, |v| since.number(v), progress)
+            all(reader, values, |v| from_origin(v, origin), progress)
         }
         ColumnReader::Int96ColumnReader(reader) => {
-            let nanos = |v: Int96| since.number(v.to_nanos());
-            all(reader, values, nanos, progress)
+            all(reader, values, |v: Int96| from_origin(v.to_nanos(), origin), progress)
         }
         ColumnReader::FloatColumnReader(reader) => all(reader, values, f64::from, progress),
         ColumnReader::DoubleColumnReader(reader) => all(reader, values, |v| v, progress),
@@ -132,7 +126,7 @@ fn append(
 fn all<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     values: &mut Vec<f64>,
-    value: impl Fn(T::T) -> f64,
+    mut value: impl FnMut(T::T) -> f64,
     progress: &Progress,
 ) -> Result<(), FileError> {
     let (mut levels, mut batch) = (Vec::new(), Vec::new());
@@ -145,7 +139,7 @@ fn all<T: DataType>(
         if n_rows == 0 {
             return Ok(());
         }
-        let mut present = batch.drain(..).map(&value);
+        let mut present = batch.drain(..).map(&mut value);
         if n_values == n_rows {
             values.extend(present);
         } else {

@@ -1,7 +1,7 @@
-//! Writes a table as Apache Parquet: one column of names, and one of optional doubles per number of a row.
+//! Writes a table as Apache Parquet: a column of names, then one column of optional doubles for each number of a row.
 
 use std::io::{self, Write};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
@@ -10,56 +10,22 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 
-use crate::panicked::locked;
-
 /// Number of rows written at once: few enough for small memories, many enough for fast readers.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// Writer that collects rows and writes them in groups.
 pub(crate) struct ParquetTable<'a> {
-    out: &'a mut dyn Write,
-    /// Bytes that the crate has produced and that are not yet written to `out`.
-    buffer: Buffer,
-    writer: SerializedFileWriter<Buffer>,
+    writer: SerializedFileWriter<&'a mut (dyn Write + Send)>,
     names: Vec<ByteArray>,
     columns: Vec<Vec<Option<f64>>>,
 }
 
-/// Shared buffer of produced bytes. The crate requires an output that can move between threads.
-#[derive(Clone, Default)]
-struct Buffer(Arc<Mutex<Vec<u8>>>);
-
-impl Buffer {
-    fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut *locked(&self.0))
-    }
-}
-
-impl Write for Buffer {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut buffer = locked(&self.0);
-        buffer.extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
 impl<'a> ParquetTable<'a> {
-    pub fn new(head: &[String], out: &'a mut dyn Write) -> io::Result<Self> {
-        let buffer = Buffer::default();
-        let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
-        let schema = schema(head).map_err(io::Error::other)?;
-        let writer = SerializedFileWriter::new(
-            buffer.clone(),
-            Arc::new(schema),
-            Arc::new(properties.build()),
-        );
+    pub fn new(head: &[String], out: &'a mut (dyn Write + Send)) -> io::Result<Self> {
+        let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+        let writer = schema(head).and_then(|schema| {
+            SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))
+        });
         Ok(Self {
-            out,
-            buffer,
             writer: writer.map_err(io::Error::other)?,
             names: Vec::new(),
             columns: vec![Vec::new(); head.len()],
@@ -81,15 +47,14 @@ impl<'a> ParquetTable<'a> {
         if !self.names.is_empty() {
             self.write_group()?;
         }
-        self.writer.close().map_err(io::Error::other)?;
-        self.out.write_all(&self.buffer.take())
+        self.writer.close().map(drop).map_err(io::Error::other)
     }
 
     fn write_group(&mut self) -> io::Result<()> {
         self.group().map_err(io::Error::other)?;
         self.names.clear();
         self.columns.iter_mut().for_each(Vec::clear);
-        self.out.write_all(&self.buffer.take())
+        Ok(())
     }
 
     fn group(&mut self) -> Result<(), ParquetError> {
@@ -123,8 +88,7 @@ fn schema(head: &[String]) -> Result<Type, ParquetError> {
             .with_repetition(Repetition::OPTIONAL)
             .build()
     });
-    let fields = std::iter::once(Ok(names)).chain(numbers);
-    let fields = fields.map(|field| field.map(Arc::new));
+    let fields = std::iter::once(Ok(names)).chain(numbers).map(|field| field.map(Arc::new));
     Type::group_type_builder("traces").with_fields(fields.collect::<Result<_, _>>()?).build()
 }
 

@@ -1,11 +1,10 @@
 //! Splits text that arrives in pieces into whole lines. The encoding is detected from the first line, as for whole files. A
 //! line without an end does not fill the memory.
 
+use super::blocks::LINE_LIMIT_BYTES;
 use super::encoding::{Encoding, decoded, encoding_of};
 
-/// Maximum length of a line of a table (bytes).
-const LONGEST_LINE: usize = 1 << 20;
-/// Replacement of a line longer than [`LONGEST_LINE`].
+/// Text that replaces a line longer than [`LINE_LIMIT_BYTES`].
 const TOO_LONG: &str = "(a line of more than 1 MiB)";
 /// Number of bytes that suffice to detect the encoding, if no line has ended before.
 const ENCODING_BYTES: usize = 1 << 10;
@@ -16,7 +15,7 @@ pub(crate) struct ArrivingLines {
     /// Bytes still to be decoded.
     raw: Vec<u8>,
     text: Vec<u8>,
-    /// Start in `text` of the next line.
+    /// Position in `text` where the next line starts.
     start: usize,
     /// Position in `text` up to which no end of line was found.
     searched: usize,
@@ -50,7 +49,7 @@ impl ArrivingLines {
     /// Returns the next complete line, without its line end.
     pub fn next_line(&mut self) -> Option<String> {
         let Some(at) = memchr::memchr(b'\n', &self.text[self.searched..]) else {
-            if self.text.len() - self.start > LONGEST_LINE {
+            if self.text.len() - self.start > LINE_LIMIT_BYTES {
                 self.is_too_long = true;
                 self.text.clear();
                 self.start = 0;
@@ -59,27 +58,22 @@ impl ArrivingLines {
             return None;
         };
         let end = self.searched + at;
-        let line = self.line(end);
-        (self.start, self.searched) = (end + 1, end + 1);
-        Some(line)
+        Some(self.line(end, end + 1))
     }
 
     pub fn last_line(&mut self) -> Option<String> {
         self.decode();
         let end = self.text.len();
-        (end > self.start).then(|| {
-            let line = self.line(end);
-            (self.start, self.searched) = (end, end);
-            line
-        })
+        (end > self.start).then(|| self.line(end, end))
     }
 
-    fn line(&mut self, end: usize) -> String {
+    fn line(&mut self, end: usize, next: usize) -> String {
+        let start = std::mem::replace(&mut self.start, next);
+        self.searched = next;
         if std::mem::take(&mut self.is_too_long) {
             return TOO_LONG.to_owned();
         }
-        let line = String::from_utf8_lossy(&self.text[self.start..end]);
-        line.trim_end_matches('\r').to_owned()
+        String::from_utf8_lossy(&self.text[start..end]).trim_end_matches('\r').to_owned()
     }
 }
 
@@ -120,7 +114,7 @@ mod tests {
         for _ in 0..64 {
             arriving.push(&vec![b'1'; 1 << 16]);
             assert_eq!(arriving.next_line(), None);
-            assert!(arriving.text.len() < 2 * LONGEST_LINE);
+            assert!(arriving.text.len() < 2 * LINE_LIMIT_BYTES);
         }
     }
 }

@@ -5,10 +5,8 @@
 
 use crate::formats::columns::Cell;
 
-/// Bit of the status word that is set for any error.
 const ANY_ERROR: u32 = 1 << 31;
 
-/// Values in the lines above the header.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Preamble {
     pub n_lines: usize,
@@ -55,7 +53,7 @@ impl Preamble {
     }
 }
 
-/// Returns true if a status word, a number or hexadecimal digits, reports an error; `None` for anything else.
+/// Returns true if a status word reports an error; `None` if the cell is neither a number nor hexadecimal digits.
 pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
     let text = match cell {
         Cell::Number(number) => {

@@ -1,5 +1,5 @@
-//! Reads a file in blocks that end at line ends, so that each block can be parsed on its own. The blocks joined are the file
-//! without its byte order mark.
+//! Reads a file in blocks that end at line ends, so that each block can be parsed on its own. Together the blocks are the
+//! text of the file without its byte order mark.
 
 use std::io;
 use std::path::Path;
@@ -10,16 +10,17 @@ use super::serial_monitor::Arrows;
 use crate::formats::error::FileError;
 
 /// Maximum length of a line (bytes). Without a limit one line could fill the memory.
-const LINE_LIMIT_BYTES: usize = 4 << 20;
+pub(super) const LINE_LIMIT_BYTES: usize = 1 << 20;
 
 #[derive(Debug)]
-pub(super) struct Blocks {
-    pub text: Text,
+pub(in crate::formats) struct Blocks {
+    pub(super) text: Text,
     block_bytes: usize,
     /// Start of a line whose end is not read yet.
     carry: Vec<u8>,
     is_at_end: bool,
-    /// Times of a terminal at the start of each line, if the file has them. The outer `None` means not checked yet.
+    /// Arrows behind the times that a terminal writes in front of each line. `Some(None)` if the file has no arrows, `None`
+    /// until the first block is read.
     arrows: Option<Option<Arrows>>,
 }
 
@@ -39,10 +40,10 @@ impl Blocks {
         })
     }
 
-    /// Returns the whole lines among `n_bytes` bytes from byte `at` on, wherever reading stands.
+    /// Returns the whole lines among `n_bytes` bytes from byte `at` on. The next block is not affected.
     pub fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
-        if at + (n_bytes as u64) < self.text.whole_file_bytes() {
+        if at + (n_bytes as u64) < self.text.file_bytes {
             lines.truncate(memchr::memrchr(b'\n', &lines).map_or(0, |end| end + 1));
         }
         let start = memchr::memchr(b'\n', &lines).map_or(lines.len(), |end| end + 1);
@@ -53,7 +54,7 @@ impl Blocks {
         Ok(lines)
     }
 
-    /// Returns the first blocks joined: at least `at_least` bytes and one line that is not a comment, if the file has them.
+    /// Returns the start of the file: `at_least` bytes or more, and one line that is no comment, if the file is long enough.
     pub fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;
@@ -82,7 +83,7 @@ impl Blocks {
                 return Err(FileError::LineTooLong { limit_bytes: LINE_LIMIT_BYTES });
             }
         }
-        // A sample may end in the middle of a line.
+        // The part of the file that is read may end in the middle of a line, which is dropped.
         if self.is_at_end && self.text.is_sample() {
             self.carry.clear();
             block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));

@@ -1,4 +1,4 @@
-//! Division of text into lines and cells, and numbers in cells.
+//! Divides text into lines and cells, and reads numbers in cells.
 
 use super::written::{Decimal, Delimiter, TextLayout, Thousands};
 use crate::formats::columns::{Cell, Row};
@@ -17,14 +17,13 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
     // `max_by_key` returns the last of equal elements.
     [Comma, Semicolon, Tab]
         .into_iter()
-        .map(|delimiter| (delimiter, count(delimiter)))
-        .max_by_key(|&(_, count)| count)
-        .filter(|&(_, count)| count > 0)
-        .map_or(Spaces, |(delimiter, _)| delimiter)
+        .filter(|own| count(*own) > 0)
+        .max_by_key(|own| count(*own))
+        .unwrap_or(Spaces)
 }
 
 impl Delimiter {
-    /// Returns true unless commas separate the cells: a comma inside a cell can then only be a decimal comma.
+    /// Returns true if a comma inside a cell can be a decimal comma, because commas do not separate the cells.
     pub(crate) fn allows_decimal_comma(self) -> bool {
         self != Self::Comma
     }
@@ -56,7 +55,8 @@ impl TextLayout {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
             point: match (self.decimal, self.delimiter) {
                 (Decimal::Point, _) => b'.',
-                // A decimal comma is then only possible within quotes, where no number is plain. 0xff occurs in no text.
+                // If commas separate the cells, a number with a decimal comma is quoted, never plain. The byte 0xff occurs in
+                // no text.
                 (Decimal::Comma, Delimiter::Comma) => 0xff,
                 (Decimal::Comma, _) => b',',
             },
@@ -66,7 +66,7 @@ impl TextLayout {
     /// Returns the number in a cell, and true if its comma was read as a decimal point although a point is expected.
     pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
-        // With a comma as delimiter, a comma within quotes separates thousands.
+        // If commas separate the cells, a comma in quotes separates thousands.
         let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
         let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
         let grouped = before_thousands.and_then(|own| grouped_by(cell, own, point));
@@ -78,7 +78,8 @@ impl TextLayout {
         plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
     }
 
-    /// Returns [`Self::number`] minus a whole number, without the loss of digits of subtracting after parsing.
+    /// Returns [`Self::number`] minus `since`. The whole part is subtracted before conversion to a float, so no digit is
+    /// lost.
     pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         let text = std::str::from_utf8(cell).ok()?;
@@ -149,18 +150,6 @@ impl<'a> Cells<'a> {
         byte == self.delimiter || (byte == b'\t' && self.delimiter == b' ')
     }
 
-    /// Returns the next cell if it is a plain number, parsed in one pass. Otherwise returns `None` and does not advance.
-    pub fn next_plain_number(&mut self, point: u8) -> Option<f64> {
-        let rest = self.rest?;
-        let (value, end) = plain_number(rest, point)?;
-        self.rest = match rest.get(end) {
-            None => None,
-            Some(&byte) if self.ends_cell(byte) => Some(self.after(rest, end)),
-            Some(_) => return None,
-        };
-        Some(value)
-    }
-
     fn after(&self, rest: &'a [u8], end: usize) -> &'a [u8] {
         match self.delimiter {
             b' ' => rest[end + 1..].trim_ascii_start(),
@@ -176,23 +165,14 @@ impl<'a> Iterator for Cells<'a> {
         let rest = self.rest?;
         let quoted = closing_quote(rest).unwrap_or(0);
         let end = rest[quoted..].iter().position(|&byte| self.ends_cell(byte));
-        let cell = match end {
-            Some(end) => {
-                self.rest = Some(self.after(rest, quoted + end));
-                &rest[..quoted + end]
-            }
-            None => {
-                self.rest = None;
-                rest
-            }
-        };
-        let cell = cell.trim_ascii();
+        let end = end.map(|end| quoted + end);
+        self.rest = end.map(|end| self.after(rest, end));
+        let cell = rest[..end.unwrap_or(rest.len())].trim_ascii();
         let unquoted = cell.strip_prefix(b"\"").and_then(|inner| inner.strip_suffix(b"\""));
         Some(unquoted.map_or(cell, <[u8]>::trim_ascii))
     }
 }
 
-/// Cells of one line, with plain numbers parsed.
 #[derive(Clone, Debug)]
 pub(crate) struct TextRow<'a> {
     cells: Cells<'a>,
@@ -211,7 +191,14 @@ impl<'a> Iterator for TextRow<'a> {
 impl<'a> Row<'a> for TextRow<'a> {
     #[inline(always)] // one call per cell of the file
     fn next_number(&mut self) -> Option<f64> {
-        self.cells.next_plain_number(self.point)
+        let rest = self.cells.rest?;
+        let (value, end) = plain_number(rest, self.point)?;
+        self.cells.rest = match rest.get(end) {
+            None => None,
+            Some(&byte) if self.cells.ends_cell(byte) => Some(self.cells.after(rest, end)),
+            Some(_) => return None,
+        };
+        Some(value)
     }
 }
 
@@ -235,9 +222,9 @@ fn closing_quote(rest: &[u8]) -> Option<usize> {
     }
 }
 
-/// Returns the number at the start of `text` and the position of its end, as [`number`] does, but faster; `None` unless it is
-/// a sign, digits and a `point`, at most 18 digits in all. The digits as a whole number (up to 2^53) and the power of ten are
-/// both exact, so their quotient is the nearest floating-point number.
+/// Reads the plain number at the start of `text`: a sign, digits and a `point`, at most 18 digits. Returns the number and
+/// the position of its end. The result is that of [`number`], in less time: the digits as a whole number (up to 2^53) and
+/// the power of ten are both exact, so their quotient is the nearest floating-point number.
 fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     const POWERS: [f64; 19] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
@@ -286,27 +273,20 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
         _ => (digits, None),
     };
     let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    let mut groups = whole.split(|letter| thousands.is(letter));
-    let first = groups.next().filter(|own| (1..=3).contains(&own.len()) && are_digits(own))?;
-    let mut number = format!("{}{first}", if text.starts_with('-') { "-" } else { "" });
-    let mut n_groups = 0;
-    for group in groups {
-        if group.len() != 3 || !are_digits(group) || first.starts_with('0') {
-            return None;
-        }
-        number.push_str(group);
-        n_groups += 1;
-    }
-    if let Some(decimals) = decimals.filter(|own| are_digits(own)) {
-        number.push('.');
-        number.push_str(decimals);
-    } else if decimals.is_some() {
-        return None;
-    }
-    (n_groups > 0).then(|| number.parse().ok()).flatten()
+    let groups: Vec<&str> = whole.split(|letter| thousands.is(letter)).collect();
+    let (first, later) = groups.split_first()?;
+    let is_grouped = (1..=3).contains(&first.len())
+        && !first.starts_with('0')
+        && !later.is_empty()
+        && later.iter().all(|group| group.len() == 3);
+    let decimals = decimals.unwrap_or("0");
+    let is_number = is_grouped && groups.iter().all(|own| are_digits(own)) && are_digits(decimals);
+    let sign = if text.starts_with('-') { "-" } else { "" };
+    is_number.then(|| format!("{sign}{}.{decimals}", groups.concat()).parse().ok())?
 }
 
-/// Returns a number whose grouping has only one meaning (`1'234`, `1,234.5`, `1.234,5`, `1,234,567`), and its separator.
+/// Returns the number in a cell and its separator of thousands, if the cell can be read in only one way: `1'234`, `1,234.5`,
+/// `1.234,5`, `1,234,567`.
 pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     let of = |thousands: Thousands, point| Some((grouped_by(cell, thousands, point)?, thousands));
     let count = |byte: u8| cell.iter().filter(|own| **own == byte).count();
@@ -319,7 +299,7 @@ pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     }
 }
 
-/// Returns the number in a cell if its only comma is read as a decimal point.
+/// Returns the number in a cell, with its only comma as the decimal point.
 pub(crate) fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
     let (whole, part) = std::str::from_utf8(cell).ok()?.split_once(',')?;
     let is_point_elsewhere = whole.contains('.') || part.contains('.');
@@ -389,13 +369,14 @@ mod tests {
 
     #[test]
     fn a_plain_number_is_a_whole_cell() {
-        let mut cells = Cells::new(b"1.5  2e1 -3", Delimiter::Spaces);
-        assert_eq!(cells.next_plain_number(b'.'), Some(1.5));
-        assert_eq!(cells.next_plain_number(b'.'), None);
-        assert_eq!(cells.next(), Some(&b"2e1"[..]));
-        assert_eq!(cells.next_plain_number(b'.'), Some(-3.0));
-        assert_eq!(cells.next_plain_number(b'.'), None);
-        assert_eq!(cells.next(), None);
+        let layout = TextLayout { delimiter: Delimiter::Spaces, ..TextLayout::default() };
+        let mut row = layout.row(b"1.5  2e1 -3").unwrap();
+        assert_eq!(row.next_number(), Some(1.5));
+        assert_eq!(row.next_number(), None);
+        assert_eq!(row.next(), Some(Cell::Text(b"2e1")));
+        assert_eq!(row.next_number(), Some(-3.0));
+        assert_eq!(row.next_number(), None);
+        assert_eq!(row.next(), None);
     }
 
     #[test]

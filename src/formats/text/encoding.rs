@@ -1,5 +1,5 @@
-//! Converts a file of any supported encoding to UTF-8 text without byte order mark, whose lines end with `\n` or `\r\n`. A file
-//! that is not text is refused with its kind.
+//! Converts a file of any supported encoding to UTF-8 text without byte order mark, whose lines end with `\n` or `\r\n`. The
+//! error for a file without text names the kind of the file.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -11,9 +11,14 @@ use crate::formats::error::FileError;
 
 /// Number of first bytes from which the kind of a file is detected.
 const HEAD_BYTES: usize = 8 << 10;
-/// Number of bytes per control character below which a file is not text; a few are accidents of a logger and cost only rows.
+/// A file with more than one control character in this number of bytes is not text. Fewer control characters are accidents
+/// of a logger, which cost only single rows.
 const BYTES_PER_CONTROL_CHARACTER: usize = 20;
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+const BYTE_ORDER_MARKS: [(&[u8], Encoding); 3] = [
+    (b"\xef\xbb\xbf", Encoding::Utf8),
+    (b"\xff\xfe", Encoding::Utf16LittleEndian),
+    (b"\xfe\xff", Encoding::Utf16BigEndian),
+];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(into = "&'static str")]
@@ -53,15 +58,15 @@ impl Encoding {
 pub(super) struct Text {
     file: File,
     left_bytes: u64,
-    file_bytes: u64,
-    limit_bytes: u64,
-    encoding: Encoding,
+    /// Length of the file when it was opened (bytes).
+    pub file_bytes: u64,
+    /// Number of bytes that are read at most: the length of the file or the limit.
+    pub read_bytes: u64,
+    pub encoding: Encoding,
     /// True if some lines end with `\r` alone.
     has_bare_returns: bool,
     /// Bytes of a character that is not read completely.
     half_character: Vec<u8>,
-    /// True if the last `\r` that was read may still be followed by `\n`.
-    waiting_return: bool,
 }
 
 impl Text {
@@ -75,62 +80,48 @@ impl Text {
         }
         let (encoding, mark_bytes) = encoding_of(&head)?;
         file.seek(SeekFrom::Start(mark_bytes as u64))?;
-        let head = head.split_off(mark_bytes);
-        let (head, _) = decoded(encoding, head);
+        let (head, _) = decoded(encoding, head.split_off(mark_bytes));
+        let is_bare = |at| head.get(at + 1).is_some_and(|&next| next != b'\n');
         let limit_bytes = limit_bytes.unwrap_or(u64::MAX);
+        let file_bytes = file.metadata()?.len();
         Ok(Self {
-            left_bytes: limit_bytes.saturating_sub(mark_bytes as u64),
-            file_bytes: file.metadata()?.len(),
             file,
-            limit_bytes,
+            left_bytes: limit_bytes.saturating_sub(mark_bytes as u64),
+            file_bytes,
+            read_bytes: file_bytes.min(limit_bytes),
             encoding,
-            has_bare_returns: has_bare_returns(&head),
+            has_bare_returns: memchr::memchr_iter(b'\r', &head).any(is_bare),
             half_character: Vec::new(),
-            waiting_return: false,
         })
-    }
-
-    pub fn file_bytes(&self) -> u64 {
-        self.file_bytes.min(self.limit_bytes)
-    }
-
-    /// Returns the length of the file when it was opened (bytes).
-    pub fn whole_file_bytes(&self) -> u64 {
-        self.file_bytes
     }
 
     /// Returns true if the file continues after the part that is read.
     pub fn is_sample(&self) -> bool {
-        self.file_bytes > self.limit_bytes
-    }
-
-    pub fn encoding(&self) -> Encoding {
-        self.encoding
+        self.file_bytes > self.read_bytes
     }
 
     /// Appends the text of the next `wanted_bytes` of the file; returns true if there may be more.
     pub fn read_into(&mut self, text: &mut Vec<u8>, wanted_bytes: usize) -> io::Result<bool> {
         let wanted_bytes = self.left_bytes.min(wanted_bytes as u64);
-        let mut next = (&mut self.file).take(wanted_bytes);
-        let mut has_more = |got: usize| {
-            self.left_bytes -= got as u64;
-            got as u64 == wanted_bytes && self.left_bytes > 0
-        };
-        if self.encoding.bytes_per_character() == 1 && !self.has_bare_returns {
-            return Ok(has_more(next.read_to_end(text)?));
-        }
+        let start = text.len();
         let mut raw = std::mem::take(&mut self.half_character);
-        let has_more = has_more(next.read_to_end(&mut raw)?);
+        // Text of single bytes needs no conversion.
+        let into = if self.encoding.bytes_per_character() == 1 { &mut *text } else { &mut raw };
+        let n_bytes = (&mut self.file).take(wanted_bytes).read_to_end(into)? as u64;
+        self.left_bytes -= n_bytes;
+        let has_more = n_bytes == wanted_bytes && self.left_bytes > 0;
         let (mut new, half_character) = decoded(self.encoding, raw);
         self.half_character = half_character;
-        if self.has_bare_returns {
-            self.mend_line_ends(&mut new, has_more);
-        }
         text.append(&mut new);
+        if self.has_bare_returns {
+            // The previous text may end with a return whose next character is known only now.
+            mend_line_ends(&mut text[start.saturating_sub(1)..], has_more);
+        }
         Ok(has_more)
     }
 
-    /// Returns the text of `n_bytes` bytes from byte `at` on, wherever reading stands. Characters at both ends may be cut.
+    /// Returns the text of `n_bytes` bytes from byte `at` on, apart from [`Self::read_into`]. Characters at both ends may be
+    /// cut.
     pub fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;
@@ -138,27 +129,17 @@ impl Text {
         file.take(n_bytes as u64).read_to_end(&mut raw)?;
         let (mut text, _) = decoded(self.encoding, raw);
         if self.has_bare_returns {
-            mend_line_ends(&mut text);
+            mend_line_ends(&mut text, false);
         }
         Ok(text)
     }
-
-    /// Converts line ends to `\n`; a `\r` at the end of the text is kept back until the next text is read.
-    fn mend_line_ends(&mut self, text: &mut Vec<u8>, has_more: bool) {
-        if std::mem::take(&mut self.waiting_return) {
-            text.insert(0, b'\r');
-        }
-        if has_more && text.last() == Some(&b'\r') {
-            text.pop();
-            self.waiting_return = true;
-        }
-        mend_line_ends(text);
-    }
 }
 
-fn mend_line_ends(text: &mut [u8]) {
+/// Replaces each `\r` that no `\n` follows by `\n`, except a `\r` at the end of a text that `has_more`.
+fn mend_line_ends(text: &mut [u8], has_more: bool) {
     for at in 0..text.len() {
-        if text[at] == b'\r' && text.get(at + 1) != Some(&b'\n') {
+        let next = text.get(at + 1);
+        if text[at] == b'\r' && next != Some(&b'\n') && (next.is_some() || !has_more) {
             text[at] = b'\n';
         }
     }
@@ -171,8 +152,7 @@ pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>
         Encoding::Utf16LittleEndian => u16::from_le_bytes,
         Encoding::Utf16BigEndian => u16::from_be_bytes,
     };
-    let pairs = raw.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
-    let mut units: Vec<u16> = pairs.collect();
+    let mut units: Vec<u16> = raw.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
     let is_first_half = |unit: &u16| (0xd800..0xdc00).contains(unit);
     if units.last().is_some_and(is_first_half) {
         units.pop();
@@ -184,24 +164,14 @@ pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>
     (text.into_bytes(), rest)
 }
 
-fn has_bare_returns(text: &[u8]) -> bool {
-    let follows = |at: usize| text.get(at + 1);
-    memchr::memchr_iter(b'\r', text).any(|at| follows(at).is_some_and(|&next| next != b'\n'))
-}
-
 /// Returns the encoding and the length of the byte order mark, or an error that names the kind of a file without text.
 pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if let Some(other) = other_kind(head) {
         return Err(other);
     }
-    if head.starts_with(BYTE_ORDER_MARK) {
-        return Ok((Encoding::Utf8, BYTE_ORDER_MARK.len()));
-    }
-    if head.starts_with(b"\xff\xfe") {
-        return Ok((Encoding::Utf16LittleEndian, 2));
-    }
-    if head.starts_with(b"\xfe\xff") {
-        return Ok((Encoding::Utf16BigEndian, 2));
+    let marked = BYTE_ORDER_MARKS.iter().find(|(mark, _)| head.starts_with(mark));
+    if let Some((mark, encoding)) = marked {
+        return Ok((*encoding, mark.len()));
     }
     // Tables are mostly digits, and every other byte of a digit in UTF-16 is zero.
     let zeros_from = |start: usize| head.iter().skip(start).step_by(2).filter(|b| **b == 0).count();
@@ -221,11 +191,9 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
             instead: "unpack it, or export the recording as CSV",
         });
     }
-    let is_utf8 = match std::str::from_utf8(head) {
-        Ok(_) => true,
-        // The first bytes may end in the middle of a character.
-        Err(error) => error.error_len().is_none(),
-    };
+    // The first bytes may end in the middle of a character.
+    let is_utf8 =
+        std::str::from_utf8(head).map_or_else(|error| error.error_len().is_none(), |_| true);
     let encoding = if is_utf8 { Encoding::Utf8 } else { Encoding::Latin1 };
     Ok((encoding, 0))
 }
@@ -310,7 +278,7 @@ mod tests {
         let mut text = Text::open(file(content).path(), None).unwrap();
         let mut all = Vec::new();
         while text.read_into(&mut all, step).unwrap() {}
-        (String::from_utf8(all).unwrap(), text.encoding())
+        (String::from_utf8(all).unwrap(), text.encoding)
     }
 
     #[test]
@@ -344,7 +312,7 @@ mod tests {
         let mut text = Text::open(file(b"t,S1\n0,1\n").path(), Some(6)).unwrap();
         let mut all = Vec::new();
         while text.read_into(&mut all, 4).unwrap() {}
-        assert_eq!((all.as_slice(), text.file_bytes()), (&b"t,S1\n0"[..], 6));
+        assert_eq!((all.as_slice(), text.read_bytes), (&b"t,S1\n0"[..], 6));
     }
 
     #[test]

@@ -25,9 +25,9 @@ pub(in crate::formats) const FORMAT: Format = Format {
     read: |_| Ok(None),
 };
 
-/// Minimum length of the start of a file in which its table is searched (bytes).
+/// Minimum number of first bytes of a file in which the header of its table is searched.
 const HEAD_BYTES: usize = 1 << 16;
-/// Range of the length that is read at a place inside a file (bytes).
+/// Minimum and maximum number of bytes that are read at each place of a sample.
 const PLACE_BYTES: std::ops::RangeInclusive<usize> = 4 << 10..=128 << 10;
 /// Number of blocks per thread, enough for an even share of the work.
 const BLOCKS_PER_THREAD: usize = 8;
@@ -39,12 +39,11 @@ pub(crate) struct TextFile {
     path: PathBuf,
     blocks: Blocks,
     head: Vec<u8>,
-    /// Whole lines from places all over the rest of the file, read on first use.
+    /// Whole lines from many places of the file after its start, read on first use.
     places: OnceCell<Vec<Vec<u8>>>,
 }
 
 impl TextFile {
-    /// Opens a file. At most `limit_bytes` are read.
     pub(in crate::formats) fn open(
         path: &Path,
         block_bytes: usize,
@@ -59,7 +58,6 @@ impl TextFile {
         detect(&self.head)
     }
 
-    /// Returns the head of the table under a layout, if found.
     pub(in crate::formats) fn head(&self, layout: &TextLayout) -> Option<Head> {
         locate(&self.head, layout)
     }
@@ -70,7 +68,6 @@ impl TextFile {
         layout::sample(&self.head, layout, head, places)
     }
 
-    /// Returns the day of the recording, if a line above the first row gives it.
     pub(in crate::formats) fn day(&self, head: &Head) -> Option<Day> {
         let above = &self.head[..head.n_bytes.min(self.head.len())];
         lines(above).find_map(|line| Day::in_header(&String::from_utf8_lossy(line)))
@@ -79,9 +76,9 @@ impl TextFile {
     fn read_places(&self) -> Vec<Vec<u8>> {
         let (n_inspected, line_bytes) = layout::inspected(&self.head);
         let bytes_per_character = self.encoding().bytes_per_character();
-        // Starts before the end of the previous line, so that the first line is whole.
+        // Begins with the line end in front of the first line, so that this line counts as whole.
         let start = (n_inspected as u64 * bytes_per_character).saturating_sub(bytes_per_character);
-        let n_more = self.whole_file_bytes().saturating_sub(start);
+        let n_more = self.blocks.text.file_bytes.saturating_sub(start);
         let line_bytes = line_bytes * bytes_per_character as usize;
         let place_bytes =
             (line_bytes * (ROWS_AT_A_PLACE + 2)).clamp(*PLACE_BYTES.start(), *PLACE_BYTES.end());
@@ -95,11 +92,11 @@ impl TextFile {
         (0..PLACES).filter_map(|place| lines(at(place), place_bytes)).collect()
     }
 
-    /// Returns the number of rows, estimated from the length of the first ones.
+    /// Returns the number of rows, estimated from the length of the first rows.
     pub(in crate::formats) fn about_rows(&self, head: &Head) -> u64 {
         let rows = &self.head[head.n_bytes.min(self.head.len())..];
         let n_rows = lines(rows).filter(|line| !is_skipped(line)).count() as f64;
-        let text_bytes = self.whole_file_bytes() / self.encoding().bytes_per_character();
+        let text_bytes = self.blocks.text.file_bytes / self.encoding().bytes_per_character();
         let share =
             text_bytes.saturating_sub(head.n_bytes as u64) as f64 / rows.len().max(1) as f64;
         // A file that was read completely differs at most by its byte order mark.
@@ -108,16 +105,10 @@ impl TextFile {
     }
 
     pub(in crate::formats) fn encoding(&self) -> Encoding {
-        self.blocks.text.encoding()
+        self.blocks.text.encoding
     }
 
-    fn whole_file_bytes(&self) -> u64 {
-        self.blocks.text.whole_file_bytes()
-    }
-}
-
-impl TextFile {
-    /// Passes all lines below a head to `parse` in blocks, and the results to `take`, with the share of the file covered.
+    /// Reads like [`Opened::read`](crate::formats::Opened::read), in blocks of lines.
     pub(in crate::formats) fn read<R: Send>(
         self,
         head: &Head,
@@ -128,10 +119,10 @@ impl TextFile {
         let Self { mut blocks, head: mut start, .. } = self;
         let rest = start.split_off(head.n_bytes);
         drop(start);
-        let bytes_per_character = blocks.text.encoding().bytes_per_character();
+        let bytes_per_character = blocks.text.encoding.bytes_per_character();
         let advance = |n_bytes: usize| progress.advance(n_bytes as u64 * bytes_per_character);
         advance(head.n_bytes);
-        let text_bytes = (blocks.text.file_bytes() / bytes_per_character).max(1) as f64;
+        let text_bytes = (blocks.text.read_bytes / bytes_per_character).max(1) as f64;
         let blocks_at_a_time =
             (BLOCKS_PER_THREAD * rayon::current_num_threads()).min(BLOCKS_AT_A_TIME_LIMIT);
         let parse = |block: &Vec<u8>| {
@@ -140,14 +131,16 @@ impl TextFile {
             advance(block.len());
             Ok(parsed)
         };
+        let mut next_block = || {
+            progress.check()?;
+            blocks.next()
+        };
         let mut batch = vec![rest];
         while !batch.is_empty() {
+            let next = std::iter::from_fn(|| next_block().transpose()).take(blocks_at_a_time);
             let (next_batch, parsed) = rayon::join(
-                || read_batch(&mut blocks, blocks_at_a_time, progress),
-                || {
-                    let parsed = batch.par_iter().map(parse);
-                    parsed.collect::<Result<Vec<R>, Cancelled>>()
-                },
+                || next.collect::<Result<Vec<Vec<u8>>, FileError>>(),
+                || batch.par_iter().map(parse).collect::<Result<Vec<R>, Cancelled>>(),
             );
             let n_bytes: usize = batch.iter().map(Vec::len).sum();
             take(parsed?, n_bytes as f64 / text_bytes);
@@ -155,20 +148,4 @@ impl TextFile {
         }
         Ok(())
     }
-}
-
-fn read_batch(
-    blocks: &mut Blocks,
-    n_blocks: usize,
-    progress: &Progress,
-) -> Result<Vec<Vec<u8>>, FileError> {
-    let mut batch = Vec::with_capacity(n_blocks);
-    while batch.len() < n_blocks {
-        progress.check()?;
-        match blocks.next()? {
-            Some(block) => batch.push(block),
-            None => break,
-        }
-    }
-    Ok(batch)
 }

@@ -1,4 +1,4 @@
-//! LabVIEW's measurement files (`.lvm`): text with a header for the file and one for each segment of rows.
+//! LabVIEW's measurement files (`.lvm`): text with a header for the file, and a header for each segment of rows.
 //!
 //! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header gives the delimiter and
 //! the decimal mark. Its key `X_Columns` is `One` for one time column, `Multi` for a time column per channel, and `No` if the
@@ -23,7 +23,7 @@ pub(in crate::formats) const FORMAT: Format = Format {
 
 const BLOCK_BYTES: usize = 1 << 18;
 
-/// Reads all segments of a file as one table. Where the next segment starts earlier, time goes back.
+/// Reads all segments of a file as one table. Time goes back where a segment starts before the end of the previous segment.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut blocks = Blocks::open(source.path, BLOCK_BYTES, None)?;
     let mut table = Table { delimiter: Delimiter::Tab, ..Table::default() };
@@ -59,7 +59,7 @@ struct Table {
     start_secs: Option<f64>,
     day: Option<Day>,
     file_day: Option<Day>,
-    /// Position of each channel in a row, and of its time.
+    /// Cell index of each channel in a row, and of its time column if it has one.
     places: Vec<(usize, Option<usize>)>,
     comment_at: Option<usize>,
     channels: Vec<Column>,
@@ -72,7 +72,7 @@ impl Table {
     fn line(&mut self, line: &[u8]) {
         let delimiter = match self.is_begun {
             true => self.delimiter,
-            // The delimiter is the first candidate in the line, since the value may be a comma.
+            // In the first header, the first candidate in a line is the delimiter, since a value may be a comma.
             false => match line.iter().find(|byte| b"\t,;".contains(byte)) {
                 Some(b',') => Delimiter::Comma,
                 Some(b';') => Delimiter::Semicolon,
@@ -114,8 +114,8 @@ impl Table {
                 self.segment.day = Day::in_text(&String::from_utf8_lossy(value));
             }
             b"Time" => {
-                let start = secs(value).zip(self.segment.start_secs);
-                self.segment.start_secs = start.map(|(time, day)| day + time);
+                self.segment.start_secs =
+                    secs(value).zip(self.segment.start_secs).map(|(time, day)| day + time);
             }
             _ => {}
         }
@@ -126,7 +126,7 @@ impl Table {
         with_comma.or_else(|| number(cell))
     }
 
-    /// Takes the line of names above the rows.
+    /// Begins the rows of a segment, with the names in the line above them.
     fn names(&mut self, names: Vec<String>) {
         self.in_rows = true;
         self.segment.n_rows = 0;
@@ -173,8 +173,8 @@ impl Table {
         let is_other =
             |at: Option<usize>| at != time_at && time_of(at).is_some_and(|own| own != time);
         let differs = !self.is_counted && self.places.iter().any(|(_, at)| is_other(*at));
-        let values = self.places.iter().map(|(at, _)| number(*at).unwrap_or(f64::NAN));
-        let values: Vec<f64> = values.collect();
+        let values: Vec<f64> =
+            self.places.iter().map(|(at, _)| number(*at).unwrap_or(f64::NAN)).collect();
         let since_first = self.segment.start_secs.zip(self.start_secs);
         self.times.push(time + since_first.map_or(0.0, |(start, first)| start - first));
         for (at, channel) in self.channels.iter_mut().enumerate() {
@@ -196,7 +196,7 @@ impl Table {
             (self.has_comments, "Comment (text)"),
             (
                 self.has_other_clocks,
-                "X_Value of the other channels (assumed to equal that of the first)",
+                "X_Value of further channels (assumed equal to the first X_Value)",
             ),
         ];
         let left_out = left_out.into_iter().filter(|(is_there, _)| *is_there);
@@ -210,7 +210,6 @@ impl Table {
     }
 }
 
-/// Returns a date or a time of day in seconds.
 fn secs(cell: &[u8]) -> Option<f64> {
     TimeForm::of_all([cell].into_iter())?.secs(cell)
 }

@@ -1,6 +1,6 @@
 //! Delimited text, as loggers and spreadsheets write it.
 //!
-//! Guarantees: a file of any size is read in blocks of whole lines and never held in memory. Every number keeps its line.
+//! Guarantees: a file of any size is read in blocks of whole lines, never as a whole. The line number of a value is known.
 //!
 //! | module | contents |
 //! |---|---|
@@ -26,6 +26,7 @@ pub(crate) mod times;
 mod written;
 
 pub(crate) use arriving::ArrivingLines;
+pub(super) use blocks::Blocks;
 pub(crate) use cells::lines;
 pub(crate) use encoding::Encoding;
 pub(super) use file::FORMAT;

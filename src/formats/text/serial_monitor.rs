@@ -5,14 +5,14 @@ use super::times::TimeForm;
 
 const ARROW: &[u8] = b" -> ";
 
-/// Replacement of the arrows. It has the same length, so that positions in the file stay valid.
+/// Bytes that replace an arrow. Their number is that of the arrow's bytes, so that positions in the file stay valid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrows {
     replacement: [u8; ARROW.len()],
 }
 
 impl Arrows {
-    /// Returns the replacement, if the first line of a text starts with a time and an arrow.
+    /// Returns the replacement of the arrows, if the first line of a text starts with a time and an arrow.
     pub fn of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
         let at = arrow_position(line)?;
@@ -21,15 +21,15 @@ impl Arrows {
         Some(Self { replacement })
     }
 
-    /// Turns the times of whole lines into a column. In the first lines of a file, the column above the names is `time`.
+    /// Turns the times in front of whole lines into a column, which is named `time` in the first lines of a file.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = arrow_position(line) else {
                 continue;
             };
             line[at..at + ARROW.len()].copy_from_slice(&self.replacement);
-            let rest = line[at..].split(|byte| [b',', b';', b'\t', b' '].contains(byte));
-            let is_row = rest
+            let is_row = line[at..]
+                .split(|byte| [b',', b';', b'\t', b' '].contains(byte))
                 .filter(|cell| !cell.trim_ascii().is_empty())
                 .all(|cell| number(cell.trim_ascii()).is_some());
             if std::mem::take(&mut is_first) && !is_row {
@@ -40,7 +40,7 @@ impl Arrows {
     }
 }
 
-/// Returns the end of the time of a line and the start of its row, if there is an arrow.
+/// Returns where the time in front of a line ends and where the row behind the arrow starts; `None` without an arrow.
 pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
     arrow_position(line).map(|at| (at, at + ARROW.len()))
 }

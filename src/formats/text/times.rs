@@ -31,18 +31,16 @@ pub(crate) enum TimeForm {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeSpelling {
-    /// Number in this unit.
     Number(TimeUnit),
     Samples,
     Text(TimeForm),
 }
 
-/// Spellings that [`TimeSpelling::from_name`] understands, for messages.
+/// List for messages of the spellings that [`TimeSpelling::from_name`] understands.
 pub(crate) const TIME_SPELLINGS: &str =
     "s, ms, us, ns, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
 impl TimeSpelling {
-    /// Returns the spelling with this name.
     pub fn from_name(unit: &str) -> Option<Self> {
         Some(match unit.trim().to_lowercase().as_str() {
             "samples" | "sample" => Self::Samples,
@@ -68,31 +66,23 @@ impl TimeForm {
 
     /// Returns the first form that fits all of these cells; `None` if no form fits or there are no cells.
     pub fn of_all<'a>(cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
-        // Month first is tried first: where both orders fit, the file comes from a program that offers no other order.
-        // With points as marks, the day always comes first.
-        let has_points =
-            |cell: &[u8]| cell.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.');
-        let either = if cells.clone().next().is_some_and(|cell| has_points(cell.trim_ascii())) {
-            [DateOrder::DayMonthYear, DateOrder::MonthDayYear]
-        } else {
-            [DateOrder::MonthDayYear, DateOrder::DayMonthYear]
-        };
-        let forms = [
-            Self::Date(DateOrder::YearMonthDay),
-            Self::Date(either[0]),
-            Self::Date(either[1]),
-            Self::TimeOfDay,
-        ];
-        let mut forms = forms.into_iter();
-        let is_some = cells.clone().next().is_some();
-        forms.find(|form| is_some && form.fits(cells.clone()))
+        // Month first is tried before day first. Where both orders fit, the file comes from a program that offers only this
+        // order. With points as marks, the day always comes first.
+        let first = cells.clone().next()?.trim_ascii();
+        let mut orders = [DateOrder::MonthDayYear, DateOrder::DayMonthYear];
+        if first.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.') {
+            orders.reverse();
+        }
+        let [first, second] = orders.map(Self::Date);
+        let forms = [Self::Date(DateOrder::YearMonthDay), first, second, Self::TimeOfDay];
+        forms.into_iter().find(|form| form.fits(cells.clone()))
     }
 
     fn fits<'a>(self, mut cells: impl Iterator<Item = &'a [u8]>) -> bool {
         cells.all(|cell| self.secs(cell).is_some())
     }
 
-    /// Returns the other order of day and month, if it fits these cells too and gives other intervals between them.
+    /// Returns this form with day and month exchanged, if that form also fits these cells and gives other intervals.
     pub fn other_order<'a>(self, cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
         let other = Self::Date(match self {
             Self::Date(DateOrder::MonthDayYear) => DateOrder::DayMonthYear,
@@ -136,12 +126,12 @@ fn digits(text: &str, n_digits: RangeInclusive<usize>) -> Option<i64> {
 
 fn date(text: &str, order: DateOrder) -> Option<Date> {
     let mark = text.chars().find(|c| !c.is_ascii_digit())?;
-    let mut parts = text.split(mark);
-    let parts = [parts.next()?, parts.next()?, parts.next()?, parts.next().unwrap_or("")];
-    let (year, month, day) = match (order, parts) {
-        (DateOrder::YearMonthDay, [year, month, day, ""]) if year.len() == 4 => (year, month, day),
-        (DateOrder::DayMonthYear, [day, month, year, ""]) => (year, month, day),
-        (DateOrder::MonthDayYear, [month, day, year, ""]) => (year, month, day),
+    // A date may end with a mark, as in `5.3.2024.`.
+    let parts: Vec<&str> = text.strip_suffix(mark).unwrap_or(text).split(mark).collect();
+    let (year, month, day) = match (order, &parts[..]) {
+        (DateOrder::YearMonthDay, [year, month, day]) if year.len() == 4 => (year, month, day),
+        (DateOrder::DayMonthYear, [day, month, year]) => (year, month, day),
+        (DateOrder::MonthDayYear, [month, day, year]) => (year, month, day),
         _ => return None,
     };
     let (month, day) = (digits(month, 1..=2)?, digits(day, 1..=2)?);

@@ -8,20 +8,21 @@ use serde::{Deserialize, Serialize};
 pub struct TextLayout {
     pub delimiter: Delimiter,
     pub decimal: Decimal,
-    /// Separator of thousands. If absent, only numbers with a single meaning, such as `1,234.5` and `1'234`, may have one.
+    /// Separator of thousands. If absent, only numbers that can be read in one way, such as `1,234.5` and `1'234`, are
+    /// grouped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thousands: Option<Thousands>,
     /// Number of lines before the table, not counting blank lines and comments (`#`).
     pub skip_rows: usize,
-    /// True if the next line names the columns.
+    /// True if the first line of the table names the columns.
     pub header: bool,
     /// True if the line after the header holds units.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub units_row: bool,
-    /// Preamble with known values. It replaces `skip_rows`.
+    /// Preamble whose values the program understands. If given, `skip_rows` is not used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preamble: Option<Preamble>,
-    /// Names of the tables to read: topics, sheets, groups, structs. If empty, one is chosen and reported.
+    /// Names of the tables to read: topics, sheets, groups, structs. If empty, the program chooses, and reports its choice.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
 }
@@ -54,7 +55,7 @@ pub enum Decimal {
     /// Point. A single comma is read as a decimal point too, and reported, unless the comma separates cells.
     #[default]
     Point,
-    /// Comma only: `1.5` is then not a number, since it may mean fifteen hundred.
+    /// Comma only. `1.5` is then no number, because the point may separate thousands.
     Comma,
 }
 

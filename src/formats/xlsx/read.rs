@@ -1,4 +1,4 @@
-//! Each sheet as a table: its header is the row above the first row of numbers; dates become times.
+//! Reads each sheet as a table. Its header is the row above the first row of numbers; dates become times.
 //!
 //! Guarantees: memory is allocated only for filled cells, not for the rectangle that they span, and within the budget of the
 //! file. A text shared by several cells is stored once.
@@ -14,15 +14,16 @@ use zip::ZipArchive;
 use super::super::column_name::is_known_unit;
 use super::super::columns::{Column, Columns};
 use super::super::error::FileError;
-use super::super::format::{Budget, COLUMN_LIMIT, Source, unpacked_limit};
+use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
 use crate::recording::Day;
+use crate::shown::joined;
 
 const FILE: &str = "the workbook";
 /// Number of first rows that are searched for a row of numbers.
 const HEADER_LIMIT: u32 = 100;
-/// Maximum length of a cell's text that is kept (bytes). Names and values are shorter.
+/// Maximum length of a cell's text that is kept (bytes), which limits memory. Names and values are shorter.
 const TEXT_LIMIT_BYTES: usize = 1 << 10;
 /// Days from the origin of a workbook's dates to 1970-01-01.
 const DAYS_BEFORE_1970: f64 = 25_569.0;
@@ -34,17 +35,14 @@ struct Cell<'a> {
     value: DataRef<'a>,
 }
 
-/// Checks the declared unpacked size of the members, since calamine allocates memory by it.
+/// Checks the sizes that the archive declares, before calamine allocates memory by them.
 fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
         let Ok(member) = archive.by_index_raw(index) else {
             continue;
         };
-        let limit_bytes = unpacked_limit(member.compressed_size());
-        if member.size() > limit_bytes {
-            return Err(FileError::unpacks_too_large(FILE, limit_bytes));
-        }
+        Budget::of_file(member.compressed_size()).take(FILE, member.size(), 1)?;
     }
     let Ok(strings) = archive.by_name(STRINGS) else {
         return Ok(());
@@ -188,16 +186,7 @@ fn day(row: &[Cell]) -> Option<Day> {
         }
         _ => Some(text(&cell.value).into_owned()),
     };
-    let cells: Vec<String> = row.iter().filter_map(written).collect();
-    Day::in_header(&cells.join(": "))
-}
-
-/// Numbers of filled cells of a column, by their contents.
-#[derive(Clone, Copy, Default)]
-struct Counts {
-    filled: usize,
-    numbers: usize,
-    times: usize,
+    Day::in_header(&joined(": ", row.iter().filter_map(written)))
 }
 
 /// Returns the rows of names and of units above a table, if there are any.
@@ -207,8 +196,9 @@ fn header_and_units<'a, 'b>(
     let mut above = above.iter().copied().rev();
     let nearest = above.next().filter(|row| row.iter().any(is_text));
     let is_units = |row: &[Cell]| {
-        let mut units = row.iter().map(|cell| text(&cell.value));
-        units.any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
+        row.iter()
+            .map(|cell| text(&cell.value))
+            .any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
     };
     let is_named = |row: &[Cell]| row.iter().filter(|cell| is_text(cell)).count() > 1;
     match (nearest, above.next()) {
@@ -219,7 +209,6 @@ fn header_and_units<'a, 'b>(
     }
 }
 
-/// Reads the table of a sheet, if it has a row of numbers.
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
     let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
     let row_number = |at: usize| rows[at][0].row;
@@ -239,57 +228,48 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         at.map_or(String::new(), |at| text(&row[at].value).into_owned())
     };
     let samples = &rows[first..];
-    let mut counts: BTreeMap<u32, Counts> = BTreeMap::new();
+    // Filled cells of each column below the header, with the index of their row.
+    let mut cells_of: BTreeMap<u32, Vec<(usize, &DataRef)>> = BTreeMap::new();
     for cell in header.into_iter().flatten() {
-        counts.insert(cell.column, Counts::default());
+        cells_of.insert(cell.column, Vec::new());
     }
-    for cell in samples.iter().copied().flatten() {
-        let own = counts.entry(cell.column).or_default();
-        own.filled += 1;
-        own.numbers += usize::from(number(&cell.value).is_some());
-        own.times += usize::from(time(&cell.value).is_some());
+    for (at, row) in samples.iter().enumerate() {
+        for cell in *row {
+            cells_of.entry(cell.column).or_default().push((at, &cell.value));
+        }
     }
+    let n_values = samples.len() as u64 * cells_of.len().min(COLUMN_LIMIT) as u64;
+    budget.take(sheet, n_values, size_of::<f64>() as u64)?;
     let mut table = Columns {
         is_named: header.is_some(),
         day: rows[..first].iter().find_map(|row| day(row)),
         ..Columns::default()
     };
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
-    // Target column of each sheet column, and the kind of cells that are read from it.
-    let mut places = BTreeMap::new();
-    for (column, own) in counts {
+    for (column, own) in cells_of {
         let name = match (table.is_named, cell_text(header, column)) {
             (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
             (_, name) => name,
         };
-        let is_time = own.times > own.numbers && own.times * 2 > own.filled;
-        if own.filled == 0 {
+        let count = |of: fn(&DataRef) -> Option<f64>| {
+            own.iter().filter(|(_, value)| of(value).is_some()).count()
+        };
+        let (n_numbers, n_times) = (count(number), count(time));
+        let is_time = n_times > n_numbers && n_times * 2 > own.len();
+        if own.is_empty() {
             table.left_out.push(format!("{name} (nothing)"));
-        } else if (!is_time && own.numbers * 2 <= own.filled) || table.columns.len() == COLUMN_LIMIT
-        {
+        } else if (!is_time && n_numbers * 2 <= own.len()) || table.columns.len() == COLUMN_LIMIT {
             table.left_out.push(format!("{name} (text)"));
         } else {
             let unit = cell_text(units, column);
-            let unit = unit.trim_matches(['[', ']', '(', ')']).to_owned();
-            let of: fn(&DataRef) -> Option<f64> = if is_time { time } else { number };
-            places.insert(column, (table.columns.len(), of));
-            table.columns.push(Column {
-                name,
-                unit: if is_time { "s".to_owned() } else { unit },
-                ..Column::default()
-            });
-        }
-    }
-    let n_values = samples.len() as u64 * table.columns.len() as u64;
-    budget.take(sheet, n_values, size_of::<f64>() as u64)?;
-    for column in &mut table.columns {
-        column.values = vec![f64::NAN; samples.len()];
-    }
-    for (at, row) in samples.iter().enumerate() {
-        for cell in *row {
-            if let Some((column, of)) = places.get(&cell.column) {
-                table.columns[*column].values[at] = of(&cell.value).unwrap_or(f64::NAN);
+            let unit = unit.trim_matches(['[', ']', '(', ')']);
+            let mut values = vec![f64::NAN; samples.len()];
+            for (at, value) in own {
+                let value = if is_time { time(value) } else { number(value) };
+                values[at] = value.unwrap_or(f64::NAN);
             }
+            let unit = if is_time { "s" } else { unit };
+            table.columns.push(Column { name, unit: unit.to_owned(), values, ..Column::default() });
         }
     }
     Ok((!table.columns.is_empty()).then_some(table))

@@ -3,11 +3,10 @@
 
 mod test_vector;
 
-use std::io::{self, Cursor, Write as _};
+use std::io;
 
 use minijinja::{Value, context};
-use zip::write::SimpleFileOptions;
-use zip::{DateTime, ZipWriter};
+use zip::CompressionMethod;
 
 use self::test_vector::{Answered, test_vector};
 use super::c_header::C;
@@ -19,6 +18,8 @@ use crate::export::target::{Target, of_target};
 use crate::export::template::environment;
 use crate::export::text::{for_block_comment, identifier, library_name};
 use crate::features::AuxiliaryChannel;
+use crate::formats::npz::zipped;
+use crate::shown::joined;
 
 /// Tolerance of a self-test as a share of full scale: in double, and in single precision.
 const ALLOWED: (f64, f64) = (1e-9, 2e-6);
@@ -62,8 +63,11 @@ pub(super) static PACKAGE: Target = Target {
     name: "Library with self-tests (C, Arduino, Rust, Python, MATLAB)",
     endings: &["zip"],
     write: |export, out| {
-        let files = files(export.calibration, export.name)?;
-        out.write_all(&zipped(&files, &identifier(export.name))?)
+        let folder = identifier(export.name);
+        let files = files(export.calibration, export.name)?
+            .into_iter()
+            .map(|(path, content)| (format!("{folder}/{path}"), content));
+        out.write_all(&zipped(CompressionMethod::Deflated, files)?)
     },
     on_controller: true,
     ..CODE
@@ -97,16 +101,6 @@ pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Res
     Ok(files)
 }
 
-fn zipped(files: &Files, folder: &str) -> io::Result<Vec<u8>> {
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
-    for (path, content) in files {
-        zip.start_file(format!("{folder}/{path}"), options)?;
-        zip.write_all(content.as_bytes())?;
-    }
-    Ok(zip.finish()?.into_inner())
-}
-
 fn values(
     calibration: &Calibration,
     name: &str,
@@ -114,8 +108,7 @@ fn values(
     n_rows: usize,
     expected: &str,
 ) -> Value {
-    let axes = calibration.axes.iter().map(|axis| axis.label());
-    let axes: Vec<String> = axes.collect();
+    let channels = &calibration.features.auxiliary;
     let scale = test_vector::full_scale(calibration);
     let longest_line = expected.lines().map(str::len).max().unwrap_or(0);
     context! {
@@ -126,17 +119,17 @@ fn values(
         n_gauges => calibration.gauges.len(),
         n_axes => calibration.axes.len(),
         gauges => for_block_comment(&calibration.gauges.join(", ")),
-        n_auxiliary => calibration.features.auxiliary.len(),
+        n_auxiliary => channels.len(),
         auxiliary => for_block_comment(
-            &calibration.features.auxiliary.iter().map(AuxiliaryChannel::in_words).collect::<Vec<_>>().join("; "),
+            &joined("; ", channels.iter().map(AuxiliaryChannel::in_words)),
         ),
-        axes => axes.join(", "),
+        axes => joined(", ", calibration.axes.iter().map(|axis| axis.label())),
         flags => Status::EXPORTED
             .map(|(name, flag)| format!("{} {name}", flag.bits()))
             .join(", "),
         full_scale => scale.iter().map(|scale| format!("{scale:?}")).collect::<Vec<_>>(),
         n_rows,
-        line_bytes => longest_line + 3, // its end, on Windows of two characters, and a zero
+        line_bytes => longest_line + 3, // line end of two characters on Windows, and a closing zero
         allowed_double => format!("{:?}", ALLOWED.0),
         allowed_float => format!("{:.1e}", allowed_in_float(calibration)),
     }
@@ -149,10 +142,13 @@ fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
     let axes = calibration.axes.iter().map(|axis| axis.symbol());
     let conventional = axes.clone().map(|axis| format!("conventional_{axis}"));
     let auxiliary = (1..=calibration.features.auxiliary.len()).map(|at| format!("auxiliary_{at}"));
-    let names = std::iter::once("time".to_owned()).chain(gauges).chain(auxiliary);
-    let names = names.chain(axes.map(str::to_owned)).chain(conventional);
+    let names = std::iter::once("time".to_owned())
+        .chain(gauges)
+        .chain(auxiliary)
+        .chain(axes.map(str::to_owned))
+        .chain(conventional);
     let names = names.chain(["status", "at_edge"].map(str::to_owned));
-    let mut out = names.collect::<Vec<_>>().join(",");
+    let mut out = joined(",", names);
     for row in rows {
         out.push_str(&format!("\n{:?}", row.sample.0));
         let numbers =
@@ -160,8 +156,7 @@ fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
         for number in numbers {
             out.push_str(&format!(",{number:?}"));
         }
-        let at_edge = u8::from(row.at_edge);
-        out.push_str(&format!(",{},{at_edge}", row.status));
+        out.push_str(&format!(",{},{}", row.status, u8::from(row.at_edge)));
     }
     out.push('\n');
     out

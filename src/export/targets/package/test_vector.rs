@@ -1,8 +1,8 @@
 //! Samples that cover all situations of a calibration, with the results of the program's own estimator.
 //!
-//! Guarantees: gauges move like under loads within full scale, stay within the range of the training recordings, and are
-//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
-//! same input.
+//! Guarantees: gauges move as under loads within full scale, stay within their range in the training recordings, and are
+//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision or with a clock in ticks gets this
+//! very input.
 
 use std::f64::consts::TAU;
 
@@ -22,16 +22,16 @@ pub(super) struct Answered {
     pub at_edge: bool,
 }
 
-/// Sample rate if no recording has one (Hz).
+/// Sample rate of the test if the recordings' rate is unknown (Hz).
 const USUAL_RATE_HZ: f64 = 20.0;
 /// Largest load of the test as a share of full scale.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
 /// Largest motion of gauges without known loads, in standard deviations.
 const DEVIATIONS: f64 = 2.0;
-/// Number of samples of each fast motion, before and after the slow one.
+/// Number of samples of each fast motion, before and after the slow motion.
 const FAST: usize = 100;
 const SLOW: usize = 500;
-/// Number of slow samples in which the history settles, which sets their time step.
+/// Number of slow samples in the time in which the history settles. It sets the time step of the slow samples.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
 pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
@@ -39,8 +39,7 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
     let mut rows = answered(calibration, &samples, 1.0)?;
     let scale = full_scale(calibration);
     let weights = calibration.distance_weights();
-    let squares = weights.iter().zip(&scale).map(|(w, s)| (w * s).powi(2));
-    let largest = squares.sum::<f64>().sqrt();
+    let largest = weights.iter().zip(&scale).map(|(w, s)| (w * s).powi(2)).sum::<f64>().sqrt();
     let with_thresholds = |side: f64| {
         let mut other = calibration.clone();
         for look_back in &mut other.features.look_backs {
@@ -53,8 +52,8 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
         [(&lower, 1.0), (&higher, 1.0), (calibration, 1.0 - 1e-6), (calibration, 1.0 + 1e-6)]
     {
         for (row, other) in rows.iter_mut().zip(answered(calibration, &samples, clock)?) {
-            let apart = row.load.iter().zip(&other.load).zip(&scale);
-            let is_far = apart.into_iter().any(|((a, b), scale)| (a - b).abs() > 1e-5 * scale);
+            let mut apart = row.load.iter().zip(&other.load).zip(&scale);
+            let is_far = apart.any(|((a, b), scale)| (a - b).abs() > 1e-5 * scale);
             row.at_edge |= is_far || row.status != other.status;
         }
     }
@@ -111,7 +110,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
         fast += if is_fast { 1.0 / 23.0 } else { 0.0 };
         let slow = k as f64 / SLOW as f64;
         let auxiliary = calibration.features.auxiliary.iter();
-        // Sometimes a little outside the range.
+        // The channel leaves its training range a little.
         let auxiliary = auxiliary.map(|channel| {
             let middle = 0.5 * (channel.min + channel.max);
             let moved = 0.65 * (channel.max - channel.min) * (TAU * 1.7 * slow).sin();
@@ -150,8 +149,11 @@ fn motion(calibration: &Calibration) -> impl Fn(f64, f64) -> Vec<f64> {
         None => gauges.map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3)]).collect(),
         Some(slopes) => gauges
             .map(|gauge| {
-                let axes = full_scale.iter().enumerate();
-                axes.map(|(axis, scale)| slopes[(gauge, axis)] * scale).collect()
+                full_scale
+                    .iter()
+                    .enumerate()
+                    .map(|(axis, scale)| slopes[(gauge, axis)] * scale)
+                    .collect()
             })
             .collect(),
     };
@@ -160,8 +162,10 @@ fn motion(calibration: &Calibration) -> impl Fn(f64, f64) -> Vec<f64> {
     let factor = SHARE_OF_FULL_SCALE.min(DEVIATIONS / reach);
     let scale = &calibration.gauge_scale;
     move |slow, fast| {
-        let gauges = slopes.iter().zip(&scale.shift).zip(&scale.deviation);
-        gauges
+        slopes
+            .iter()
+            .zip(&scale.shift)
+            .zip(&scale.deviation)
             .map(|((slopes, shift), deviation)| {
                 let moved = slopes.iter().enumerate().map(|(axis, slope)| {
                     let pace = 1.0 + 0.37 * axis as f64;

@@ -41,5 +41,5 @@ end
 fprintf('%s: %d of %d samples compared, %d differ; largest difference %g of full scale, %g allowed\n', ...
     verdict, compared, taken, bad, worst, allowed);
 if bad > 0
-    error('the calibration does not give what it should here');
+    error('the calibration gives other loads here than in LoopScope');
 end

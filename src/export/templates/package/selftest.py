@@ -32,7 +32,7 @@ for k in range(len(rows)):
     worst = max(worst, off)
     if not off <= ALLOWED or state.status != statuses[k, 0]:
         if bad == 0:
-            print(f"line {k + 2}: off by {off:g} of full scale, status {state.status} instead of {statuses[k, 0]:g}")
+            print(f"line {k + 2}: error {off:g} of full scale, status {state.status} instead of {statuses[k, 0]:g}")
         bad += 1
 print(f"{'FAIL' if bad else 'PASS'}: {compared} of {len(rows)} samples compared, {bad} differ; "
       f"largest difference {worst:g} of full scale, {ALLOWED:g} allowed")

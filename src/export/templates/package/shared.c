@@ -1,10 +1,10 @@
 /*
  * The calibration as a shared library with a handle, for programs that load functions by name: LabVIEW, C#, Python's ctypes, PLCs.
  *
- *     {{ name }}_sensor *{{ name }}_sensor_create(void);                          NULL without memory
+ *     {{ name }}_sensor *{{ name }}_sensor_create(void);                          NULL if memory is short
  *     int {{ name }}_sensor_update(sensor, seconds, gauges, auxiliary, load, conventional);   the status, a sum of flags; -1 without a sensor
  *     int {{ name }}_sensor_tare(sensor, mean);                           0; -1 if a number is not finite
- *     void {{ name }}_sensor_reset(sensor);                               no past and no tare, as after create
+ *     void {{ name }}_sensor_reset(sensor);                               clears history and tare, as after create
  *     void {{ name }}_sensor_destroy(sensor);
  *
  * Numbers are double: {{ n_gauges }} gauges ({{ gauges }}), {{ n_auxiliary }} auxiliary channels (NULL if there are none), {{ n_axes }} loads ({{ axes }}).

@@ -56,7 +56,7 @@ for _ in range(2):
         worst = max(worst, off)
         if off > ALLOWED or status != expected[2 * N_AXES]:
             if bad == 0:
-                print(f"line {number + 2}: off by {off:g} of full scale, status {status} instead of {expected[2 * N_AXES]:g}")
+                print(f"line {number + 2}: error {off:g} of full scale, status {status} instead of {expected[2 * N_AXES]:g}")
             bad += 1
     bad += tare(sensor, numbers([1.0] * N_GAUGES)) != 0
     bad += tare(sensor, numbers([math.nan] * N_GAUGES)) != -1

@@ -14,7 +14,7 @@ const HEADER_LIMIT: usize = 60;
 pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
     let lines: Vec<Line> = all.iter().copied().filter(|line| !is_skipped(line.text)).collect();
-    let first = lines.first()?;
+    lines.first()?;
     if let Some(preamble) = ati::Preamble::of(all.iter().map(|line| line.text)) {
         return Some(TextLayout {
             skip_rows: preamble.n_lines,
@@ -30,41 +30,27 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
         let is_header = |line: &Line| is_understood(line.text) && !holds_only_values(line.text);
         lines.iter().take(HEADER_LIMIT).position(is_header)
     };
-    let starts_with_row = is_first_row(0);
     let first_row = (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at));
-    let header = if starts_with_row {
-        None
-    } else {
-        by_names().or_else(|| match first_row {
-            Some(row) => header_above(&lines, row, delimiter),
-            None => Some(0),
-        })
+    let header = match first_row {
+        Some(0) => None,
+        Some(row) => by_names().or_else(|| header_above(&lines, row, delimiter)),
+        None => Some(by_names().unwrap_or(0)),
     };
-    Some(match header {
-        Some(at) => {
-            let own = delimiter_of_header(lines[at].text);
-            let delimiter = if fits_rows(&lines[at..], own) { own } else { delimiter };
-            let units = lines.get(at + 1);
-            TextLayout {
-                delimiter,
-                thousands: thousands_of(&lines[at + 1..], delimiter),
-                decimal: decimal_of(&lines[at + 1..], delimiter),
-                skip_rows: if at == 0 { 0 } else { lines[at].number as usize - 1 },
-                header: true,
-                units_row: units.is_some_and(|line| is_units_row(line.text, delimiter)),
-                ..TextLayout::default()
-            }
-        }
-        None => {
-            let row = &lines[first_row.unwrap_or(0)];
-            TextLayout {
-                delimiter,
-                thousands: thousands_of(&lines, delimiter),
-                decimal: decimal_of(&lines, delimiter),
-                skip_rows: if row.number == first.number { 0 } else { row.number as usize - 1 },
-                ..TextLayout::default()
-            }
-        }
+    let below_header = header.map_or(0, |at| at + 1);
+    let delimiter = match header.map(|at| (at, delimiter_of_header(lines[at].text))) {
+        Some((at, own)) if fits_rows(&lines[at..], own) => own,
+        _ => delimiter,
+    };
+    let is_units_row = |line: &Line| header.is_some() && is_units_row(line.text, delimiter);
+    let start = header.or(first_row).unwrap_or(0);
+    Some(TextLayout {
+        delimiter,
+        thousands: thousands_of(&lines[below_header..], delimiter),
+        decimal: decimal_of(&lines[below_header..], delimiter),
+        skip_rows: if start == 0 { 0 } else { lines[start].number as usize - 1 },
+        header: header.is_some(),
+        units_row: lines.get(below_header).is_some_and(is_units_row),
+        ..TextLayout::default()
     })
 }
 
@@ -75,7 +61,7 @@ fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
         || TimeForm::of_all([cell].into_iter()).is_some()
 }
 
-/// Returns true if a line is a row of values under any delimiter.
+/// Returns true if some delimiter divides a line into nothing but values.
 fn holds_only_values(text: &[u8]) -> bool {
     Delimiter::ALL.into_iter().any(|delimiter| {
         Cells::new(text, delimiter).all(|cell| cell.is_empty() || is_value(cell, delimiter))
@@ -99,10 +85,15 @@ fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
 
 /// Returns the numbers of cells with and without a value in a line.
 fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
-    let filled = Cells::new(text, delimiter).filter(|cell| !cell.is_empty());
-    filled.fold((0, 0), |(n_values, n_others), cell| {
-        if is_value(cell, delimiter) { (n_values + 1, n_others) } else { (n_values, n_others + 1) }
-    })
+    let (values, others): (Vec<_>, Vec<_>) = Cells::new(text, delimiter)
+        .filter(|cell| !cell.is_empty())
+        .partition(|cell| is_value(cell, delimiter));
+    (values.len(), others.len())
+}
+
+fn is_rowlike(text: &[u8], delimiter: Delimiter) -> bool {
+    let (n_values, n_others) = counts(text, delimiter);
+    n_values > n_others
 }
 
 /// Returns true if the first of these lines is a row: as many cells as the next two lines, mostly values, and a value
@@ -112,10 +103,6 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
         let is_value = |cell: &[u8]| cell.is_empty() || is_value(cell, delimiter);
         Cells::new(line.text, delimiter).map(is_value).collect()
     };
-    let is_rowlike = |line: &Line| {
-        let (n_values, n_others) = counts(line.text, delimiter);
-        n_values > n_others
-    };
     let Some(first) = lines.first() else {
         return false;
     };
@@ -123,11 +110,11 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     let mut following = lines[1..].iter().take(2);
     let is_like = |line: &Line| {
         let of_line = cells(line);
-        is_rowlike(line)
+        is_rowlike(line.text, delimiter)
             && of_line.len() == of_first.len()
             && of_line.iter().zip(&of_first).all(|(later, first)| *first || !later)
     };
-    is_rowlike(first) && following.all(is_like)
+    is_rowlike(first.text, delimiter) && following.all(is_like)
 }
 
 /// Returns true if the line names a time, and a gauge or a load.
@@ -137,17 +124,14 @@ fn is_understood(text: &[u8]) -> bool {
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
-/// Returns true if the delimiter divides the rows below the header, which is the first of these lines.
+/// Returns true if the delimiter divides the rows below the header into values. The header is the first of `lines`.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
-    let Some(row) = lines.iter().skip(1).find(|line| holds_only_values(line.text)) else {
-        return true;
-    };
-    let (n_values, n_others) = counts(row.text, delimiter);
-    n_values > n_others
+    let row = lines.iter().skip(1).find(|line| holds_only_values(line.text));
+    row.is_none_or(|row| is_rowlike(row.text, delimiter))
 }
 
-/// Returns the index of the nearest line above `row` with one cell per column, apart from lines of units, or of a word and
-/// its value.
+/// Returns the index of the header above a row: the nearest line with as many cells, without lines of units and lines such
+/// as `Sample rate: 200 Hz`.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
     let n_cells = |at: &usize| names(lines[*at].text, delimiter).len();
     let is_as_wide = |at: &usize| n_cells(at).abs_diff(n_cells(&row)) <= 1 && n_cells(at) > 1;
@@ -185,15 +169,17 @@ fn may_be_thousands(cell: &[u8]) -> bool {
     (1..=3).contains(&at) && digits[0] != b'0' && digits.len() == at + 4
 }
 
-/// Returns the separator of thousands, if a number with only one meaning shows it.
+/// Returns the separator of thousands that occurs in a number which can be read in only one way.
 fn thousands_of(lines: &[Line], delimiter: Delimiter) -> Option<Thousands> {
-    let mut cells = lines.iter().flat_map(|line| Cells::new(line.text, delimiter));
-    cells.find_map(|cell| Some(unmistakable_number(cell)?.1))
+    lines
+        .iter()
+        .flat_map(|line| Cells::new(line.text, delimiter))
+        .find_map(|cell| Some(unmistakable_number(cell)?.1))
 }
 
-/// Returns the comma if it occurs inside numbers and the point does not, else the point.
+/// Returns the decimal mark: the comma if numbers contain commas and no points, else the point.
 fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
-    // With a comma as delimiter, a comma within quotes may separate thousands.
+    // If commas separate the cells, a comma in quotes may separate thousands.
     let is_decimal = |cell: &[u8]| {
         (delimiter.allows_decimal_comma() || !may_be_thousands(cell))
             && decimal_comma_number(cell).is_some()
@@ -210,7 +196,8 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
     if has_comma && !has_point() { Decimal::Comma } else { Decimal::Point }
 }
 
-/// Returns the names in the last comment above the first row, if there is a known name for each column.
+/// Returns the names in the last comment above the first row, if the comment names each column, among them a time and a
+/// gauge or load.
 pub(super) fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec<String>> {
     let row = all.iter().position(|line| !is_skipped(line.text))?;
     let n_cells = Cells::new(all[row].text, delimiter).count();

@@ -17,19 +17,19 @@ use crate::formats::columns::Sample;
 /// Position and header of a table in its file, under a layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Head {
-    /// Line of the header, or of the first row.
+    /// Line number of the header, or of the first row if there is no header.
     pub line: u64,
-    /// Empty without a header.
+    /// Names of the columns; empty without a header.
     pub names: Vec<String>,
     /// Column names from a comment above the rows, if there is no header and the comment names every column.
     pub names_in_comment: Vec<String>,
-    /// Empty without a units row.
+    /// Units of the columns; empty without a units row.
     pub units: Vec<String>,
-    /// Number of columns: that of the header, or else of most of the first rows.
+    /// Number of columns of the header, or, without a header, of most of the first rows.
     pub n_columns: usize,
     /// Number of lines before the first possible row.
     pub n_lines: u64,
-    /// Position of that row in the file (bytes).
+    /// Position in the file where the first possible row starts (bytes).
     pub n_bytes: usize,
     pub ati: Option<ati::Preamble>,
     /// Index of the separate clock of the reference, if the file declares it.
@@ -41,7 +41,7 @@ impl Head {
         self.names.get(index).map(|name| ColumnName::parse(name))
     }
 
-    /// From the header or the units row.
+    /// Returns the unit of a column, from the header or from the units row.
     pub fn unit(&self, index: usize) -> Option<String> {
         let in_units_row = || {
             let unit = unbracketed(self.units.get(index)?);
@@ -52,7 +52,7 @@ impl Head {
     }
 }
 
-/// Finds the line for the header or the first row of the table.
+/// Finds the header or the first row of a table in the first bytes of a file; `None` if the layout does not fit.
 pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     let all = first_lines(head, layout.skip_rows);
     let ati = match layout.preamble {
@@ -83,7 +83,9 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         (start.n_lines, start.n_bytes) = (last.number, last.end);
     } else {
         start.line = rows.peek()?.number;
-        start.n_columns = most_frequent(rows.map(|line| Cells::new(line.text, delimiter).count()));
+        start.n_columns = most_frequent(
+            &rows.map(|line| Cells::new(line.text, delimiter).count()).collect::<Vec<_>>(),
+        );
         // The first line may have fewer cells than the table.
         start.names_in_comment = detect::names_in_comment(&all, delimiter)
             .filter(|names| names.len() == start.n_columns)
@@ -108,25 +110,18 @@ pub(crate) fn sample<'a>(
     sample
 }
 
-/// Returns the end of the first lines that are inspected, and the mean length of a line (bytes).
+/// Returns the position after the first lines that are inspected, and the mean length of a line (bytes).
 pub(crate) fn inspected(head: &[u8]) -> (usize, usize) {
     let lines = first_lines(head, 0);
     let end = lines.last().map_or(0, |line| line.end);
     (end, end / lines.len().max(1))
 }
 
-/// Returns the most frequent number, the first one of several; 0 if there is none.
-fn most_frequent(numbers: impl Iterator<Item = usize>) -> usize {
-    let mut counts: Vec<(usize, usize)> = Vec::new();
-    for number in numbers {
-        match counts.iter_mut().find(|(known, _)| *known == number) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((number, 1)),
-        }
-    }
-    let most = counts.iter().map(|&(_, count)| count).max();
-    let first = counts.iter().find(|&&(_, count)| Some(count) == most);
-    first.map_or(0, |&(number, _)| number)
+/// Returns the most frequent number, the first of several, or 0 if there is no number.
+fn most_frequent(numbers: &[usize]) -> usize {
+    let count = |number: &&usize| numbers.iter().filter(|own| own == number).count();
+    // `max_by_key` returns the last of equal elements.
+    numbers.iter().rev().max_by_key(count).copied().unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! First lines of a file, and the names in one of them.
+//! First lines of a file, and the names in a header.
 
 use std::borrow::Cow;
 
@@ -12,13 +12,12 @@ const INSPECTED_LINES: usize = 200;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
     pub number: u64,
-    /// Position of the next line (bytes).
+    /// Position in the file where the next line starts (bytes).
     pub end: usize,
-    /// Text of the line without its line end.
     pub text: &'a [u8],
 }
 
-/// Returns all lines up to the last one that is inspected, without the first `n_skipped`.
+/// Returns the lines up to the last line that is inspected. The first `n_skipped` lines are returned but not counted.
 pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
@@ -33,7 +32,8 @@ pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     lines
 }
 
-/// Returns the cells of a header, without empty ones at the end. Between blanks, a unit in brackets stays with its name.
+/// Returns the cells of a header, without empty cells at the end. If blanks separate the cells, a unit in brackets stays
+/// with its name.
 pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let text = decoded(text);
     let mut cells: Vec<String> = Vec::new();
