@@ -49,7 +49,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// Returns true if the first error is below the second with 90 % confidence by Student's t. Both the trimmed and the pooled
-    /// difference must be negative. If there are two blocks, both differences must be negative.
+    /// difference must be negative. With only two blocks, the error must be lower in both.
     fn is_below(&self) -> bool {
         let needed = match self.counted {
             0 | 1 => return false,

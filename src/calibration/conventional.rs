@@ -1,6 +1,6 @@
 //! Conventional calibration: the load from the present gauges alone (Eq. 3-8).
 //!
-//! It is fitted before all features, because the look-back compares conventional loads.
+//! The conventional calibration is fitted before all features, because the look-back compares conventional loads.
 
 use rayon::prelude::*;
 

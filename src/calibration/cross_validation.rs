@@ -9,7 +9,7 @@ use crate::recording::GroupedBy;
 pub struct CrossValidation {
     pub by: GroupedBy,
     pub groups: usize,
-    /// Number of parts, at most the number of groups. It is smaller if several groups are left out together.
+    /// Number of parts; below the number of groups if several groups are left out together.
     pub parts: usize,
 }
 

@@ -108,7 +108,7 @@ impl<'a> Estimator<'a> {
         self.wrapped_secs = 0.0;
     }
 
-    /// Sets the offsets that were already subtracted from the gauges. They are needed to detect clipping without tare.
+    /// Sets the offsets that were already subtracted from the gauges. These offsets are needed to detect clipping.
     pub(crate) fn set_subtracted_before(&mut self, offsets: impl Iterator<Item = f64>) {
         self.subtracted_before.clear();
         self.subtracted_before.extend(offsets);

@@ -1,4 +1,4 @@
-//! Kernel ridge regression on landmark samples, with an uncertainty band. Its prediction is the mean of a Gaussian process
+//! Kernel ridge regression on landmark samples, with an uncertainty band. The prediction is the mean of a Gaussian process
 //! (references 20 and 21 of the paper), and that of a least-squares support vector machine (reference 13).
 //!
 //! The kernel between a sample x and each of m landmarks l is `k(x, l) = e^(−|x − l|² / 2ℓ²)`. Whitened by the kernel matrix of

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
 use crate::calibration::network::{Network, NetworkError};
 
-/// Nonlinear part of a calibration. It learns the load from standardised features, or the residual of a linear fit.
+/// Nonlinear part of a calibration, which learns the load from standardised features, or the residual of a linear fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Learned {

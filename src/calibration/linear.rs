@@ -73,7 +73,7 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
         .zip(&penalties)
         .map(|(&i, penalty)| inverse_length(sums.feature_product(i, i) + penalty))
         .collect();
-    // Lower triangle of the scaled Gram matrix. Its factor replaces it column by column.
+    // Lower triangle of the scaled Gram matrix, replaced column by column by its Cholesky factor.
     let mut lower: Vec<f64> = vec![0.0; m * m];
     for i in 0..m {
         for j in 0..=i {

@@ -9,8 +9,8 @@ use crate::vectorised::vectorised;
 
 /// Load as a linear function of features: `load = matrix · features`, with one row per axis and one column per feature.
 ///
-/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. It is fitted directly, so the number of
-/// gauges may equal the number of axes (Eq. 4) or exceed it (Eq. 5).
+/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. The matrix is fitted directly, so there
+/// may be as many gauges as axes (Eq. 4) or more (Eq. 5).
 ///
 /// **Units** N or N·m per unit of the gauge. Monomials have no unit: they are products of standardised gauges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

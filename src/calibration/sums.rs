@@ -22,7 +22,7 @@ pub struct Piece {
     pub fold: usize,
 }
 
-/// Number of samples whose sums one thread computes at a time. Being constant, it makes results independent of the threads.
+/// Number of samples whose sums one thread computes at a time. Because it is constant, the threads do not affect results.
 const RUN: usize = 1 << 18;
 /// Number of rows that are computed before their products are summed.
 const BLOCK: usize = 128;

@@ -8,9 +8,9 @@ use crate::calibration::calibration::Calibration;
 use crate::recording::Recording;
 
 impl Calibration {
-    /// Returns the gauge readings of the tared sensor without load. They are zero if the calibration was fitted to tared gauges
-    /// or has no offset. Otherwise they are the readings with conventional load zero that are nearest to the training mean,
-    /// measured in standard deviations of each gauge.
+    /// Returns the gauge readings of the tared sensor without load. The readings are zero if the calibration was fitted to
+    /// tared gauges or has no offset. Otherwise, of all readings with conventional load zero, those nearest to the training
+    /// mean are returned, measured in standard deviations of each gauge.
     pub fn unloaded(&self) -> Vec<f64> {
         let scale = &self.gauge_scale;
         if self.tare.is_some() || !self.offset {

@@ -36,7 +36,7 @@ pub trait Block: Send + Sync {
         self.window_secs(values)
     }
 
-    /// Returns the range that a gauge must cover after a cold start until the state is determined (σ); zero for any range.
+    /// Returns the range that a gauge must cover after a cold start until the state is determined (σ); zero if none is needed.
     fn travel(&self, _value: f64) -> f64 {
         0.0
     }

@@ -1,4 +1,4 @@
-//! Auxiliary channels of a calibration. The fit uses their difference from the mean of the training recordings, in standard
+//! Auxiliary channels of a calibration. The fit uses the difference of a channel from its training mean, in standard
 //! deviations. A channel that hardly changed is not used, because its noise would be amplified.
 
 use serde::{Deserialize, Serialize};

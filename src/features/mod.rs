@@ -5,7 +5,7 @@
 //!
 //! Blocks are causal, run in bounded memory and start anew in each recording. The fit uses standardised columns
 //! ([`GaugeScale`]). Past gauges are differences from the present gauges, `(s_past − s) / scale`. If the past equals the
-//! present, they are zero, and the fit is the conventional calibration. [`Design::columns`] lists the columns.
+//! present, the differences are zero, and the fit is the conventional calibration. [`Design::columns`] lists the columns.
 
 mod block;
 mod blocks;

@@ -22,7 +22,7 @@ const CHANNELS: &str = "auxiliary_channels";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     values: [Vec<f64>; BLOCKS.len()],
-    /// Number of sets of past gauges. It is stored, because it is needed for every sample.
+    /// Number of sets of past gauges, stored because every sample needs this number.
     n_histories: usize,
 }
 

@@ -40,13 +40,13 @@ impl Rows<'_> {
 pub struct Source {
     /// Numbers that the code reads.
     pub constants: Vec<Constant>,
-    /// Numbers that are kept between samples. They start at zero.
+    /// Numbers that are kept between samples, initially zero.
     pub memory: Vec<Memory>,
     /// C code.
     pub c: Code,
     /// Rust code.
     pub rust: Code,
-    /// Python code. It creates its memory itself.
+    /// Python code, which creates its memory itself.
     pub python: Code,
     /// MATLAB code.
     pub matlab: Code,
@@ -63,7 +63,7 @@ impl Source {
 /// Source code of a feature block in one language.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Code {
-    /// Functions that the update calls. In Rust and Python they are methods of the state.
+    /// Functions that the update calls; in Rust and Python, methods of the state.
     pub functions: &'static str,
     /// Statements that process a sample and write its columns.
     pub update: String,
@@ -88,7 +88,7 @@ pub enum Precision {
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Constant {
-    /// Name in lower case.
+    /// Name of the constant, in lower case.
     pub name: &'static str,
     pub precision: Precision,
     pub numbers: Numbers,
@@ -112,7 +112,7 @@ pub enum Numbers {
 /// Array that an exported program keeps between samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Memory {
-    /// Name in lower case.
+    /// Name of the array, in lower case.
     pub name: &'static str,
     pub precision: Precision,
     /// Number of entries, such as the number of the block's values.

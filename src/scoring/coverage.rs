@@ -9,9 +9,9 @@ use crate::scoring::loops::extents_of;
 
 /// Minimum difference of two loads on an axis at which they count as different, as a share of the axis' training range.
 const OTHER_LOAD: f64 = 0.02;
-/// The same minimum difference in standard deviations of the load's noise. The larger of both limits counts.
+/// Minimum difference of two loads that count as different, in standard deviations of the noise. The larger limit counts.
 const NOISE_OF_LOAD: f64 = 4.0;
-/// Upper bound of the limit by noise, as a share of the range. Loads that change in jumps look like noise.
+/// Upper bound of [`NOISE_OF_LOAD`], as a share of the range, because loads that change in jumps look like noise.
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
 /// Distance from the training range at which a test load counts as outside, as a share of the largest span in the same unit.
 const OUTSIDE: f64 = 0.02;

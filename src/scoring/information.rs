@@ -9,7 +9,7 @@ use crate::dot::dot;
 /// Term on the diagonal of the Gram matrix of unit columns that keeps the matrix invertible if columns are undetermined.
 /// [`fit`](crate::calibration::fit) drops a column of which a smaller share is unexplained.
 const NOTHING: f64 = 1e-12;
-/// Term on the same diagonal when loads are proposed. It gives an undetermined coefficient a large but finite variance.
+/// Term on the same diagonal when loads are proposed. With this term, an undetermined coefficient has a finite variance.
 const PRIOR: f64 = 1e-6;
 
 /// Gram matrix of some columns, each scaled to unit length, by its eigenvalues and eigenvectors.

@@ -1,4 +1,4 @@
-//! Mean hysteresis of the recordings. The paper chooses F_th close to it.
+//! Mean hysteresis of the recordings, to which the paper's F_th is close.
 //!
 //! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. Cycles and reversals are those
 //! of the [loops](crate::scoring::loops).
@@ -48,8 +48,8 @@ pub struct HysteresisRun<'a> {
 /// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. The paper
 /// does not define the average, so this definition is ours. If several axes are loaded at once, crosstalk adds to the width.
 ///
-/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th. It is zero for an axis that is
-/// not compared with F_th; see [`Distance::weights`](crate::features::Distance::weights).
+/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th. The factor is zero for an axis
+/// that is not compared with F_th; see [`Distance::weights`](crate::features::Distance::weights).
 pub fn mean_hysteresis(
     runs: &[HysteresisRun<'_>],
     axes: &[Axis],

@@ -6,7 +6,7 @@ use crate::calibration::entries::WrongEntries;
 use crate::features::OutOfRange;
 use crate::progress::Cancelled;
 
-/// Column of the samples. Its index counts from zero, its text from one.
+/// Column of the samples. The index counts from zero, the text of an error from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
     /// Column of a feature.

@@ -27,7 +27,7 @@ pub struct Network {
     pub input_shift: Vec<f64>,
     /// Inverse standard deviation of each input; zero for a constant input, which is then ignored.
     pub input_inverse_scale: Vec<f64>,
-    /// Layers from the inputs to the outputs. There is at least one.
+    /// Layers from the inputs to the outputs; at least one.
     pub layers: Vec<Layer>,
     /// Mean of each target over the training samples.
     pub target_shift: Vec<f64>,

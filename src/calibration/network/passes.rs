@@ -179,7 +179,7 @@ fn rectify<T: Real>(values: &mut [T]) {
 }
 
 /// Returns the factor of the rectifier: one for a positive value, else zero. A product with this factor keeps NaN, unlike
-/// `max`. It is also fast, because it does not become a masked store as a condition does.
+/// `max`. Unlike a condition, the product is not compiled to a masked store, which is slow.
 #[inline(always)]
 fn switch<T: Real>(value: T) -> T {
     T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::passes::Forward;
 use crate::calibration::network::fitted::Network;
 
-/// Number of samples that are predicted together. Their values fit into the second-level cache.
+/// Number of samples that are predicted together. The values of all units fit into the second-level cache.
 const BLOCK_SAMPLES: usize = 256;
 
 impl Network {

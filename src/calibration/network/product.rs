@@ -52,7 +52,7 @@ fn by_faer<T: Real>(out: Out<T>, left: View<T>, right: View<T>) {
     matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
 }
 
-/// Matrix to read. Consecutive columns are `stride` numbers apart in memory. In a transposed matrix, consecutive rows are.
+/// Matrix to read. Consecutive columns are `stride` numbers apart in memory. If transposed, this is the distance of rows.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, T> {
     values: &'a [T],
@@ -114,7 +114,7 @@ impl<'a, T> Out<'a, T> {
 const ROWS_OF_FAER: usize = 16;
 /// Maximum number of rows that the own code computes.
 const LANES: usize = 8;
-/// Number of columns that are computed together. Their sums fit into registers and hide the latency of dependent sums.
+/// Number of columns that are computed together. The sums fit into registers and hide the latency of dependent sums.
 const COLUMNS: usize = 10;
 /// Number of products that are summed before the sums are stored. As many columns of the left matrix are copied at a time.
 const DEPTH: usize = 256;

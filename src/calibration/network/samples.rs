@@ -76,8 +76,8 @@ impl Samples {
     }
 }
 
-/// Differences of each row from the first row. Of n samples, none is more than √n standard deviations from the mean, not even
-/// the first. So the error of single precision is below `√n · 6e-8` standard deviations.
+/// Differences of each row from the first row. Of n samples, none, not even the first, is more than √n standard deviations from
+/// the mean. So the error of single precision is below `√n · 6e-8` standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     width: usize,

@@ -27,7 +27,7 @@ const TAUS: Setting = Setting {
     source: "reference 22 of the paper",
 };
 
-/// Weight `1 − e^(−t/τ)` from which a state counts as determined. It is reached after three time constants.
+/// Weight `1 − e^(−t/τ)` from which a state counts as determined, reached after three time constants.
 const DETERMINED: f64 = 0.95;
 
 /// Time constants that cross-validation tries (s), as far as the recordings resolve them.

@@ -1,4 +1,4 @@
-//! Feature block of polynomials: squares, products and cubes of the present gauges. They describe nonlinearity, not hysteresis.
+//! Feature block of polynomials: squares, products and cubes of the present gauges, for nonlinearity without hysteresis.
 //!
 //! The terms are those of a balance calibration with 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients: `zᵢ zⱼ` for i ≤ j,
 //! then `zᵢ³`. Gauges are standardised first, so that the powers have similar size.

@@ -121,7 +121,7 @@ impl Distance {
         }
     }
 
-    /// Returns the factor of each axis in the load difference. Without a force axis, it is the inverse of the full scale.
+    /// Returns the factor of each axis in the load difference. Without a force axis, the factor is 1 / full scale.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
             Self::Force => axes.iter().map(|axis| f64::from(axis.is_force())).collect(),

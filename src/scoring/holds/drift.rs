@@ -2,7 +2,8 @@
 //!
 //! Guarantees: least-squares optimum within the resolution of the tried time constants; finite for finite samples.
 
-/// Number of intervals of equal length over which the samples are averaged before the fit. It limits the cost for long dwells.
+/// Number of intervals of equal length over which the samples are averaged before the fit. This number limits the cost of long
+/// dwells.
 const CELLS: usize = 400;
 /// Ratio of the dwell's length to the shortest tried time constant.
 const FASTEST: f64 = 200.0;

@@ -67,9 +67,9 @@ pub(super) struct Grid {
 /// Inputs of the play operators that describe hysteresis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Drivers {
-    /// Load of each axis. It describes friction and backlash of the structure.
+    /// Load of each axis, to describe friction and backlash of the structure.
     Axes,
-    /// Strain of each gauge, a mixture of the loads. It describes hysteresis of a gauge or of the place where it is mounted.
+    /// Strain of each gauge, a mixture of the loads, to describe hysteresis of a gauge or of its mounting place.
     Gauges,
 }
 

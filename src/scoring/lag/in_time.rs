@@ -18,7 +18,7 @@ use crate::scoring::loops::{Loop, Loops};
 pub const WORTH_REMOVING: f64 = 0.1;
 /// Maximum uncertainty of the largest width due to the uncertainty of the lag, as a share of this width.
 const MAX_SHARE: f64 = 0.1;
-/// The same limit as a share of full scale. The larger of both limits counts.
+/// Maximum uncertainty of the largest width, as a share of full scale. The larger of both limits counts.
 const MAX_SHARE_FS: f64 = 0.003;
 /// Approximate maximum number of samples in the fit of the outputs.
 const MOST_ROWS: usize = 100_000;
@@ -115,7 +115,7 @@ impl InTime {
     }
 }
 
-/// Returns the sizes of the mean loop, with and without the lag. If there is no mean loop, they are those of the largest cycle.
+/// Returns the sizes of the mean loop, with and without the lag. Without a mean loop, the sizes are those of the largest cycle.
 /// `None` without a cycle.
 pub fn widths(
     lag: &Lag,

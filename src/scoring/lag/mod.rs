@@ -14,8 +14,8 @@
 //! operators. Creep is slower than three times the time scale of the load. If faster creep without a lag leaves a smaller
 //! residual, the lag is unknown.
 //!
-//! **Uncertainty** It follows from the differences between contiguous blocks of the recordings, and from the change of τ if
-//! hysteresis is described by fewer radii. If the uncertainty is too large, the lag is unknown ([`NoLag`]).
+//! **Uncertainty** The standard error follows from the differences between contiguous blocks of the recordings, and from the
+//! change of τ if hysteresis is described by fewer radii. If this error is too large, the lag is unknown ([`NoLag`]).
 
 mod grid;
 mod in_time;
@@ -40,7 +40,7 @@ const LEAST_SHARE: f64 = 0.02;
 /// limit or within [`MOST_SHARE`].
 ///
 /// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: of 225 lags within a
-/// limit, 8 are wrong by more than a tenth of a sample and 3 %. Of 25 lags beyond both limits, 24 are wrong by more.
+/// limit, 8 are wrong by more than a tenth of a sample and 3 %. Of 25 lags beyond both limits, 24 are.
 const MOST_SAMPLES: f64 = 0.25;
 /// Maximum uncertainty of a reported lag (two standard errors), as a share of the lag.
 const MOST_SHARE: f64 = 0.07;

@@ -11,7 +11,7 @@ const LEAST_DIRECTION: f64 = 1e-11;
 const MOST_STEPS: usize = 20;
 /// Length of a Gauss-Newton step below which the search ends, in samples.
 const SMALL_STEP: f64 = 1e-3;
-/// Maximum lag, as a multiple of the load's time scale. A longer lag could not be told from that of another cycle.
+/// Maximum lag, as a multiple of the load's time scale. A longer lag could also be that of another cycle.
 const LONGEST: f64 = 2.0;
 /// Minimum number of blocks into which each recording is cut.
 const BLOCKS_A_RUN: usize = 4;

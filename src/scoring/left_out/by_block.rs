@@ -55,7 +55,7 @@ impl LeftOut<'_> {
     }
 }
 
-/// Returns the penalty of each column, as a share of its squared length. It is infinite in a block that is left out.
+/// Returns the penalty of each column, as a share of its squared length; infinite in a block that is left out.
 pub fn shares_of_blocks(
     n_columns: usize,
     blocks: &[Vec<usize>],

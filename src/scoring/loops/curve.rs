@@ -57,7 +57,7 @@ impl Curve {
         Self { knots, averages }
     }
 
-    /// Returns the output at this load. Beyond an end, it is the output at the end.
+    /// Returns the output at this load, or beyond an end the output at the end.
     pub fn at(&self, load: f64) -> f64 {
         let next = self.knots.partition_point(|(knot, _)| *knot <= load);
         match (next.checked_sub(1), self.knots.get(next)) {

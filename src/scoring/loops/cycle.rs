@@ -91,7 +91,7 @@ impl Loop {
         even_loads(self.range)
     }
 
-    /// Returns the loop's width at each load: falling minus rising output. It is positive if the output lags behind the load.
+    /// Returns the loop's width at each load: falling minus rising output, positive if the output lags behind the load.
     pub fn widths(&self) -> impl Iterator<Item = f64> {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }

@@ -11,8 +11,8 @@
 //!   cycle that counting leaves over forms a cycle with at most one neighbour.
 //! * The **largest cycle** is the one whose two branches share the widest range of loads.
 //! * **Full cycles** cover at least [`FULL_SHARE`] of the largest cycle's range. The **mean loop** is the mean of their loops,
-//!   over the loads that all of them cover. It exists if at least [`FEWEST_CYCLES`] cycles are full and share more than
-//!   [`MOST`] of all loads.
+//!   over the loads that all of them cover. The mean loop exists if at least [`FEWEST_CYCLES`] cycles are full and share more
+//!   than [`MOST`] of all loads.
 //! * Branches are compared at 101 loads over their common range, each averaged over hundredths of its range ([`Curve`]).
 
 mod curve;
@@ -102,7 +102,7 @@ impl Loops {
         &self.cycles
     }
 
-    /// Returns the cycle whose branches share the widest range of loads. Of several equal cycles, it is the first.
+    /// Returns the cycle whose branches share the widest range of loads; the first of several equal cycles.
     pub fn largest(&self) -> Option<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {

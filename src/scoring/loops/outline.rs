@@ -11,7 +11,7 @@ const CELLS_PER_PIXEL: f64 = 2.0;
 const REACH: f64 = 0.4;
 /// Mean number of lines over each touched pixel from which the density is drawn. One line more would no longer be visible.
 const MAX_PASSES: f64 = 4.0;
-/// Maximum number of cells in each direction. It limits the memory.
+/// Maximum number of cells in each direction, which limits the memory.
 const MAX_CELLS: f64 = 16_384.0;
 
 /// Rectangle of loads and outputs that is drawn.

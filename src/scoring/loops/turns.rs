@@ -12,7 +12,8 @@ use crate::scoring::quantile::quantile;
 pub const NOISE_FACTOR: f64 = 10.0;
 /// Minimum of the default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
-/// Maximum number of differences from which the noise of a recording is computed. They determine the noise to about 5 %.
+/// Maximum number of differences from which the noise of a recording is computed. This number determines the noise to about 5
+/// %.
 const MAX_DIFFERENCES: usize = 1024;
 /// Median magnitude of normally distributed numbers, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
