@@ -54,11 +54,6 @@ impl Status {
     pub const fn has(self, any: Self) -> bool {
         self.0 & any.0 != 0
     }
-
-    /// Returns true if there is no load.
-    pub const fn is_rejected(self) -> bool {
-        self.has(Self(Self::REJECTED_TIME.0 | Self::REJECTED_VALUE.0))
-    }
 }
 
 impl BitOrAssign for Status {

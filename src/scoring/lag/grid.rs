@@ -136,19 +136,7 @@ impl Grids {
         let n_usual = parts[0].columns.len() - n_axes;
         Ok(Self { parts, n_axes, n_usual, finer, step_secs, slow_secs })
     }
-}
 
-impl Drivers {
-    /// Returns the inputs that are worth trying: strains only if there are several axes and few gauges.
-    pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
-        match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
-            true => &[Self::Axes, Self::Gauges],
-            false => &[Self::Axes],
-        }
-    }
-}
-
-impl Grids {
     /// Returns true if the reference jumps anywhere.
     pub(super) fn jumps(&self) -> bool {
         self.parts.iter().any(|part| part.jumps > 0.0)
@@ -158,6 +146,16 @@ impl Grids {
     pub(super) fn moves_in_jumps(&self) -> bool {
         let shares = self.parts.iter().map(|part| part.jumps);
         shares.sum::<f64>() > 0.5 * self.parts.len() as f64
+    }
+}
+
+impl Drivers {
+    /// Returns the inputs that are worth trying: strains only if there are several axes and few gauges.
+    pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
+        match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
+            true => &[Self::Axes, Self::Gauges],
+            false => &[Self::Axes],
+        }
     }
 }
 
