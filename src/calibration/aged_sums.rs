@@ -1,30 +1,29 @@
-//! Contribution of a look-back to the sums by age of the past sample: the sums for all t_th from one pass.
+//! Contribution of a look-back to the normal equations by age of the past sample. One pass gives the sums for every t_th.
 //!
-//! For one F_th, the search with the longest t_th finds the past samples for every shorter t_th as well. If the past
-//! sample is too old for the shorter t_th, the columns of the look-back are zero. So t_th only decides which samples
-//! contribute to the products *of these columns*. Added class by class to sums in which these columns are zero, the
-//! products give the sums for each t_th.
+//! For one F_th, the search with the longest t_th also finds the past samples for every shorter t_th. If a past sample is older
+//! than the shorter t_th, the columns of the look-back are zero. So t_th only decides which samples contribute to the products
+//! *of these columns*. The products are collected by class of age. Each class is added to sums in which the look-back's columns
+//! are zero, which gives the sums for the next t_th.
 
 use crate::calibration::linear_map::PresentLoads;
-use crate::calibration::normal_equations::NormalEquations;
-use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
+use crate::calibration::normal_equations::{NormalEquations, TILE, add_tiles, tile_rows};
 use crate::calibration::sums::{Pass, Piece, TakesRows};
 use crate::features::Design;
 use crate::progress::Progress;
 use crate::vectorised::vectorised;
 
-/// Products of the columns of look-backs with all columns, separated by the age of the past sample.
+/// Products of the look-backs' columns with all columns, separated by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgedSums {
     first: usize,
     n_columns: usize,
     stride: usize,
-    /// One `rows × stride` matrix per class. Rows beyond `n_columns` are not valid.
+    /// One `rows × stride` matrix per class of age. Rows beyond `n_columns` are not valid.
     products: Vec<f64>,
 }
 
 impl AgedSums {
-    /// Creates empty sums for `n_classes` ages and the first `n_look_backs` of `design`.
+    /// Creates empty sums for `n_classes` classes of age and the first `n_look_backs` of `design`.
     pub fn new(design: &Design, n_axes: usize, n_look_backs: usize, n_classes: usize) -> Self {
         let (first, n_columns) = (design.n_gauges(), design.n_gauges() * n_look_backs);
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
@@ -41,8 +40,8 @@ impl AgedSums {
         self.n_columns.next_multiple_of(TILE) * self.stride
     }
 
-    /// Adds the samples of one class of look-back ages to `sums`, in which the look-back columns of the class must still be zero.
-    /// Panics if the class does not exist or the columns differ.
+    /// Adds one class of age to `sums`, in which the look-back columns of its samples must still be zero. Panics if the class
+    /// does not exist or the columns differ.
     pub fn add_class_to(&self, class: usize, sums: &mut NormalEquations) {
         assert_eq!(sums.stride(), self.stride, "sums over the same columns");
         let products = &self.products[class * self.class_len()..];
@@ -51,7 +50,7 @@ impl AgedSums {
 }
 
 impl TakesRows for AgedSums {
-    /// Consecutive rows of the same class are multiplied together.
+    /// Multiplies consecutive rows of the same class together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
         let (class_len, stride) = (self.class_len(), self.stride);
         vectorised(
@@ -77,19 +76,19 @@ impl TakesRows for AgedSums {
     }
 }
 
-/// One F_th with every t_th of a grid, for one recording.
+/// Past samples of one recording for one F_th, and the values of t_th to compare.
 #[derive(Clone, Copy, Debug)]
 pub struct ThresholdAges<'a> {
-    /// Past samples of the first look-back with the longest t_th; a sample's own index if there is none.
+    /// Past sample of each sample for the first look-back with the longest t_th; its own index if none is found.
     pub past: &'a [u32],
-    /// Past samples of the other look-backs, which do not change.
+    /// Past samples of the other look-backs, whose thresholds do not change.
     pub further: &'a [Vec<u32>],
-    /// Values of t_th in rising order (s). Class i has the ages above the previous value and up to this one.
+    /// Values of t_th in rising order (s). Class i has the ages above value i − 1 and up to value i.
     pub t_ths_secs: &'a [f64],
 }
 
-/// Returns the products of each piece by age, otherwise like [`recording_sums`](crate::calibration::recording_sums), or from
-/// a cold start at each piece if `is_cold`. Panics as that function does, or if the design has no look-back.
+/// Returns the products of each piece, separated by age. If `is_cold`, each piece starts cold. Panics as
+/// [`recording_sums`](crate::calibration::recording_sums) does, or if the design has no look-back.
 pub fn aged_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -102,8 +101,8 @@ pub fn aged_sums(
     let recording = conventional.recording;
     let (times, n_axes) = (recording.times(), recording.axes().len());
     let further = ages.further.iter().map(Vec::as_slice);
-    let past = std::iter::once(ages.past).chain(further);
-    let pass = Pass::new(design, conventional, past, is_cold, progress);
+    let past = std::iter::once(ages.past).chain(further).collect();
+    let pass = Pass { design, conventional, past, is_cold, progress };
     let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
     pass.sums(pieces, empty, |k, past| {
         let own = past[0][k] as usize;
@@ -112,8 +111,8 @@ pub fn aged_sums(
     })
 }
 
-/// Returns the contribution of the look-backs to the sums of each piece. Added to the sums without past samples, it gives
-/// those of [`recording_sums`](crate::calibration::recording_sums), to the last bit. Panics as that function does.
+/// Returns the contribution of the look-backs to the sums of each piece. Added to the sums without past samples, it gives the
+/// result of [`recording_sums`](crate::calibration::recording_sums) exactly. Panics as that function does.
 pub fn look_back_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -122,7 +121,8 @@ pub fn look_back_sums(
     progress: &Progress,
 ) -> Vec<AgedSums> {
     let n_axes = conventional.recording.axes().len();
-    let pass = Pass::new(design, conventional, past.iter().map(Vec::as_slice), false, progress);
+    let past = past.iter().map(Vec::as_slice).collect();
+    let pass = Pass { design, conventional, past, is_cold: false, progress };
     let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
     pass.sums(pieces, empty, |k, past| past.iter().any(|own| own[k] as usize != k).then_some(0))
 }

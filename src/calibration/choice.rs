@@ -1,45 +1,45 @@
-//! Rule of choice among models, ridge strengths, thresholds, radii or time constants: the fit with the lowest held-out
-//! error, and the smallest fit nearly as good.
+//! Rule that chooses among models, ridge strengths, thresholds, radii or time constants: the fit with the lowest held-out
+//! error, and the smallest fit that is nearly as good.
 //!
-//! Guarantees: fits are compared block by block on the same held-out samples, so the difficulty of a block cancels. The
-//! lowest and the highest tenth of the differences are ignored (at least one each, from five blocks on), so one extreme
-//! block decides nothing. A fit is eligible only if its error is below the conventional one with 90 % confidence and in
-//! no group above 1.1 times the conventional one.
+//! Guarantees: the held-out samples are cut into contiguous blocks, and two fits are compared by the difference of their errors
+//! in each block. The lowest and the highest tenth of the differences are ignored, from five blocks on at least one each. So
+//! one extreme block decides nothing. A fit is eligible only if its error is below the conventional error with 90 % confidence.
+//! Moreover, its error must not exceed 1.1 times the conventional error in any group.
 
 use statrs::function::beta::inv_beta_reg;
 
-/// Maximum ratio of a fit's error to the conventional error in one group.
+/// Maximum ratio of an eligible fit's error to the conventional error in each group.
 pub(crate) const HARM: f64 = 1.1;
-/// Share of the differences that is ignored at each end.
+/// Share of the block differences that is ignored at each end.
 const TRIMMED: f64 = 0.1;
-/// Minimum number of blocks for which one difference is ignored at each end.
+/// Number of blocks from which at least one difference is ignored at each end.
 const FEWEST_TRIMMED: usize = 5;
-/// Minimum number of blocks in a group for an estimate of the group's own scatter.
+/// Number of blocks in a group from which the scatter within the group is estimated.
 const FEWEST_OF_GROUP: usize = 3;
-/// Of two settings of one model, the smaller is chosen if its error exceeds the lowest error by at most this share.
+/// Maximum excess of an error over the lowest error, as a share, at which a smaller setting of the same model is chosen.
 pub(crate) const NEARLY: f64 = 0.01;
-/// Maximum relative difference of equal errors. Rounding must not decide.
+/// Maximum relative difference of errors that count as equal, so that rounding decides nothing.
 const TIE: f64 = 1e-9;
 
-/// Held-out samples, cut into contiguous blocks.
+/// Contiguous blocks of held-out samples: number of samples and group of each block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     pub samples: Vec<f64>,
     pub groups: Vec<usize>,
 }
 
-/// Returns the weighted sum over axes of the squared errors in each block. `squares` is `n_blocks × n_axes`.
+/// Returns the weighted sum over the axes of the squared errors in each block. `squares` is `n_blocks × n_axes`, row-major.
 pub(crate) fn weighed(squares: &[f64], weights: &[f64]) -> Vec<f64> {
     let of_block = |own: &[f64]| own.iter().zip(weights).map(|(own, weight)| own * weight).sum();
     squares.chunks_exact(weights.len().max(1)).map(of_block).collect()
 }
 
-/// Difference between the mean squared errors of two fits over the same blocks.
+/// Difference of the mean squared errors of two fits on the same blocks of held-out samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Pooled mean squared error of the first fit minus that of the second.
+    /// Mean squared error of the first fit over all samples, minus the same of the second fit.
     pub difference: f64,
-    /// Difference without the lowest and the highest block differences.
+    /// Mean of the block differences without the lowest and the highest ones.
     pub trimmed: f64,
     /// Standard error of the trimmed difference.
     pub standard_error: f64,
@@ -48,8 +48,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Returns true if the first error is below the second with 90 % confidence: the trimmed difference by Student's t, and the
-    /// sign of the pooled difference. Two blocks must agree, because their scatter is not known.
+    /// Returns true if the first error is below the second with 90 % confidence by Student's t. Both the trimmed and the pooled
+    /// difference must be negative. With only two blocks, the error must be lower in both.
     fn is_below(&self) -> bool {
         let needed = match self.counted {
             0 | 1 => return false,
@@ -60,7 +60,7 @@ impl Comparison {
     }
 }
 
-/// Returns Student's t that is exceeded with a probability of 10 %.
+/// Returns the value that Student's t exceeds with a probability of 10 %.
 fn t_of_90_percent(freedom: usize) -> f64 {
     let n = freedom as f64;
     let x = inv_beta_reg(0.5 * n, 0.5, 2.0 * 0.1);
@@ -71,7 +71,7 @@ fn t_of_90_percent(freedom: usize) -> f64 {
 pub enum Refusal {
     /// The error is not below the conventional one with 90 % confidence.
     NotBetter,
-    /// The error in one group is too large.
+    /// The error in one group exceeds [`HARM`] times the conventional error.
     Harms {
         group: usize,
         /// Ratio of the fit's error to the conventional error in this group.
@@ -79,18 +79,18 @@ pub enum Refusal {
     },
 }
 
-/// Result of a comparison of fits, given by index.
+/// Chosen fits, given by index.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// Eligible fit with the lowest error.
     pub accurate: usize,
-    /// Smallest fit that is nearly as good.
+    /// Smallest eligible fit that is nearly as good.
     pub smallest: usize,
     pub refused: Vec<Option<Refusal>>,
 }
 
 impl Blocks {
-    /// Creates blocks of which each is its own group.
+    /// Creates blocks with these numbers of samples. Each block is its own group.
     pub fn of_parts(samples: &[u64]) -> Self {
         let samples: Vec<f64> = samples.iter().map(|n| *n as f64).collect();
         Self { groups: (0..samples.len()).collect(), samples }
@@ -130,16 +130,16 @@ impl Blocks {
         }
     }
 
-    /// Returns true if one error is below `factor` times another with 90 % confidence.
+    /// Returns true if the root mean square of `one` is below `factor` times that of `other` with 90 % confidence.
     pub fn is_below(&self, one: &[f64], other: &[f64], factor: f64) -> bool {
         let other: Vec<f64> = other.iter().map(|own| factor * factor * (1.0 - TIE) * own).collect();
         one.iter().all(|own| own.is_finite()) && self.compare(one, &other).is_below()
     }
 
-    /// Returns the group with the largest ratio of the fit's error to the conventional error, if above the limit.
+    /// Returns the group with the largest ratio of the fit's error to the conventional error, if a group exceeds [`HARM`].
     ///
-    /// A group of several blocks must exceed the limit with 90 % confidence. For a smaller group, the limit uses the mean
-    /// conventional error if the group's own is lower, because that may be small by chance.
+    /// A group of several blocks must exceed the limit with 90 % confidence. In a smaller group, the conventional error may be
+    /// low by chance. So it counts as at least the mean conventional error.
     fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
         let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
         let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);
@@ -158,29 +158,25 @@ impl Blocks {
                 false => blocks.is_below(&conventional, &own, 1.0 / HARM),
             };
             let ratio = (sum(&own) / sum(&conventional)).sqrt();
-            harms.then_some(Refusal::Harms { group, ratio })
+            harms.then_some((group, ratio))
         });
-        harms.max_by(|a, b| match (a, b) {
-            (Refusal::Harms { ratio: a, .. }, Refusal::Harms { ratio: b, .. }) => a.total_cmp(b),
-            _ => std::cmp::Ordering::Equal,
-        })
+        let worst = harms.max_by(|a, b| a.1.total_cmp(&b.1));
+        worst.map(|(group, ratio)| Refusal::Harms { group, ratio })
     }
 
-    /// Chooses among `n` fits: the conventional calibration, then all others from the smallest to the largest. `squares(at)`
-    /// is the weighted squared error of each block. The smallest is the first fit within `within` of the lowest error, with
-    /// 90 % confidence.
+    /// Chooses among `n` fits. Fit 0 is the conventional calibration; the others are sorted from the smallest to the largest.
+    /// `squares(at)` is the weighted squared error of fit `at` in each block. The smallest fit is the first whose error is
+    /// below `1 + within` times the lowest error with 90 % confidence.
     pub fn choose<'a>(
         &self,
         n: usize,
         within: f64,
         squares: impl Fn(usize) -> &'a [f64],
     ) -> Choice {
-        let refusal = |at: usize| match at {
-            0 => None,
-            _ if !self.is_below(squares(at), squares(0), 1.0) => {
-                self.harm(squares(at), squares(0)).or(Some(Refusal::NotBetter))
-            }
-            _ => self.harm(squares(at), squares(0)),
+        let refusal = |at: usize| {
+            let is_better = at == 0 || self.is_below(squares(at), squares(0), 1.0);
+            let harm = (at > 0).then(|| self.harm(squares(at), squares(0))).flatten();
+            harm.or((!is_better).then_some(Refusal::NotBetter))
         };
         let refused: Vec<Option<Refusal>> = (0..n).map(refusal).collect();
         let mut eligible: Vec<usize> = (0..n).filter(|at| refused[*at].is_none()).collect();
@@ -205,8 +201,8 @@ impl Blocks {
     }
 }
 
-/// Returns the index of the chosen setting of one model among `n_tried`, of which the last is the simplest. It replaces the
-/// conventional calibration: others must be better with 90 % confidence. `square(at, part)` is a part's squared error.
+/// Returns the index of the chosen setting of one model among `n_tried` settings. The last setting is the simplest; another one
+/// must be better with 90 % confidence. `square(at, part)` is the squared error of setting `at` on a held-out part.
 pub(crate) fn simplest_good(
     n_tried: usize,
     n_parts: usize,
@@ -224,11 +220,11 @@ pub(crate) fn simplest_good(
     last - blocks.choose(n_tried, NEARLY, |at| &squares[at]).smallest
 }
 
-/// Shares of a second stage that may be added to the linear one, largest first. With zero, the linear stage stands alone.
+/// Factors of a hybrid regressor's network or kernel that are tried. With zero, the linear part stands alone.
 pub(crate) const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
-/// Returns the index of the best of [`SHARES`], or of zero if nearly as good; `square(at, part)` is a part's squared error.
-/// The share is no additional shrinkage: below one, both stages have the same direction but different sizes.
+/// Returns the index of the best of [`SHARES`], or of the share zero if that is nearly as good. `square(at, part)` is the
+/// squared error with share `at` on a held-out part.
 pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     let sum = |at: &usize| (0..n_parts).map(|part| square(*at, part)).sum::<f64>();
     let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));
@@ -257,7 +253,7 @@ mod tests {
         }
     }
 
-    /// Without a tenth at each end, the mean of 1 … 10 is the same. Yuen's error is that of the winsorised values over 0.8.
+    /// Without a tenth at each end, the mean of 1 … 10 is the same. Yuen's standard error is the winsorised one divided by 0.8.
     #[test]
     fn the_standard_error_is_yuens() {
         let one: Vec<f64> = (1..=10).map(f64::from).collect();

@@ -1,49 +1,43 @@
-//! Standard errors of the coefficients of a fit.
+//! Standard errors of the coefficients of a linear fit.
 
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::cross_validation::CrossValidation;
 use crate::calibration::linear_map::LinearMap;
 
-/// Maximum number of features with standard errors. More would take too long after each move of a slider.
+/// Maximum number of features for which standard errors are computed. More would delay the answer to a moved slider.
 pub(crate) const MOST_FEATURES: usize = 48;
 
 /// Standard errors of the coefficients by the delete-one-group jackknife.
 ///
-/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: `var = (G − 1)/G Σ (θᵢ − θ̄)²`, from fits θᵢ
-/// without one of G parts. The parts are the folds of cross-validation, because neighbouring samples are correlated.
+/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: `var = (G − 1)/G Σ (θᵢ − θ̄)²`. The θᵢ are fits
+/// without one of G parts. The parts are those of cross-validation, because neighbouring samples are correlated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoefficientErrors {
     pub left_out: CrossValidation,
-    /// Standard error of each coefficient of the compensated matrix, one row per axis and one column per feature.
+    /// Standard error of each coefficient of the compensated matrix: one row per axis, one column per feature.
     pub standard: Vec<Vec<f64>>,
 }
 
 impl CoefficientErrors {
-    /// Computes the errors from the matrices of fits without each part; `None` with fewer than two fits.
+    /// Computes the standard errors from fits that each leave one part out; `None` with fewer than two fits.
     pub fn of(left_out: CrossValidation, fits: &[LinearMap]) -> Option<Self> {
-        let matrices: Vec<&Vec<Vec<f64>>> = fits.iter().map(|map| &map.matrix).collect();
-        let n = matrices.len();
-        let first = matrices.first().filter(|_| n > 1)?;
-        let factor = (n as f64 - 1.0) / n as f64;
+        let n = fits.len() as f64;
+        let first = &fits.first().filter(|_| fits.len() > 1)?.matrix;
         let standard = |axis: usize, column: usize| {
-            let of_fit = |own: &&Vec<Vec<f64>>| own[axis][column];
-            let mean = matrices.iter().map(of_fit).sum::<f64>() / n as f64;
-            let squares = matrices.iter().map(|own| (of_fit(own) - mean).powi(2));
-            (factor * squares.sum::<f64>()).sqrt()
+            let of_fits = || fits.iter().map(|own| own.matrix[axis][column]);
+            let mean = of_fits().sum::<f64>() / n;
+            let squares = of_fits().map(|own| (own - mean).powi(2));
+            ((n - 1.0) / n * squares.sum::<f64>()).sqrt()
         };
         let of_axis =
             |axis: usize| (0..first[axis].len()).map(|column| standard(axis, column)).collect();
         Some(Self { standard: (0..first.len()).map(of_axis).collect(), left_out })
     }
 
-    /// Returns true if the shape is that of the matrix.
+    /// Returns true if there is one standard error for each coefficient of an `n_axes × n_columns` matrix.
     pub(crate) fn is_of(&self, n_axes: usize, n_columns: usize) -> bool {
         self.standard.len() == n_axes && self.standard.iter().all(|row| row.len() == n_columns)
-    }
-
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
-        self.standard.iter().flatten()
     }
 }
 

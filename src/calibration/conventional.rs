@@ -1,6 +1,6 @@
 //! Conventional calibration: the load from the present gauges alone (Eq. 3-8).
 //!
-//! It depends on the training recordings and the offset alone, and the look-back searches with it, so it is fitted first.
+//! The conventional calibration is fitted before all features, because the look-back compares conventional loads.
 
 use rayon::prelude::*;
 
@@ -12,18 +12,18 @@ use crate::features::{Design, FeatureSettings, GaugeScale};
 use crate::progress::Progress;
 use crate::recording::Recording;
 
-/// Least-squares load from the present gauges, with the scale that all other columns share.
+/// Conventional calibration, and the scale of the gauges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conventional {
     /// Shift and scale of the gauges over the training recordings.
     pub scale: GaugeScale,
-    /// The matrix on raw gauges.
+    /// Calibration matrix of the raw gauges.
     pub map: LinearMap,
 }
 
 impl Conventional {
     /// Fits the training recordings, then fits the residuals once more to remove rounding errors. The result is not valid after
-    /// cancellation. Panics if there is no training recording, or their columns differ.
+    /// cancellation. Panics without training recordings, or if their columns differ.
     pub fn fit(training: &[&Recording], offset: bool, progress: &Progress) -> Self {
         let first = training.first().expect("the fit needs a training recording");
         let n_axes = first.axes().len();
@@ -51,7 +51,7 @@ impl Conventional {
             let terms = Terms {
                 used: &design.all(),
                 kinds: &design.kinds(),
-                known: &[], // the first round has fitted the same columns
+                known: &[], // the first fit has the same columns
             };
             let correction = fit(&total, terms, Ridge::None).coefficients;
             map.matrix = map.corrected(&design, &correction);

@@ -4,17 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::GroupedBy;
 
-/// Parts that cross-validation leaves out in turn, and their description in words.
+/// Parts of the training recordings that cross-validation leaves out in turn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
     pub by: GroupedBy,
     pub groups: usize,
-    /// Number of parts: that of the groups, or fewer if several groups are left out together.
+    /// Number of parts; below the number of groups if several groups are left out together.
     pub parts: usize,
 }
 
 impl CrossValidation {
-    /// Returns true if blocks are left out, because there are too few recordings.
+    /// Returns true if contiguous blocks are left out, because there are too few recordings.
     pub fn is_by_block(&self) -> bool {
         self.by == GroupedBy::Block
     }

@@ -1,8 +1,7 @@
 //! Reasons why a calibration cannot be used.
 
+use crate::calibration::entries::WrongEntries;
 use crate::calibration::learned::LearnedError;
-use crate::calibration::length::WrongLength;
-use crate::calibration::linear_map::LARGEST;
 use crate::features::FeatureError;
 
 /// Value of the field `format` of a calibration file.
@@ -21,13 +20,9 @@ pub enum CalibrationError {
     #[error("the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
     AxisOrder,
     #[error(transparent)]
-    Length(#[from] WrongLength),
+    Entries(#[from] WrongEntries),
     #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
     Unit { axis: &'static str, expected: &'static str, actual: String },
-    #[error(
-        "{field} holds {value:?}, which is not a number from {least:?} to {LARGEST:?}; correct the file, or fit in other units"
-    )]
-    Number { field: String, value: f64, least: f64 },
     #[error("the decimation is 0; it must be 1 (every sample) or more")]
     Decimation,
     #[error("full_scale is 0 on every axis, so the calibration was made without any load")]
@@ -35,8 +30,8 @@ pub enum CalibrationError {
     #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
     Feature { field: &'static str, position: usize, expected: String, actual: String },
     #[error(
-        "{recording} has no auxiliary channel {channel}, which the calibration needs (it has: {}); name the column so, or make it \"auxiliary\" in a \
-         column map", if .found.is_empty() { "none" } else { .found }
+        "{recording} has no auxiliary channel {channel}, which the calibration needs (its channels: {}); give the column this name, or make it \
+         \"auxiliary\" in a column map", if .found.is_empty() { "none" } else { .found }
     )]
     Auxiliary { recording: String, channel: String, found: String },
     #[error("features: {0}")]

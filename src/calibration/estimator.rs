@@ -1,9 +1,8 @@
-//! Estimator: computes one load per sample at run time, as on a robot.
+//! Computes one load per sample at run time, as on a robot.
 //!
-//! Guarantees: the loads equal those of [`Calibration::apply`] on the same samples, unless the clock jumps (features bit for
-//! bit; sums of a network may be rounded differently). Memory is bounded by the longest t_th and lag. A bad sample is refused
-//! and does not affect later samples. If the clock is reset, the history starts anew within [`STRAYS`] samples, so no load
-//! is that of an older sample. Exported code behaves the same.
+//! Guarantees: unless the clock jumps, the loads equal those of [`Calibration::apply`] on the same samples, except for rounding
+//! in a network. Memory is bounded by the longest t_th and lag. A bad sample is refused and does not affect later samples. If
+//! the clock is reset, all states start anew after [`STRAYS`] samples. Exported code behaves the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
 use crate::calibration::error::CalibrationError;
@@ -12,10 +11,10 @@ use crate::calibration::status::Status;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
-/// Number of consecutive samples with an implausible time after which the clock counts as reset.
+/// Number of consecutive samples with an implausible time at which the clock counts as reset.
 pub const STRAYS: u32 = 3;
 
-/// A calibration and the state of its blocks.
+/// Calibration at run time, with the state of its feature blocks.
 #[derive(Debug)]
 pub struct Estimator<'a> {
     calibration: &'a Calibration,
@@ -26,12 +25,12 @@ pub struct Estimator<'a> {
     last_secs: Option<f64>,
     /// Time added after the wrap of a 32-bit counter (s).
     wrapped_secs: f64,
-    /// Start of the history (s): the first sample, or the first sample after a gap or restart.
+    /// Time from which samples are remembered (s): that of the first sample, or of the first sample after a gap or clock reset.
     since_secs: f64,
     strays: u32,
     /// Offset that taring subtracts from each gauge.
     gauge_zero: Vec<f64>,
-    /// Offset that was subtracted from each gauge before the estimator received it.
+    /// Offset that the caller has already subtracted from each gauge.
     subtracted_before: Vec<f64>,
     gauges: Vec<f64>,
     raw: Vec<f64>,
@@ -56,7 +55,7 @@ pub enum SampleError {
 }
 
 impl SampleError {
-    /// Returns the status of the refused sample: its time was rejected, or one of its values.
+    /// Returns the status of the refused sample.
     pub const fn status(&self) -> Status {
         match self {
             Self::OffTheClock { .. } => Status::REJECTED_TIME,
@@ -68,7 +67,7 @@ impl SampleError {
 }
 
 impl<'a> Estimator<'a> {
-    /// Creates the estimator before the first sample, with the calibration's `design`. [`CalibrationError`] if it is not valid.
+    /// Creates the estimator. `design` must be that of the calibration. [`CalibrationError`] if the calibration is not valid.
     pub fn new(calibration: &'a Calibration, design: &'a Design) -> Result<Self, CalibrationError> {
         calibration.validate()?;
         let n_axes = calibration.axes.len();
@@ -92,8 +91,8 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// Tares with `mean`, the mean gauge readings of the unloaded sensor, and starts the history anew. The state is unchanged
-    /// on [`SampleError`]: `mean` is not one finite number per gauge.
+    /// Tares with `mean`, the mean gauge readings of the unloaded sensor, and starts anew. On an error nothing changes. The
+    /// error is [`SampleError`] unless `mean` is one finite number per gauge.
     pub fn tare(&mut self, mean: &[f64]) -> Result<(), SampleError> {
         self.check_numbers(mean, &[])?;
         let zero = mean.iter().zip(self.calibration.unloaded());
@@ -102,33 +101,32 @@ impl<'a> Estimator<'a> {
         Ok(())
     }
 
-    /// Starts anew as after a cold start; a tare is kept.
+    /// Starts anew as after switching on, but keeps the tare.
     pub fn reset(&mut self) {
         self.forget();
         self.last_secs = None;
         self.wrapped_secs = 0.0;
     }
 
-    /// Sets the offsets that were already subtracted from the gauges. They only detect clipping, for a calibration that was
-    /// fitted to gauges without tare.
+    /// Sets the offsets that were already subtracted from the gauges. These offsets are needed to detect clipping.
     pub(crate) fn set_subtracted_before(&mut self, offsets: impl Iterator<Item = f64>) {
         self.subtracted_before.clear();
         self.subtracted_before.extend(offsets);
     }
 
-    /// Processes the next sample, time in s and gauges as in training, and returns its status and compensated load (N, N·m).
+    /// Processes the next sample and returns its status and compensated load (N, N·m). The time is in s, the gauges are in the
+    /// units of the training recordings.
     ///
     /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit counter
-    /// wrapped. Such a sample is refused. The [`STRAYS`]th in a row is accepted as the first sample of a clock that was reset.
-    /// A repeated time counts as no elapsed time, as in recordings. A step longer than the calibration's gap is a gap.
+    /// wrapped. A sample with an implausible time is refused. The [`STRAYS`]th such sample in a row is accepted as the first
+    /// sample after a clock reset. A repeated time counts as no elapsed time. A step above the gap length is a gap.
     ///
-    /// # Errors
-    /// [`SampleError`] if the sample cannot be used. The next good sample continues after the last good one.
+    /// # Errors [`SampleError`] if the sample cannot be used. The state then stays as after the last good sample.
     pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Status, &[f64]), SampleError> {
         self.update_with(time, gauges, &[])
     }
 
-    /// Processes a sample as [`Self::update`], with the auxiliary channels in the calibration's order and units.
+    /// Processes a sample like [`Self::update`], with auxiliary channels in the calibration's order and units.
     pub fn update_with(
         &mut self,
         time: f64,
@@ -162,7 +160,8 @@ impl<'a> Estimator<'a> {
         Ok((status, &self.compensated))
     }
 
-    /// Processes a sample as [`Self::update_with`], with a NaN load if it is refused. `is_held`: an auxiliary value is too old.
+    /// Processes a sample like [`Self::update_with`]. A refused sample has a NaN load. `is_held`: an auxiliary value is
+    /// outdated.
     pub(crate) fn update_or_nan(
         &mut self,
         time: f64,
@@ -181,16 +180,13 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Returns true if a gauge is clipped. Gauges are compared as measured, or tared if the limits are of tared gauges.
+    /// Returns true if a gauge is clipped. The measured gauges are compared, or the tared ones if the limits are tared.
     fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
-        let is_tared = self.calibration.tare.is_some();
-        let as_measured = gauges.iter().zip(&self.subtracted_before);
-        let as_measured = as_measured.map(|(gauge, less)| gauge + less);
-        if is_tared {
-            self.calibration.has_gauge_beyond(self.gauges.iter().copied())
-        } else {
-            self.calibration.has_gauge_beyond(as_measured)
+        if self.calibration.tare.is_some() {
+            return self.calibration.has_gauge_beyond(self.gauges.iter().copied());
         }
+        let as_measured = gauges.iter().zip(&self.subtracted_before);
+        self.calibration.has_gauge_beyond(as_measured.map(|(gauge, less)| gauge + less))
     }
 
     fn forget(&mut self) {
@@ -211,7 +207,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Returns the status of a sample, and clears the history if its time requires it.
+    /// Returns the status of a sample. After a gap or a clock reset, all states are cleared.
     fn judge(
         &mut self,
         time: f64,
@@ -262,8 +258,7 @@ impl<'a> Estimator<'a> {
         conventional.apply(gauges, &mut self.conventional);
         self.look_back.push(time, gauges, &self.conventional);
         let past = |at: usize| self.look_back.past_gauges(features.look_backs[at]);
-        let raw = &mut self.raw;
-        self.stream.raw_row(time, gauges, auxiliary, past, raw);
+        self.stream.raw_row(time, gauges, auxiliary, past, &mut self.raw);
         if learned.is_some() {
             self.inputs.clear();
             learned_inputs(self.design, &self.raw, &mut self.inputs);
@@ -276,7 +271,7 @@ impl<'a> Estimator<'a> {
         );
     }
 
-    /// Returns the conventional load of the newest sample, or NaN if it was refused.
+    /// Returns the conventional load of the newest sample; NaN if the sample was refused.
     pub fn conventional(&self) -> &[f64] {
         &self.conventional
     }

@@ -1,4 +1,4 @@
-//! Calibration files in JSON.
+//! Reads and writes calibrations as JSON.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -23,7 +23,7 @@ struct Head {
 }
 
 impl Calibration {
-    /// Reads and validates the JSON of [`Calibration::in_file`].
+    /// Reads a calibration file and validates it.
     pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
         let head: Head = serde_json::from_slice(content)?;
         check_head(&head.format, head.version)?;
@@ -35,7 +35,7 @@ impl Calibration {
             [("conventional", &mut calibration.conventional, &FeatureSettings::present())];
         let compensated = calibration.compensated.iter_mut();
         let compensated = compensated.map(|map| ("compensated", map, features));
-        // The order of the columns follows from gauges, features and offset. Names in the file are only compared.
+        // The columns follow from gauges, features and offset. The names in the file are only compared with them.
         for (field, map, features) in conventional.into_iter().chain(compensated) {
             map.columns = features.columns(gauges.len(), offset);
             let names = std::mem::take(&mut map.names_in_file);
@@ -48,7 +48,7 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// Returns the unknown keys of the file from which this calibration was read, each with its place.
+    /// Returns the path of each unknown key in the file from which this calibration was read.
     pub fn unknown_keys(&self, content: &[u8]) -> Result<Vec<String>, serde_json::Error> {
         let file: Value = serde_json::from_slice(content)?;
         let known = serde_json::to_value(self.in_file())?;
@@ -57,7 +57,7 @@ impl Calibration {
         Ok(unknown)
     }
 
-    /// Returns the calibration in file form, with named columns.
+    /// Returns the calibration as it is written to a file, with names of the columns.
     pub fn in_file(&self) -> Self {
         let mut file = self.clone();
         for map in std::iter::once(&mut file.conventional).chain(&mut file.compensated) {
@@ -67,7 +67,7 @@ impl Calibration {
     }
 }
 
-/// Adds the keys of `file` that are not in `known`, except keys without content.
+/// Adds the paths of the keys in `file` that are not in `known`. Keys with an empty value are skipped.
 fn add_unknown(file: &Value, known: &Value, place: &str, unknown: &mut Vec<String>) {
     match (file, known) {
         (Value::Object(file), Value::Object(known)) => {

@@ -1,11 +1,11 @@
-//! Kernel ridge regression on landmarks, with an uncertainty band: the mean of a Gaussian process (references 20 and 21 of
-//! the paper), and the least-squares support vector machine (reference 13).
+//! Kernel ridge regression on landmark samples, with an uncertainty band. The prediction is the mean of a Gaussian process
+//! (references 20 and 21 of the paper), and that of a least-squares support vector machine (reference 13).
 //!
-//! The kernel is `k(x, l) = e^(−|x − l|² / 2ℓ²)` between a sample and m landmarks. Whitened by the kernel matrix of the
-//! landmarks (Nyström), it gives m columns of unit prior variance. The rest is ridge regression from sums, with one
-//! [`NormalEquations`](crate::calibration::NormalEquations) per fold of the cross-validation. Samples are not stored.
+//! The kernel between a sample x and each of m landmarks l is `k(x, l) = e^(−|x − l|² / 2ℓ²)`. Whitened by the kernel matrix of
+//! the landmarks (Nyström), these m numbers have unit prior variance. A ridge regression on them follows from
+//! [`NormalEquations`](crate::calibration::NormalEquations), one for each part of the cross-validation.
 //!
-//! Guarantees: no randomness. Far from every landmark the prediction is the mean, and the band is wide.
+//! Guarantees: no randomness. Far from every landmark, the prediction is the mean load, and the band is wide.
 
 mod fitting;
 mod model;

@@ -2,9 +2,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
 use crate::calibration::network::{Network, NetworkError};
-use crate::calibration::settings::Learner;
 
-/// Nonlinear part of a calibration: learns the load from standardised features, or the residuals of the linear part (hybrid).
+/// Nonlinear part of a calibration, which learns the load from standardised features, or the residual of a linear fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Learned {
@@ -22,18 +21,11 @@ pub enum LearnedError {
 
 #[derive(Clone, Debug, Default)]
 pub struct LearnedScratch {
-    kernel: KernelScratch,
+    pub(super) kernel: KernelScratch,
     answers: Vec<f64>,
 }
 
 impl Learned {
-    pub fn learner(&self) -> Learner {
-        match self {
-            Self::Network(_) => Learner::Network,
-            Self::Kernel(_) => Learner::Kernel,
-        }
-    }
-
     pub fn describe(&self) -> String {
         match self {
             Self::Kernel(kernel) => format!(
@@ -43,13 +35,11 @@ impl Learned {
                 kernel.band.strength
             ),
             Self::Network(network) => {
-                let mut widths = vec![network.n_inputs().to_string()];
-                widths.extend(network.layers.iter().map(|layer| layer.biases.len().to_string()));
-                format!(
-                    "network of {} units, {} numbers",
-                    widths.join(" → "),
-                    network.n_parameters()
-                )
+                let mut widths = network.n_inputs().to_string();
+                for layer in &network.layers {
+                    widths += &format!(" → {}", layer.biases.len());
+                }
+                format!("network of {widths} units, {} numbers", network.n_parameters())
             }
         }
     }
@@ -64,7 +54,7 @@ impl Learned {
         }
     }
 
-    /// Checks everything that a file may contain.
+    /// Checks the shapes and numbers of a network or kernel from a file.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), LearnedError> {
         match self {
             Self::Network(network) => Ok(network.validate(n_columns, n_axes)?),
@@ -72,21 +62,10 @@ impl Learned {
         }
     }
 
-    /// Adds the predictions for rows to `loads`, `n × n_axes` row-major.
-    pub fn add(
-        &self,
-        rows: &[f64],
-        scratch: &mut LearnedScratch,
-        loads: &mut [f64],
-        n_axes: usize,
-    ) {
+    /// Adds the predictions for rows of standardised features to `loads`, `n × n_axes` row-major.
+    pub fn add(&self, rows: &[f64], scratch: &mut LearnedScratch, loads: &mut [f64]) {
         match self {
-            Self::Kernel(kernel) => {
-                let width = kernel.input_shift.len();
-                for (row, load) in rows.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes)) {
-                    kernel.add(row, &mut scratch.kernel, load);
-                }
-            }
+            Self::Kernel(kernel) => kernel.add(rows, &mut scratch.kernel, loads),
             Self::Network(network) => {
                 scratch.answers.resize(loads.len(), 0.0);
                 network.predict_rows(rows, &mut scratch.answers);
@@ -97,7 +76,7 @@ impl Learned {
         }
     }
 
-    /// Multiplies the predictions by a factor per axis. Without factors nothing changes.
+    /// Multiplies the predictions by one factor per axis.
     pub fn scale(&mut self, shares: &[f64]) {
         match self {
             Self::Kernel(kernel) => kernel.scale(shares),
@@ -105,38 +84,15 @@ impl Learned {
         }
     }
 
-    /// Returns true if the prediction on an axis is always zero, so that the linear stage stands alone.
+    /// Returns true if the prediction on an axis is always zero.
     pub fn is_silent(&self, axis: usize) -> bool {
-        let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
-        match self {
-            Self::Kernel(kernel) => is_zero(&kernel.weights[axis]) && kernel.offset[axis] == 0.0,
-            Self::Network(network) => {
-                is_zero(&[network.target_shift[axis], network.target_scale[axis]])
-            }
-        }
-    }
-
-    /// Returns true if [`Learned::deviations`] gives values.
-    pub fn knows_deviation(&self) -> bool {
-        matches!(self, Self::Kernel(_))
-    }
-
-    /// Writes the standard deviations around the predictions, `n × n_axes` row-major; zeros if the regression has none.
-    pub fn deviations(
-        &self,
-        rows: &[f64],
-        scratch: &mut LearnedScratch,
-        out: &mut [f64],
-        n_axes: usize,
-    ) {
         match self {
             Self::Kernel(kernel) => {
-                let width = kernel.input_shift.len();
-                for (row, out) in rows.chunks_exact(width).zip(out.chunks_exact_mut(n_axes)) {
-                    kernel.deviation(row, &mut scratch.kernel, out);
-                }
+                kernel.offset[axis] == 0.0 && kernel.weights[axis].iter().all(|own| *own == 0.0)
             }
-            Self::Network(_) => out.fill(0.0),
+            Self::Network(network) => {
+                network.target_shift[axis] == 0.0 && network.target_scale[axis] == 0.0
+            }
         }
     }
 }

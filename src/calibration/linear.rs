@@ -1,50 +1,49 @@
 //! Linear least squares and ridge regression from sums (Eq. 8), with the numerical rank.
 //!
-//! Guarantees: a column that is zero, or explained by earlier columns in the order of [`ColumnKind`], gets the coefficient
-//! zero. A past that equals the present therefore gives exactly the conventional calibration.
+//! Guarantees: a column gets the coefficient zero if it is zero, or explained by columns of the same or an earlier
+//! [`ColumnKind`]. If the past sample always equals the present one, the fit is therefore exactly the conventional calibration.
 
 use faer::{Mat, Side};
 
 use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 
-/// Maximum unexplained share of a column's squared length for the column to count as explained. Sums have relative rounding
-/// errors near 1e-15. A column that is 1e-6 of its length away from the others is kept.
+/// Unexplained share of a column's squared length up to which other columns count as explaining it. Sums have relative rounding
+/// errors near 1e-15. A column whose unexplained part is 1e-6 of its length is kept.
 const EXPLAINED_BELOW: f64 = 1e-12;
 
-/// A least-squares solution.
+/// Solution of a least-squares fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Coefficients, `p × q` row-major; zero for columns without influence.
+    /// Coefficients, `n_columns × n_targets` row-major; zero for columns that are not used.
     pub coefficients: Vec<f64>,
     /// Number of independent columns.
     pub rank: usize,
 }
 
-/// Columns of a fit, and coefficients that the targets already account for.
+/// Columns of a fit, and coefficients that were already subtracted from the targets.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
     /// Indices of the fitted columns. Other columns get zero coefficients.
     pub used: &'a [usize],
     /// Kind of each column of the sums.
     pub kinds: &'a [ColumnKind],
-    /// Coefficients that were subtracted from the loads to give the targets, `p × q` row-major; empty for none. A column that
-    /// others explain must total zero, so its coefficient on these targets is minus the known one.
-    /// targets is then minus the known one.
+    /// Coefficients that were subtracted from the loads to give the targets, `n_columns × n_targets` row-major; empty if none
+    /// were. If other columns explain a column, the fit returns minus its known coefficient, so that the sum of both is zero.
     pub known: &'a [f64],
 }
 
-/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. The targets
-/// are residuals of the conventional calibration. Its own coefficients are not shrunk, so a stronger ridge moves the result
+/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. The targets are residuals of
+/// the conventional calibration, and the coefficients of gauges and offset are not shrunk. So a stronger ridge moves the result
 /// towards the conventional calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ridge<'a> {
     None,
-    /// `penaltyⱼ = strength · ‖xⱼ‖²` with strength ≥ 0. Strength 1 halves the coefficient of a single column.
+    /// `penaltyⱼ = strength · ‖xⱼ‖²` with strength ≥ 0. With strength 1, the coefficient of a single column is halved.
     Relative(f64),
-    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, with a share for each column of the sums; zero for no shrinkage.
+    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, with one share for each column of the sums. The share zero means no shrinkage.
     Shares(&'a [f64]),
-    /// `penaltyⱼ = strength ≥ 0`: the ratio of the noise variance to the variance of the coefficient.
+    /// `penaltyⱼ = strength ≥ 0`, the ratio of the noise variance to the variance of the coefficient.
     Absolute(f64),
 }
 
@@ -63,8 +62,8 @@ impl Ridge<'_> {
 
 /// Solves `min ‖Y − XB‖²` with a ridge, whose penalties are added to the diagonal of `XᵀX` (Eq. 5 and 8).
 ///
-/// Uses a Cholesky factorisation of columns scaled to unit length, with diagonal pivoting within each [`ColumnKind`].
-/// The cost `O(p³ + p²q)` does not depend on the number of samples. Panics if the terms do not fit the columns of the sums.
+/// The columns are scaled to unit length. The Cholesky factorisation pivots within each [`ColumnKind`]. The cost is `O(p³ +
+/// p²q)` for p columns and q targets. Panics if the terms do not match the columns of the sums.
 pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
@@ -74,7 +73,7 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
         .zip(&penalties)
         .map(|(&i, penalty)| inverse_length(sums.feature_product(i, i) + penalty))
         .collect();
-    // Lower triangle of the scaled Gram matrix, replaced column by column by its factor.
+    // Lower triangle of the scaled Gram matrix, replaced column by column by its Cholesky factor.
     let mut lower: Vec<f64> = vec![0.0; m * m];
     for i in 0..m {
         for j in 0..=i {
@@ -85,7 +84,7 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     }
     let mut order: Vec<usize> = (0..m).collect();
     let mut rank = 0;
-    for kind in ColumnKind::IN_ORDER {
+    for kind in [ColumnKind::Offset, ColumnKind::Gauge, ColumnKind::Appended] {
         loop {
             let of_kind = (rank..m).filter(|&i| kinds[used[order[i]]] == kind);
             let (pivot, largest) = of_kind.map(|i| (i, lower[i * m + i])).fold(
@@ -143,7 +142,7 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
 }
 
 impl Terms<'_> {
-    /// Returns the shares for one strength: the strength for appended columns, and zero for others.
+    /// Returns [`Ridge::Shares`] for one strength: the strength for appended columns, zero for all other columns.
     pub fn shares(&self, strength: f64) -> Vec<f64> {
         let share = |kind: &ColumnKind| match kind {
             ColumnKind::Appended => strength,
@@ -156,14 +155,15 @@ impl Terms<'_> {
         strengths.iter().map(|one| self.shares(*one)).collect()
     }
 
-    /// Returns the fitted columns with a finite share.
+    /// Returns the columns to fit whose share is finite.
     pub fn kept(&self, shares: &[f64]) -> Vec<usize> {
         let used = self.used.iter().copied();
         used.filter(|column| shares[*column].is_finite()).collect()
     }
 }
 
-/// Solves as [`fit`], with [`Ridge::Shares`] for each target; infinite shares remove columns. The rank is that without ridge.
+/// Solves like [`fit`], with separate [`Ridge::Shares`] for each target. A column with an infinite share is left out. The rank
+/// is that of the fit without ridge.
 pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]) -> Fit {
     let q = sums.n_targets();
     assert_eq!(shares.len(), q, "one list of shares per target");
@@ -184,24 +184,28 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
 }
 
 /// Returns the condition number of the design: the ratio of the largest to the smallest singular value of its independent
-/// columns, scaled to unit length. Computed from sums, values above about 1e7 are not accurate. `None` without such a column.
+/// columns, scaled to unit length. Values above about 1e7 are not accurate. `None` without an independent column.
 pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> Option<f64> {
-    let inverse_length: Vec<f64> =
-        used.iter().map(|&i| inverse_length(sums.feature_product(i, i))).collect();
-    let scaled = Mat::from_fn(used.len(), used.len(), |i, j| {
-        sums.feature_product(used[i], used[j]) * inverse_length[i] * inverse_length[j]
-    });
+    let (scaled, _) = unit_gram(sums, used);
     let mut squares = scaled.self_adjoint_eigenvalues(Side::Lower).ok()?;
     squares.sort_unstable_by(|a, b| b.total_cmp(a));
     let smallest = squares[rank.checked_sub(1)?];
     (smallest > 0.0).then(|| (squares[0] / smallest).sqrt())
 }
 
+/// Returns the Gram matrix of these columns, each scaled to unit length, and the factor of each column; zero for a zero column.
+pub(crate) fn unit_gram(sums: &NormalEquations, columns: &[usize]) -> (Mat<f64>, Vec<f64>) {
+    let product = |i: usize, j: usize| sums.feature_product(columns[i], columns[j]);
+    let n = columns.len();
+    let factors: Vec<f64> = (0..n).map(|i| inverse_length(product(i, i))).collect();
+    (Mat::from_fn(n, n, |i, j| product(i, j) * factors[i] * factors[j]), factors)
+}
+
 fn inverse_length(square: f64) -> f64 {
     if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 }
 }
 
-/// Exchanges rows and columns `a ≤ b` of the lower triangle, including the finished part of the factor.
+/// Exchanges rows and columns `a ≤ b` of the lower triangle, also in the finished part of the factor.
 fn swap_symmetric(lower: &mut [f64], m: usize, a: usize, b: usize) {
     if a == b {
         return;

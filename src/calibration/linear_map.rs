@@ -1,4 +1,4 @@
-//! Calibration matrix with known columns.
+//! Calibration matrix with its columns.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,25 +7,17 @@ use crate::features::{Column, Design};
 use crate::recording::Recording;
 use crate::vectorised::vectorised;
 
-/// Largest number in a calibration. Products of larger numbers could overflow.
-pub(super) const LARGEST: f64 = 1e100;
-
-/// Returns true if a load can be computed with this number.
-pub(super) fn is_usable(number: f64) -> bool {
-    number.abs() <= LARGEST
-}
-
 /// Load as a linear function of features: `load = matrix · features`, with one row per axis and one column per feature.
 ///
-/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. The inverse is fitted directly,
-/// so more gauges than axes (Eq. 5) need no other treatment than equal numbers (Eq. 4).
+/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. The matrix is fitted directly, so there
+/// may be as many gauges as axes (Eq. 4) or more (Eq. 5).
 ///
 /// **Units** N or N·m per unit of the gauge. Monomials have no unit: they are products of standardised gauges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearMap {
     #[serde(skip)]
     pub columns: Vec<Column>,
-    /// Column names in files; empty except in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
+    /// Names of the columns in a file; empty except in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
     #[serde(rename = "features")]
     pub(super) names_in_file: Vec<String>,
     pub matrix: Vec<Vec<f64>>,
@@ -40,7 +32,7 @@ impl LinearMap {
         Column::names(&self.columns, gauges)
     }
 
-    /// Writes the load of one sample (Eq. 7). A row without the last column gets an offset of 1.
+    /// Writes the load of one sample (Eq. 7). If `features` lacks the last column, the offset column 1 is added.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
         for (axis, load) in load.iter_mut().enumerate().take(self.matrix.len()) {
@@ -48,7 +40,7 @@ impl LinearMap {
         }
     }
 
-    /// Writes the result of [`Self::apply`] for each row of `n_features`, bit for bit.
+    /// Writes the result of [`Self::apply`] for each row of `n_features` numbers.
     pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
         vectorised(
             #[inline(always)]
@@ -74,7 +66,7 @@ impl LinearMap {
             }
             for (axis, row) in self.matrix.iter().enumerate() {
                 let (slopes, offset) = row.split_at(width);
-                let mut sums = [-0.0; LANES]; // start value of a floating-point sum
+                let mut sums = [-0.0; LANES]; // as `Iterator::sum` starts
                 for (slope, column) in slopes.iter().zip(&columns) {
                     for lane in 0..LANES {
                         sums[lane] += slope * column[lane];
@@ -94,7 +86,7 @@ impl LinearMap {
         dot(slopes, features) + offset.first().unwrap_or(&0.0)
     }
 
-    /// Returns the coefficients of this map on the standardised columns of `design`, `n_columns × n_axes` row-major.
+    /// Returns this conventional map's coefficients on standardised columns of `design`, `n_columns × n_axes` row-major.
     pub(crate) fn standardised(&self, design: &Design) -> Vec<f64> {
         let n_axes = self.matrix.len();
         let mut coefficients = vec![0.0; design.n_columns() * n_axes];
@@ -107,8 +99,8 @@ impl LinearMap {
         coefficients
     }
 
-    /// Returns this map of gauges and offset on raw columns, corrected by `coefficients` on the standardised columns of
-    /// `design`, `n_columns × n_axes` row-major.
+    /// Returns the matrix on the raw columns of `design`: this conventional map plus `coefficients`, which belong to
+    /// standardised columns, `n_columns × n_axes` row-major.
     pub(crate) fn corrected(&self, design: &Design, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let n_axes = self.matrix.len();
         let present = design.present();
@@ -128,10 +120,10 @@ impl LinearMap {
     }
 }
 
-/// Number of rows processed together.
+/// Number of rows that are processed together.
 const LANES: usize = 8;
 
-/// Returns the load of every sample from its present gauges, `n × n_axes` row-major.
+/// Returns the conventional load of every sample, `n × n_axes` row-major.
 pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {
     let n_axes = map.matrix.len();
     let mut loads = vec![0.0; recording.n_samples() * n_axes];
@@ -139,12 +131,12 @@ pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f
     loads
 }
 
-/// Loads of a recording from its present gauges, stored or computed on demand with identical bits.
+/// Conventional loads of a recording, stored or computed on demand with identical results.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PresentLoads<'a> {
     pub map: &'a LinearMap,
     pub recording: &'a Recording,
-    /// Stored loads, `n × n_axes` row-major.
+    /// Stored loads, `n × n_axes` row-major; `None` if loads are computed on demand.
     pub kept: Option<&'a [f64]>,
 }
 

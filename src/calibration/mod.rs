@@ -7,13 +7,13 @@ mod choice;
 mod coefficient_errors;
 mod conventional;
 mod cross_validation;
+mod entries;
 mod error;
 mod estimator;
 mod expected_error;
 mod file_form;
 pub(crate) mod kernel;
 mod learned;
-mod length;
 pub(crate) mod linear;
 mod linear_map;
 pub mod network;
@@ -32,10 +32,10 @@ pub(crate) use calibration::{
     BlockRidge, FactoryScores, NEVER_REACHED, Past, Quality, Scores, Undetermined,
     history_step_by_rate, learned_inputs, past_samples,
 };
-pub(crate) use choice::{Blocks as ErrorBlocks, Refusal};
-pub(crate) use choice::{HARM, NEARLY, SHARES, best_share, simplest_good, weighed};
-pub(crate) use coefficient_errors::CoefficientErrors;
-pub(crate) use coefficient_errors::MOST_FEATURES;
+pub(crate) use choice::{
+    Blocks as ErrorBlocks, HARM, NEARLY, Refusal, SHARES, best_share, simplest_good, weighed,
+};
+pub(crate) use coefficient_errors::{CoefficientErrors, MOST_FEATURES};
 pub(crate) use conventional::Conventional;
 pub(crate) use cross_validation::CrossValidation;
 pub(crate) use error::{CalibrationError, FORMAT, VERSION};
@@ -46,7 +46,7 @@ pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
 pub(crate) use learned::{Learned, LearnedError};
 pub use linear::{Fit, fit};
-pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
+pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets, unit_gram};
 pub(crate) use linear_map::{LinearMap, PresentLoads, loads_from_gauges};
 pub(crate) use network::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED, UNITS,

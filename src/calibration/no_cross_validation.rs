@@ -1,26 +1,26 @@
 use crate::calibration::settings::Learner;
 use crate::shown::counted;
 
-/// Reason why there are no cross-validation errors.
+/// Reason why a calibration has no cross-validation errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoCrossValidation {
-    #[error("nothing was left out")]
+    #[error("no cross-validation was done")]
     NotDone,
     #[error(
-        "the network was not cross-validated: cross-validation was off or cancelled, or too few samples remain when a fold is left out"
+        "the network was not cross-validated: cross-validation was off or cancelled, or too few samples remain when a part of the recordings is left out"
     )]
     Network,
     #[error(
-        "the cross-validation was cancelled, or too few samples remain when a fold is left out"
+        "the cross-validation was cancelled, or too few samples remain when a part of the recordings is left out"
     )]
     Kernel,
     #[error(
-        "there are too few training samples: when one fold is left out, fewer samples remain than there are coefficients"
+        "there are too few training samples: when a part of the recordings is left out, fewer samples than coefficients remain"
     )]
     FewSamples,
     #[error(
-        "without a fold, {samples} training samples remain for {columns} features; record longer, add recordings in the train \
-         role, decimate less, or take fewer features"
+        "when a part of the recordings is left out, only {samples} training samples remain for {columns} features; record longer, \
+         add recordings in the train role, decimate less, or take fewer features"
     )]
     FewSamplesFor { samples: u64, columns: usize },
     #[error(
@@ -31,7 +31,7 @@ pub enum NoCrossValidation {
 }
 
 impl NoCrossValidation {
-    /// Returns the reason why a fit that was made here has no cross-validation errors.
+    /// Returns the most likely reason for a fit with this nonlinear part.
     pub fn of(learner: Option<Learner>) -> Self {
         match learner {
             Some(Learner::Network) => Self::Network,

@@ -1,23 +1,23 @@
-//! Normal equations: the sums `XᵀX`, `XᵀY`, `YᵀY` and n, all that least squares needs of a recording.
+//! Normal equations: the sums `XᵀX`, `XᵀY`, `YᵀY` and n. Least squares needs nothing else of a recording.
 //!
-//! Sums of blocks, recordings and computers can be added. To leave out a recording, the sums of the others are added again:
-//! subtracting would leave rounding errors that look like data to a test of the rank.
+//! Sums of parts of a recording, of recordings and of computers can be added. To leave out a recording, the sums of the other
+//! recordings are added. Subtraction would leave rounding errors that raise the rank.
 //!
-//! Guarantees: one pass over the rows. Products are summed over short blocks before they are added to the total, so rounding
-//! errors grow with the number of blocks and not of samples.
+//! Guarantees: one pass over the rows. Products are summed over short blocks of rows before they are added to the total, so
+//! rounding errors grow only with the number of blocks.
 
 use crate::vectorised::vectorised;
 use std::ops::Range;
 
-/// Number of rows in a block. A block of 24 columns fits into the first-level cache.
+/// Number of rows that are summed before they are added to the total. With 24 columns, they fit into the first-level cache.
 pub const BLOCK_ROWS: usize = 128;
-/// Number of columns multiplied together. The length of a row in memory is a multiple of it.
+/// Number of columns that are multiplied together. The length of a row in memory is a multiple of this number.
 const LANES: usize = 8;
-/// Number of product rows computed together. `TILE × LANES` sums fit into registers.
+/// Number of rows of the product that are computed together. `TILE × LANES` sums fit into registers.
 pub(super) const TILE: usize = 4;
 
-/// `n` and the Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets. The sum of squared residuals (Eq. 8)
-/// depends on the data only through these sums.
+/// Number of samples and Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets. The sum of squared residuals
+/// (Eq. 8) depends on the data only through these sums.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
     n_samples: u64,
@@ -63,7 +63,7 @@ impl NormalEquations {
         self.n_targets
     }
 
-    /// Adds rows `[x | y | 0 …]`, each [`Self::stride`] long; panics if the last row is not whole.
+    /// Adds rows `[x | y | 0 …]`, each of [`Self::stride`] numbers. Panics if the last row is not whole.
     pub fn add_rows(&mut self, rows: &[f64]) {
         let stride = self.stride();
         assert_eq!(rows.len() % stride, 0, "rows must be whole");
@@ -83,7 +83,7 @@ impl NormalEquations {
         );
     }
 
-    /// Adds the sums of other samples; panics if the numbers of columns differ.
+    /// Adds the sums of other samples. Panics if the numbers of columns differ.
     pub fn add(&mut self, other: &Self) {
         assert_eq!(
             (self.n_features, self.n_targets),
@@ -96,8 +96,8 @@ impl NormalEquations {
         self.n_samples += other.n_samples;
     }
 
-    /// Returns `take` of the sums of all parts but one, for each `wanted` part. The sums of the other parts are added by
-    /// recursive halving and never subtracted. Panics if the parts have different columns.
+    /// For each `wanted` part, adds the sums of all other parts and returns `take` of the result, with the index of the part.
+    /// The parts are added by recursive halving. Panics if the parts have different columns.
     pub fn each_without<T: Send>(
         parts: &[Self],
         wanted: impl Fn(usize) -> bool + Sync,
@@ -110,7 +110,7 @@ impl NormalEquations {
         without_each_of(parts, 0, nothing, &wanted, &take)
     }
 
-    /// Returns the sums of the same samples with targets `Y − XB`, B = `coefficients` (`p × q` row-major, else panics).
+    /// Returns the sums with the targets `Y − XB`, where B is `coefficients`. Panics unless B is `p × q`, row-major.
     pub fn less(&self, coefficients: &[f64]) -> Self {
         let (p, q, stride) = (self.n_features, self.n_targets, self.stride());
         let mut rest = self.clone();
@@ -125,8 +125,9 @@ impl NormalEquations {
         rest
     }
 
-    /// Adds products of the columns from `first` on, one row of [`Self::stride`] each. These columns must have been zero in the
-    /// samples of the products; see [`AgedSums`](crate::calibration::AgedSums). Panics if there are more rows than columns.
+    /// Adds products of some columns, from column `first` on, with all columns: one row of [`Self::stride`] numbers per column.
+    /// So far, these columns must have been zero in the samples of the products; see
+    /// [`AgedSums`](crate::calibration::AgedSums). Panics if there are more rows than columns.
     pub(crate) fn add_products(&mut self, first: usize, products: &[f64]) {
         let stride = self.stride();
         for (column, row) in (first..).zip(products.chunks_exact(stride)) {
@@ -174,8 +175,7 @@ impl NormalEquations {
         self.gram[at * self.stride() + at]
     }
 
-    /// Returns the sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`, without predicting samples. Panics unless
-    /// `coefficients` is `p × q`, row-major.
+    /// Returns the sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`. Panics unless B is `p × q`, row-major.
     pub fn squared_residuals(&self, coefficients: &[f64]) -> Vec<f64> {
         let (p, q) = (self.n_features, self.n_targets);
         assert_eq!(coefficients.len(), p * q, "one coefficient per feature and target");
@@ -195,7 +195,7 @@ impl NormalEquations {
     }
 }
 
-/// Computes [`NormalEquations::each_without`] for the parts from `first` on; `rest` contains all other parts.
+/// Computes [`NormalEquations::each_without`] for `parts`, which start at index `first`. `rest` sums all other parts.
 fn without_each_of<T: Send>(
     parts: &[NormalEquations],
     first: usize,
@@ -221,13 +221,13 @@ fn without_each_of<T: Send>(
     taken
 }
 
-/// Iterates over `TILE` rows of sums at a time, with the index of the first row.
+/// Iterates over `TILE` rows of sums at a time. Each item has the index of its first row.
 #[inline(always)]
 pub(super) fn tile_rows(
     sums: &mut [f64],
     stride: usize,
 ) -> impl Iterator<Item = (usize, &mut [f64])> {
-    // `chunks_exact_mut` is avoided here and below: for few rows, its division would take longer than the products.
+    // `chunks_exact_mut` is not used here and below, because its division would take longer than the products of a few rows.
     let (mut rest, mut first) = (sums, 0);
     std::iter::from_fn(move || {
         let (tile, more) = std::mem::take(&mut rest).split_at_mut_checked(TILE * stride)?;
@@ -237,7 +237,7 @@ pub(super) fn tile_rows(
     })
 }
 
-/// Adds the products of the columns from `left_column` on with those in `columns` to `TILE` rows of sums.
+/// Adds the products of `TILE` columns, from `left_column` on, with `columns` to `TILE` rows of sums.
 #[inline(always)]
 pub(super) fn add_tiles(
     sums: &mut [f64],

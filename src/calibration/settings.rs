@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::kernel::{KernelError, KernelSettings};
-use crate::calibration::network::{NetworkError, NetworkSettings};
+use crate::calibration::kernel::KernelSettings;
+use crate::calibration::network::NetworkSettings;
 use crate::features::{
     FeatureError, FeatureSettings, HISTORY_RATE, OutOfRange, Range, Setting, Unit,
 };
 
-/// Strength of the ridge.
+/// Strength of the ridge of a linear fit.
 pub const RIDGE: Setting = Setting {
     key: "ridge",
     option: "ridge",
@@ -41,7 +41,7 @@ pub const OFFSET: Setting = Setting {
     source: "Eq. 3",
 };
 
-/// Decimation of the recordings. With the maximum, a few samples of the longest recordings remain.
+/// Decimation of the recordings. At the maximum, a few samples of the longest recordings remain.
 pub const DECIMATION: Setting = Setting {
     key: "decimation",
     option: "decimate",
@@ -56,7 +56,7 @@ pub const DECIMATION: Setting = Setting {
     source: "section 4.3",
 };
 
-/// Settings of one fit.
+/// Settings of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct FitSettings {
@@ -64,21 +64,23 @@ pub struct FitSettings {
     pub features: FeatureSettings,
     /// Regressor that computes the load from the features.
     pub regressor: Regressor,
-    /// [`RIDGE`].
+    /// Method that chooses the ridge strength; see [`RIDGE`].
     pub ridge: RidgeChoice,
     /// Settings of the network.
     pub network: NetworkSettings,
     /// Settings of the kernel.
     pub kernel: KernelSettings,
-    /// [`OFFSET`].
+    /// True if the model has an offset term; see [`OFFSET`].
     pub offset: bool,
-    /// [`DECIMATION`].
+    /// Decimation of the recordings; see [`DECIMATION`].
     pub decimation: usize,
+    /// Number of samples per second that are kept for look-backs and lags (Hz); see
     /// [`HISTORY_RATE`](crate::features::HISTORY_RATE).
     pub history_rate_hz: f64,
-    /// Full scale of each axis, in axis order. Missing or `None` entries are measured from the recordings.
+    /// Full scale of each axis, in its unit. Missing or `None` entries are measured from the recordings.
     pub full_scale: Vec<Option<f64>>,
-    /// Reference value of auxiliary channels by name, at which gauge matrix and offset apply; else their training mean.
+    /// Reference values of auxiliary channels by name: the values at which the channels have no effect. Other channels use
+    /// their mean over the training recordings.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub auxiliary_references: BTreeMap<String, f64>,
 }
@@ -101,8 +103,11 @@ impl Default for FitSettings {
 }
 
 /// Method by which the load is computed from the features.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Regressor {
     /// Least squares (Eq. 8).
     #[default]
@@ -128,7 +133,7 @@ impl Regressor {
     pub const ALL: [Self; 5] =
         [Self::Linear, Self::Network, Self::Kernel, Self::HybridNetwork, Self::HybridKernel];
 
-    /// Returns the nonlinear part, or `None` for the linear regressor.
+    /// Returns the kind of the nonlinear part, or `None` for the linear regressor.
     pub fn learner(self) -> Option<Learner> {
         match self {
             Self::Linear => None,
@@ -137,61 +142,60 @@ impl Regressor {
         }
     }
 
-    /// Returns true if least squares come first.
+    /// Returns true if a network or kernel learns the residuals of a linear fit.
     pub fn is_hybrid(self) -> bool {
         matches!(self, Self::HybridNetwork | Self::HybridKernel)
     }
 
-    /// Returns the label.
+    /// Returns the name in the window and in tables.
     pub fn label(self) -> &'static str {
-        match self {
-            Self::Linear => "Linear",
-            Self::Network => "Network",
-            Self::Kernel => "Kernel",
-            Self::HybridNetwork => "Linear + network",
-            Self::HybridKernel => "Linear + kernel",
-        }
+        self.words().0
     }
 
     /// Returns the key in files and on the command line.
     pub fn key(self) -> &'static str {
-        match self {
-            Self::Linear => "linear",
-            Self::Network => "network",
-            Self::Kernel => "kernel",
-            Self::HybridNetwork => "hybrid-network",
-            Self::HybridKernel => "hybrid-kernel",
-        }
+        self.into()
     }
 
-    /// Returns the explanation.
+    /// Returns the explanation in hover texts and in `--help`.
     pub fn explanation(self) -> &'static str {
+        self.words().1
+    }
+
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            Self::Linear => "Least squares (Eq. 8): a matrix that any controller can run",
-            Self::Network => {
-                "The paper's network: three hidden layers of 100 units, trained on the summed squared error"
+            Self::Linear => {
+                ("Linear", "Least squares (Eq. 8): a matrix that any controller can run")
             }
-            Self::Kernel => {
+            Self::Network => (
+                "Network",
+                "The paper's network: three hidden layers of 100 units, trained on the summed squared error",
+            ),
+            Self::Kernel => (
+                "Kernel",
                 "Kernel ridge regression on landmark samples (the mean of a Gaussian process), with a band for the uncertainty of \
-                 the load"
+                 the load",
+            ),
+            Self::HybridNetwork => (
+                "Linear + network",
+                "Least squares first, then a network on the residuals (section 3.2)",
+            ),
+            Self::HybridKernel => {
+                ("Linear + kernel", "Least squares first, then a kernel on the residuals")
             }
-            Self::HybridNetwork => {
-                "Least squares first, then a network on the residuals (section 3.2)"
-            }
-            Self::HybridKernel => "Least squares first, then a kernel on the residuals",
         }
     }
 }
 
-/// Choice of the ridge strength.
+/// Method that chooses the ridge strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RidgeChoice {
-    /// This strength; 0 is plain least squares.
+    /// Given strength; 0 is plain least squares.
     Strength(f64),
-    /// For each axis, the strength that predicts held-out recordings best.
+    /// For each axis, the strength with the lowest error on held-out recordings.
     Auto,
-    /// For each axis and block, the strength that predicts held-out recordings best; a block that does not help is removed.
+    /// For each axis and feature block, the strength with the lowest error on held-out recordings, or removal of the block.
     ByBlock,
 }
 
@@ -206,10 +210,6 @@ pub enum SettingsError {
     #[error(transparent)]
     Features(#[from] FeatureError),
     #[error(transparent)]
-    Network(#[from] NetworkError),
-    #[error(transparent)]
-    Kernel(#[from] KernelError),
-    #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
     #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
     FullScale { position: usize, value: f64 },
@@ -218,7 +218,7 @@ pub enum SettingsError {
 }
 
 impl FitSettings {
-    /// Checks every value; the error is [`SettingsError`] for the first one out of range.
+    /// Checks every value. The error describes the first invalid value.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.features.validate()?;
         self.network.validate()?;

@@ -1,22 +1,22 @@
-//! Status of a sample, as flags. A sample may have several flags.
+//! Status of a sample at run time, as flags.
 
 use std::fmt;
 use std::ops::BitOrAssign;
 
-/// Flags of one sample. Exported code uses the same bits, except [`Self::AUXILIARY_HELD`].
+/// Flags of one sample, of which several may be set. Exported code uses the same bits, except [`Self::AUXILIARY_HELD`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 
 impl Status {
-    /// No flag.
+    /// Status without any flag.
     pub const OK: Self = Self(0);
-    /// The history is shorter than the longest t_th or lag, so the past sample may be missing.
+    /// A state is not yet determined, or the time since the start is shorter than the longest t_th or lag.
     pub const FILLING: Self = Self(1);
     /// The sample follows a gap; earlier samples are forgotten.
     pub const AFTER_GAP: Self = Self(2);
-    /// The clock was reset, so the history starts anew with this sample.
+    /// The clock was reset; earlier samples are forgotten.
     pub const RESTARTED: Self = Self(4);
-    /// The load, a gauge or an auxiliary channel is outside the range for which the sensor is known.
+    /// The load, a gauge or an auxiliary channel is outside the range for which the calibration is known.
     pub const BEYOND: Self = Self(8);
     /// The sample was rejected because of its time. There is no load.
     pub const REJECTED_TIME: Self = Self(16);
@@ -25,7 +25,7 @@ impl Status {
     /// An auxiliary channel holds an outdated value.
     pub const AUXILIARY_HELD: Self = Self(64);
 
-    /// Flags of exported code, with their names there.
+    /// Flags in exported code, with their names.
     pub const EXPORTED: [(&'static str, Self); 6] = [
         ("FILLING", Self::FILLING),
         ("AFTER_GAP", Self::AFTER_GAP),
@@ -50,14 +50,9 @@ impl Status {
         self.0
     }
 
-    /// Returns true if one of these flags is set.
+    /// Returns true if at least one of the flags in `any` is set.
     pub const fn has(self, any: Self) -> bool {
         self.0 & any.0 != 0
-    }
-
-    /// Returns true if there is no load.
-    pub const fn is_rejected(self) -> bool {
-        self.has(Self(Self::REJECTED_TIME.0 | Self::REJECTED_VALUE.0))
     }
 }
 
@@ -67,7 +62,7 @@ impl BitOrAssign for Status {
     }
 }
 
-/// Writes the texts joined by `+`. After a gap or restart, `filling` is omitted, because the history is then always short.
+/// Writes the names of the flags joined by `+`. After a gap or restart, `filling` is omitted, because it is always set then.
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let begins = self.has(Self(Self::AFTER_GAP.0 | Self::RESTARTED.0));

@@ -1,7 +1,7 @@
-//! Sums over a recording and its past samples, computed in one pass.
+//! Normal equations of a recording with its past samples, computed in one pass.
 //!
-//! Columns are the standardised columns of the [`Design`]. Targets are the residuals of the conventional calibration,
-//! `L − L_conv`. They are small, so `YᵀY − …` keeps its digits, and the solution also refines the conventional one.
+//! The columns are the standardised columns of the [`Design`]. The targets are the residuals of the conventional calibration,
+//! `L − L_conv`. Residuals are small, so differences such as `YᵀY − …` lose few digits.
 
 use std::ops::Range;
 
@@ -14,20 +14,20 @@ use crate::lanes;
 use crate::progress::Progress;
 use crate::recording::{AuxiliaryTable, Recording};
 
-/// Range of samples with separate sums, within one recording.
+/// Range of samples of one recording with its own sums.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
     pub samples: Range<usize>,
-    /// Fold of the cross-validation.
+    /// Index of the part that cross-validation leaves out together.
     pub fold: usize,
 }
 
-/// Number of samples whose sums one thread computes at a time, independent of the number of threads.
+/// Number of samples whose sums one thread computes at a time. Because it is constant, the threads do not affect results.
 const RUN: usize = 1 << 18;
-/// Number of rows that are computed before they are multiplied.
+/// Number of rows that are computed before their products are summed.
 const BLOCK: usize = 128;
 
-/// Accumulator of rows.
+/// Sums to which rows are added.
 pub(super) trait TakesRows: Send {
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]);
 
@@ -44,47 +44,36 @@ impl TakesRows for NormalEquations {
     }
 }
 
-/// A pass over a recording: computes rows block by block and adds them to sums.
+/// Pass over a recording that computes design rows and adds them to sums.
 pub(super) struct Pass<'a> {
-    design: &'a Design,
-    conventional: PresentLoads<'a>,
-    past: Vec<&'a [u32]>,
-    progress: &'a Progress,
-    /// True if the state of the blocks starts anew at each piece.
-    is_cold: bool,
+    pub design: &'a Design,
+    /// Loads that are subtracted from the reference to give the targets.
+    pub conventional: PresentLoads<'a>,
+    /// For each look-back, the index of the past sample of each sample.
+    pub past: Vec<&'a [u32]>,
+    /// True if the states of the feature blocks start anew at each piece.
+    pub is_cold: bool,
+    pub progress: &'a Progress,
 }
 
-impl<'a> Pass<'a> {
-    /// Creates a pass. `past` has one index per sample for each look-back; targets are `L − conventional`.
-    pub fn new(
-        design: &'a Design,
-        conventional: PresentLoads<'a>,
-        past: impl IntoIterator<Item = &'a [u32]>,
-        is_cold: bool,
-        progress: &'a Progress,
-    ) -> Self {
-        Self { design, conventional, past: past.into_iter().collect(), progress, is_cold }
-    }
-
-    /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, as the state
-    /// of the blocks runs through them. After cancellation, samples are missing.
+impl Pass<'_> {
+    /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, because the
+    /// states of the feature blocks need every sample. After cancellation, samples are missing.
     ///
-    /// `class` returns the class of a sample, or `None` to skip it. Skipping keeps the blocks of rows aligned: added to sums in
-    /// which the skipped samples are zero, the result has identical bits.
+    /// `class` returns the class of a sample, or `None` to skip the sample. Skipped samples do not shift the blocks of rows. So
+    /// the result can be added to sums in which these samples are zero, without other rounding.
     pub fn sums<T: TakesRows>(
         &self,
         pieces: &[Piece],
         empty: impl Fn() -> T + Sync,
         class: impl Fn(usize, &[&[u32]]) -> Option<usize> + Copy + Sync,
     ) -> Vec<T> {
-        let cold: Vec<Vec<u32>> = match self.is_cold {
-            true => self.past.iter().map(|past| cold_past(past, pieces)).collect(),
-            false => Vec::new(),
-        };
-        let past: Vec<&[u32]> = match self.is_cold {
-            true => cold.iter().map(Vec::as_slice).collect(),
-            false => self.past.clone(),
-        };
+        let cold: Vec<Vec<u32>>;
+        let mut past = self.past.clone();
+        if self.is_cold {
+            cold = past.iter().map(|past| cold_past(past, pieces)).collect();
+            past = cold.iter().map(Vec::as_slice).collect();
+        }
         let (design, recording) = (self.design, self.conventional.recording);
         let stride = NormalEquations::stride_of(design.n_columns() + recording.axes().len());
         let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
@@ -111,8 +100,7 @@ impl<'a> Pass<'a> {
         };
         if design.features.has_memory() {
             let mut stream = FeatureStream::new(design);
-            let pieces = pieces.iter();
-            let sums = pieces.map(|piece| {
+            let sums = pieces.iter().map(|piece| {
                 if self.is_cold {
                     stream = FeatureStream::new(design);
                 }
@@ -120,26 +108,18 @@ impl<'a> Pass<'a> {
             });
             return sums.collect();
         }
-        // No state runs from sample to sample, so threads can share one long recording.
-        let runs_of = |piece: &Piece| {
+        // No state depends on earlier samples, so several threads can share one long recording.
+        let of_piece = |piece: &Piece| {
             let Range { start, end } = piece.samples;
-            (start..end.max(start + 1))
-                .step_by(RUN)
-                .map(move |from| from..(from + RUN).min(end).max(from))
-                .collect::<Vec<_>>()
+            let runs = (start..end.max(start + 1)).into_par_iter().step_by(RUN).map(|from| {
+                add(&mut FeatureStream::new(design), from..(from + RUN).min(end).max(from))
+            });
+            let mut sums = runs.collect::<Vec<T>>().into_iter();
+            let mut all = sums.next().expect("a piece has at least one run");
+            sums.for_each(|run| all.add(&run));
+            all
         };
-        pieces
-            .par_iter()
-            .map(|piece| {
-                let runs = runs_of(piece).into_par_iter();
-                let sums: Vec<T> =
-                    runs.map(|samples| add(&mut FeatureStream::new(design), samples)).collect();
-                let mut sums = sums.into_iter();
-                let mut all = sums.next().expect("a piece has at least one run");
-                sums.for_each(|run| all.add(&run));
-                all
-            })
-            .collect()
+        pieces.par_iter().map(of_piece).collect()
     }
 
     #[inline(always)]
@@ -160,14 +140,21 @@ impl<'a> Pass<'a> {
         kept.clear();
         classes.clear();
         for k in samples {
-            // The other blocks remember every sample.
+            // Feature blocks with a state need every sample.
             if let Some(class) = class(k, past).or(has_memory.then_some(NONE)) {
                 kept.push(k);
                 classes.push(class);
             }
         }
         let rows = &mut rows[..kept.len() * stride];
-        from.standardised_rows(stream, past, kept, (rows, stride));
+        stream.standardised_rows(
+            kept,
+            from.times,
+            |k| from.gauges_at(k),
+            |k| from.auxiliary.at(k),
+            |look_back, k| from.gauges_at(past[look_back][k] as usize),
+            (rows, stride),
+        );
         for (row, k) in rows.chunks_exact_mut(stride).zip(&*kept) {
             residual(reference, conventional, *k, &mut row[n_columns..][..n_axes]);
         }
@@ -181,7 +168,7 @@ impl<'a> Pass<'a> {
     }
 }
 
-/// Rows that are multiplied together.
+/// Rows whose products are summed together.
 struct Block {
     stride: usize,
     rows: Vec<f64>,
@@ -189,11 +176,10 @@ struct Block {
     classes: Vec<usize>,
 }
 
-/// Class of samples that are in no sum.
+/// Class of a sample that is in no sum.
 const NONE: usize = usize::MAX;
 
-/// Returns the sums of each piece of a recording; see [`Pass::new`] and [`Pass::sums`]. Panics if the recording has no
-/// reference, or a piece extends beyond it.
+/// Returns the normal equations of each piece; see [`Pass::sums`]. Panics without reference, or if a piece ends too late.
 pub fn recording_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -203,13 +189,13 @@ pub fn recording_sums(
     progress: &Progress,
 ) -> Vec<NormalEquations> {
     let n_axes = conventional.recording.axes().len();
-    let past = past.iter().map(Vec::as_slice);
-    let pass = Pass::new(design, conventional, past, is_cold, progress);
+    let past = past.iter().map(Vec::as_slice).collect();
+    let pass = Pass { design, conventional, past, is_cold, progress };
     let empty = || NormalEquations::new(design.n_columns(), n_axes);
     pass.sums(pieces, empty, |_, _| Some(0))
 }
 
-/// Returns the past samples within each piece. A sample whose past lies before its piece is its own past.
+/// Returns the past samples within each piece. A sample whose past sample lies before its piece gets its own index.
 fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;
@@ -219,7 +205,7 @@ fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// Access to the rows of a recording.
+/// Samples of a recording, from which design rows are computed.
 #[derive(Clone, Copy)]
 pub(crate) struct RowsOf<'a> {
     times: &'a [f64],
@@ -243,7 +229,7 @@ impl<'a> RowsOf<'a> {
         &self.gauges[k * self.n_gauges..][..self.n_gauges]
     }
 
-    /// Writes the raw row of sample `k`, with its past sample `past(i)` for look-back i. Samples must come in order.
+    /// Writes the raw design row of sample `k`. `past(i)` is its past sample for look-back i. Samples must come in order.
     #[inline]
     pub fn raw_row(
         &self,
@@ -256,28 +242,9 @@ impl<'a> RowsOf<'a> {
         let (time, auxiliary) = (self.times[k], self.auxiliary.at(k));
         stream.raw_row(time, self.gauges_at(k), auxiliary, past, row);
     }
-
-    /// Writes the standardised rows of some samples; see [`FeatureStream::standardised_rows`].
-    #[inline(always)]
-    fn standardised_rows(
-        &self,
-        stream: &mut FeatureStream<'_>,
-        past: &[&[u32]],
-        samples: &[usize],
-        rows: (&mut [f64], usize),
-    ) {
-        stream.standardised_rows(
-            samples,
-            self.times,
-            |k| self.gauges_at(k),
-            |k| self.auxiliary.at(k),
-            |look_back, k| self.gauges_at(past[look_back][k] as usize),
-            rows,
-        );
-    }
 }
 
-/// Writes the residual of the `known` loads at sample `k`: reference minus known load.
+/// Writes the difference between the reference and the `known` load at sample `k`.
 #[inline(always)]
 fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
     let n_axes = out.len();

@@ -1,4 +1,4 @@
-//! Gauge readings of a tared sensor without load. Estimator, `apply` and exported code use the same definition.
+//! Gauge readings of a tared sensor without load, for recordings, running sensors and exported code.
 
 use std::borrow::Cow;
 
@@ -8,9 +8,9 @@ use crate::calibration::calibration::Calibration;
 use crate::recording::Recording;
 
 impl Calibration {
-    /// Returns the gauge readings of the tared sensor without load, one number per gauge: zero if the calibration was fitted to
-    /// tared gauges or has no offset. Otherwise they are the gauges with conventional load zero that are nearest to the mean of
-    /// the training recordings, in standard deviations of each gauge.
+    /// Returns the gauge readings of the tared sensor without load. The readings are zero if the calibration was fitted to
+    /// tared gauges or has no offset. Otherwise, of all readings with conventional load zero, those nearest to the training
+    /// mean are returned, measured in standard deviations of each gauge.
     pub fn unloaded(&self) -> Vec<f64> {
         let scale = &self.gauge_scale;
         if self.tare.is_some() || !self.offset {
@@ -29,7 +29,8 @@ impl Calibration {
         gauges.collect()
     }
 
-    /// Returns the smallest gauge change, in standard deviations, for a unit of conventional load on each axis, if defined.
+    /// Returns the smallest change of the gauges, in standard deviations, that changes the conventional load by one unit: one
+    /// column per axis. `None` if the matrix cannot be inverted.
     pub(crate) fn gauges_per_load(&self) -> Option<Mat<f64>> {
         let deviation = &self.gauge_scale.deviation;
         let matrix = &self.conventional.matrix;
@@ -39,8 +40,7 @@ impl Calibration {
         Some(slopes.thin_svd().ok()?.pseudoinverse())
     }
 
-    /// Returns the recording with the calibration's zero: [`unloaded`](Self::unloaded) is added to a tared recording if the
-    /// calibration was fitted without tare.
+    /// Adds the gauges of [`unloaded`](Self::unloaded) to a tared recording if the calibration was fitted without tare.
     pub(super) fn with_own_zero<'a>(&self, recording: Cow<'a, Recording>) -> Cow<'a, Recording> {
         match recording.tare() {
             Some(tare) if self.tare.is_none() && self.offset => {

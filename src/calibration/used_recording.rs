@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::Role;
 
-/// Recording that a calibration was fitted to or scored on, so that files and calibration can be matched.
+/// Recording on which a calibration was fitted or scored.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UsedRecording {
     pub name: String,
@@ -10,7 +10,7 @@ pub struct UsedRecording {
     /// Name of the file without its folder; `None` for the built-in simulated sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// SHA-256 of the file in hexadecimal; `None` without file, or if the file could not be read again.
+    /// SHA-256 of the file in hexadecimal, by which the file can be recognised; `None` if the file could not be read again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
 }

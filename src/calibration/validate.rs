@@ -1,23 +1,13 @@
-//! Validation of a calibration, which may have been edited by hand or made for another sensor.
+//! Checks a calibration, which may have been edited by hand or made for another sensor.
 
 use crate::calibration::calibration::Calibration;
+use crate::calibration::entries::{LARGEST, check_length, check_numbers};
 use crate::calibration::error::{CalibrationError, FORMAT, VERSION};
-use crate::calibration::length::check_length;
 use crate::calibration::linear_map::LinearMap;
-use crate::calibration::linear_map::{LARGEST, is_usable};
 use crate::features::{Column, FeatureSettings};
 
-fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {
-    match numbers.iter().find(|x| !(**x >= least && is_usable(**x))) {
-        None => Ok(()),
-        Some(value) => {
-            Err(CalibrationError::Number { field: field.to_owned(), value: *value, least })
-        }
-    }
-}
-
 impl Calibration {
-    /// Checks everything that a file may contain.
+    /// Checks all shapes, numbers and names of a calibration.
     pub fn validate(&self) -> Result<(), CalibrationError> {
         check_head(&self.format, self.version)?;
         if self.gauges.is_empty() {
@@ -31,10 +21,8 @@ impl Calibration {
         }
         let (n_axes, n_gauges) = (self.axes.len(), self.gauges.len());
         check_length("units", n_axes, self.units.len())?;
-        check_length("full_scale", n_axes, self.full_scale.len())?;
         for (field, expected, actual) in [
             ("rated", n_axes, self.rated.len()),
-            ("limits", n_axes, self.limits.len()),
             ("gauge_limits", n_gauges, self.gauge_limits.len()),
         ] {
             if actual > 0 {
@@ -53,29 +41,23 @@ impl Calibration {
         let ends = self.gauge_limits.iter().flat_map(|(low, high)| [low, high]);
         let ends: Vec<f64> = ends.filter_map(|end| *end).collect();
         let errors = self.quality.coefficients.iter();
-        let errors: Vec<f64> = errors.flat_map(|own| own.numbers().copied()).collect();
+        let errors: Vec<f64> = errors.flat_map(|own| own.standard.concat()).collect();
         let scale = &self.gauge_scale;
-        let of_gauges = [
-            ("gauge_scale.shift", &scale.shift[..], -LARGEST),
-            ("gauge_scale.inverse_scale", &scale.inverse_scale, 0.0),
-            ("gauge_scale.deviation", &scale.deviation, 0.0),
-        ];
-        for (field, numbers, _) in of_gauges {
-            check_length(field, n_gauges, numbers.len())?;
-        }
-        for (field, numbers, least) in [
-            ("limits", &self.limits[..], 0.0),
-            ("gauge_limits", &ends, -LARGEST),
-            ("quality.coefficients", &errors, -LARGEST),
-            ("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE),
-            ("history_step_secs", &[self.history_step_secs], 0.0),
-            ("full_scale", &self.full_scale, 0.0),
-            ("rate_hz", self.rate_hz.as_slice(), f64::MIN_POSITIVE),
-        ]
-        .into_iter()
-        .chain(of_gauges)
-        {
-            usable(field, numbers, least)?;
+        let rate = self.rate_hz.as_slice();
+        let n_limits = if self.limits.is_empty() { 0 } else { n_axes };
+        for (field, expected, numbers, least) in [
+            ("full_scale", n_axes, &self.full_scale[..], 0.0),
+            ("gauge_scale.shift", n_gauges, &scale.shift, -LARGEST),
+            ("gauge_scale.inverse_scale", n_gauges, &scale.inverse_scale, 0.0),
+            ("gauge_scale.deviation", n_gauges, &scale.deviation, 0.0),
+            ("limits", n_limits, &self.limits, 0.0),
+            ("gauge_limits", ends.len(), &ends, -LARGEST),
+            ("quality.coefficients", errors.len(), &errors, -LARGEST),
+            ("gap_secs", 1, &[self.gap_secs], f64::MIN_POSITIVE),
+            ("history_step_secs", 1, &[self.history_step_secs], 0.0),
+            ("rate_hz", rate.len(), rate, f64::MIN_POSITIVE),
+        ] {
+            check_numbers(field, expected, numbers, least)?;
         }
         if self.full_scale.iter().all(|value| *value == 0.0) {
             return Err(CalibrationError::NoFullScale);
@@ -113,9 +95,7 @@ impl Calibration {
         check_features(field, &expected, &actual)?;
         check_length(&format!("{field}.matrix"), self.axes.len(), map.matrix.len())?;
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
-            let field = format!("{field}.matrix, row {axis}");
-            check_length(&field, columns.len(), row.len())?;
-            usable(&field, row, -LARGEST)?;
+            check_numbers(&format!("{field}.matrix, row {axis}"), columns.len(), row, -LARGEST)?;
         }
         Ok(())
     }
@@ -131,7 +111,7 @@ pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationEr
     Ok(())
 }
 
-/// Checks the feature names of a map.
+/// Compares the feature names of a matrix with the expected ones.
 pub(super) fn check_features(
     field: &'static str,
     expected: &[String],

@@ -6,18 +6,18 @@ use crate::features::monomial::Monomial;
 use crate::features::setting::Setting;
 use crate::features::source::{Rows, Source};
 
-/// One kind of columns added to the present gauges, with one [`Setting`], a list of values such as time constants.
+/// Feature block: one kind of columns beside the present gauges. Its [`Setting`] is a list of values, such as time constants.
 ///
-/// Each block is one file in this room and one entry of [`BLOCKS`](crate::features::BLOCKS). Window, command line, files,
-/// exports and guide take all they need from this trait. Every block is causal and runs in bounded memory. It starts anew in
-/// each recording and after each gap, and contributes nothing until its state is determined.
+/// Each block is one source file and one entry of [`BLOCKS`](crate::features::BLOCKS). Window, command line, files, exports and
+/// guide need only this trait. Every block is causal and runs in bounded memory. Its state starts anew in each recording and
+/// after each gap. The block contributes nothing until its state is determined.
 pub trait Block: Send + Sync {
     fn name(&self) -> &'static str;
 
-    /// Returns the setting that describes the values: time constants, radii or a degree.
+    /// Returns the description of the values: time constants, radii or a degree.
     fn setting(&self) -> &'static Setting;
 
-    /// Returns the equation of the block for a gauge s.
+    /// Returns the block's equation for a gauge signal s, as text.
     fn formula(&self) -> &'static str;
 
     fn appends(&self) -> Appends;
@@ -26,7 +26,7 @@ pub trait Block: Send + Sync {
         values.len() * n_gauges
     }
 
-    /// Returns how long the block keeps samples (s); zero if it keeps none.
+    /// Returns the time for which the block keeps samples (s); zero if it keeps none.
     fn window_secs(&self, _values: &[f64]) -> f64 {
         0.0
     }
@@ -36,21 +36,15 @@ pub trait Block: Send + Sync {
         self.window_secs(values)
     }
 
-    /// Returns the distance that a gauge must move from a cold start until the state of a value is determined (σ), or zero.
+    /// Returns the range that a gauge must cover after a cold start until the state is determined (σ); zero if none is needed.
     fn travel(&self, _value: f64) -> f64 {
         0.0
     }
 
-    /// Returns the state before the first sample. Of samples within `history_step_secs`, one is kept, besides the newest.
-    fn stream(
-        &self,
-        values: &[f64],
-        scale: &GaugeScale,
-        channels: &[AuxiliaryChannel],
-        history_step_secs: f64,
-    ) -> Box<dyn Stream>;
+    /// Returns the block's state before the first sample.
+    fn stream(&self, values: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream>;
 
-    /// Returns the block as source code for exports.
+    /// Returns the block's source code for exported programs.
     fn source(&self, values: &[f64], rows: &Rows<'_>) -> Source;
 
     /// Returns the search for the best values, or `None` if the user must enter them.
@@ -59,30 +53,38 @@ pub trait Block: Send + Sync {
     }
 }
 
-/// Kind of columns that a block appends.
+/// Kind of columns that a feature block appends.
 #[derive(Clone, Copy, Debug)]
 pub enum Appends {
-    /// A history: one set of past gauges for each value, fitted relative to the present gauges. The function returns the name
-    /// in the columns `<gauge>_<name>` of a value.
+    /// One set of past gauges for each value. The function converts a value to the name in `<gauge>_<name>`.
     Past(fn(f64) -> String),
-    /// Products of present gauges, for a value and the number of gauges. They do not depend on the past.
+    /// Products of present gauges. The function converts a value and the number of gauges to the list of products.
     Monomials(fn(f64, usize) -> Vec<Monomial>),
-    /// For each value and each auxiliary channel: the channel, and its product with each gauge. No past gauges.
+    /// For each value and each auxiliary channel: the channel, and its product with each present gauge.
     Auxiliary,
 }
 
-/// State of a block, updated with each sample. Whole recordings and live estimators use the same code.
+/// Description of the gauges and channels from which a [`Stream`] computes its columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    pub scale: &'a GaugeScale,
+    pub channels: &'a [AuxiliaryChannel],
+    /// Minimum time between two samples that are kept (s).
+    pub history_step_secs: f64,
+}
+
+/// State of a feature block, updated with each sample of a recording or of a running sensor.
 pub trait Stream: fmt::Debug + Send + Sync {
-    /// Processes the next sample and writes its columns. A history writes past gauges, not differences.
+    /// Processes the next sample and writes its columns. Past gauges are not written as differences from the present ones.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// Returns true if the samples so far determine the state. Until then the columns contribute nothing, or less.
+    /// Returns true if the samples so far determine the state. Until then the columns contribute little or nothing to the load.
     fn is_determined(&self) -> bool {
         true
     }
 }
 
-/// Search for the values of a block by cross-validation.
+/// Values that cross-validation tries for a feature block.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
     /// Candidates in rising order. Candidates in seconds are limited to what the recordings can resolve.
@@ -92,13 +94,13 @@ pub struct Search {
 
 #[derive(Clone, Copy, Debug)]
 pub enum Lists {
-    /// Evenly spaced lists of `min` to `max` values. The shortest list within 1 % of the lowest error is chosen.
+    /// Lists of `min` to `max` evenly spaced candidates. The shortest list with an error within 1 % of the lowest is chosen.
     Even { min: usize, max: usize },
-    /// The best value, then the best additional values, up to this number, if each lowers the error with 90 % confidence.
+    /// Maximum number of values. After the best candidate, others are added that lower the error with 90 % confidence.
     OneByOne(usize),
 }
 
-/// Blocks are equal if the keys of their settings are equal.
+/// Feature blocks are equal if their settings have the same key.
 impl PartialEq for dyn Block + '_ {
     fn eq(&self, other: &Self) -> bool {
         self.setting().key == other.setting().key

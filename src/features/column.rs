@@ -1,4 +1,4 @@
-//! Columns of the design matrix, identified by kind and index, never by name, because a gauge may be named `offset` or
+//! Columns of the design matrix. A column is identified by its kind and index, because a gauge may be named `offset` or
 //! `S1_past`. Names are only for people; two columns may have the same name.
 
 use std::fmt;
@@ -6,12 +6,12 @@ use std::fmt;
 use crate::features::block::{Appends, Block};
 use crate::features::monomial::Monomial;
 
-/// Source of a set of past gauges.
+/// Method by which a set of past gauges is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum History {
-    /// The look-back with this index in the settings.
+    /// Look-back with this index in the settings.
     LookBack(usize),
-    /// A block with one of its values.
+    /// Feature block with one of its values.
     Block(&'static dyn Block, f64),
 }
 
@@ -28,45 +28,41 @@ impl fmt::Display for History {
     }
 }
 
-/// One column. Gauges and channels are given by index.
+/// Column of the design matrix. Gauges and channels are given by index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Column {
-    /// A present gauge.
+    /// Present gauge.
     Gauge(usize),
-    /// A gauge of the past.
+    /// Past gauge.
     Past {
-        /// Source of the past gauges.
+        /// Method by which the past gauge is found.
         history: History,
         /// Index of the gauge.
         gauge: usize,
     },
-    /// A product of standardised gauges.
+    /// Product of standardised gauges.
     Monomial(Monomial),
-    /// An auxiliary channel in standard deviations from its reference, alone or multiplied by a standardised gauge.
+    /// Auxiliary channel minus its reference, in standard deviations, alone or multiplied by a standardised gauge.
     Auxiliary {
         /// Index of the channel.
         channel: usize,
         /// Time constant of the low-pass (s); zero for the present value.
         tau_secs: f64,
-        /// Gauge that the channel is multiplied by.
+        /// Gauge that multiplies the channel; `None` for the channel alone.
         gauge: Option<usize>,
     },
     /// Constant column of ones.
     Offset,
 }
 
-/// Role of a column in a fit. In this order, a later kind explains only what the earlier kinds cannot explain.
+/// Role of a column in a fit. A later kind in this list explains only what the kinds before it cannot explain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ColumnKind {
-    /// The constant column. A gauge that never changes adds nothing to it.
+    /// Constant column. It comes first, so a gauge that never changes gets the coefficient zero.
     Offset,
     Gauge,
-    /// A column of a block. Ridge shrinks only this kind.
+    /// Column of a feature block. A ridge shrinks only this kind.
     Appended,
-}
-
-impl ColumnKind {
-    pub const IN_ORDER: [Self; 3] = [Self::Offset, Self::Gauge, Self::Appended];
 }
 
 impl Column {
@@ -79,9 +75,8 @@ impl Column {
         }
     }
 
-    /// Returns the name of the column: `<gauge>`, `<gauge>_past` (further look-backs `<gauge>_past2` …), `<gauge>_<history>`,
-    /// `<gauge>*<gauge>`, `aux<channel>`, `aux<channel>_<τ>s`, `aux<channel>*<gauge>`, `offset`. Channels are counted from 1.
-    /// Panics if a gauge has no name.
+    /// Returns the name of the column, such as `S1`, `S1_past`, `S1_past2` (second look-back), `S1_lag_0.5s`, `S1*S2`, `aux1`,
+    /// `aux1_10s`, `aux1*S1` or `offset`. Channels are counted from 1. Panics if a gauge has no name.
     pub fn name(self, gauges: &[String]) -> String {
         match self {
             Self::Gauge(gauge) => gauges[gauge].clone(),

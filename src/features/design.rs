@@ -1,35 +1,35 @@
-//! Design row of a sample: gauges, columns of each block, offset.
+//! Design row of a sample: gauges, columns of each feature block, offset.
 //!
-//! Guarantees: whole recordings and live estimators compute rows with the same code. Every block is causal and starts anew with
-//! each [`FeatureStream`].
+//! Guarantees: rows of recordings and of a running sensor are computed by the same code. Every block is causal, and its state
+//! starts anew with each [`FeatureStream`].
 
 use std::ops::Range;
 
 use crate::dot::dot;
-use crate::features::block::{Appends, Block, Stream};
+use crate::features::block::{Appends, Block, Inputs, Stream};
 use crate::features::column::{Column, ColumnKind, History};
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::look_back::Thresholds;
 use crate::features::settings::{Blocks, FeatureSettings};
 
-/// One block of features in a design.
+/// Feature block of a design, with its columns.
 pub struct OfBlock {
     /// `None` for the look-backs.
     pub block: Option<&'static dyn Block>,
-    /// Settings in words.
+    /// Values of the block in words, for reports.
     pub description: String,
     pub columns: Vec<usize>,
 }
 
-/// Columns of a design row, in this order: gauges; one set of past gauges for each look-back; the columns of each block,
-/// histories before monomials and auxiliary channels last; offset.
+/// Columns of a design row, in this order: present gauges, past gauges of each look-back, past gauges of other blocks,
+/// monomials, auxiliary channels, offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// Settings of the features.
+    /// Features that are appended to the gauges.
     pub features: FeatureSettings,
     /// Shift and scale of each gauge.
     pub scale: GaugeScale,
-    /// True if there is an offset column.
+    /// True if the last column is a constant offset.
     pub offset: bool,
     /// Minimum time between kept samples (s); see [`HISTORY_RATE`](crate::features::HISTORY_RATE).
     pub history_step_secs: f64,
@@ -50,21 +50,12 @@ impl Design {
         self.n_gauges() * (1 + self.features.n_histories())
     }
 
-    /// Splits a row into present gauges, look-backs, and the rest.
-    #[inline]
-    fn split<'r>(&self, row: &'r mut [f64]) -> (&'r mut [f64], &'r mut [f64], &'r mut [f64]) {
-        let (present, rest) = row.split_at_mut(self.n_gauges());
-        let n_look_backs = self.features.look_backs.len();
-        let (look_backs, rest) = rest.split_at_mut(n_look_backs * present.len());
-        (present, look_backs, rest)
-    }
-
     /// Returns all columns in order.
     pub fn columns(&self) -> Vec<Column> {
         self.features.columns(self.n_gauges(), self.offset)
     }
 
-    /// Returns the columns of the conventional calibration: gauges and offset.
+    /// Returns the indices of the conventional calibration's columns: gauges and offset.
     pub fn present(&self) -> Vec<usize> {
         self.where_column(|column| matches!(column, Column::Gauge(_) | Column::Offset))
     }
@@ -76,7 +67,7 @@ impl Design {
         meant.map(|(position, _)| position).collect()
     }
 
-    /// Returns the columns of a block, one list for each value in the block's setting.
+    /// Returns the columns of a block of past gauges: one list of indices for each value of the block's setting.
     pub fn sets_of(&self, block: &'static dyn Block) -> Vec<Vec<usize>> {
         let values = self.features.blocks.of(block).iter();
         let sets = values.map(|value| {
@@ -88,18 +79,13 @@ impl Design {
         sets.collect()
     }
 
-    /// Returns the blocks in the settings. All look-backs count as one block.
+    /// Returns the feature blocks in use. All look-backs count as one block.
     pub fn blocks(&self) -> Vec<OfBlock> {
-        let only = |features: FeatureSettings| features.describe();
         let look_backs = FeatureSettings { blocks: Blocks::default(), ..self.features.clone() };
-        let is_look_back = |column| {
-            let is_past = |history| matches!(history, History::LookBack(_));
-            matches!(column, Column::Past { history, .. } if is_past(history))
-        };
         let mut blocks = vec![OfBlock {
             block: None,
-            description: only(look_backs),
-            columns: self.where_column(is_look_back),
+            description: look_backs.describe(),
+            columns: self.look_backs().collect(),
         }];
         for (block, values) in self.features.blocks.used() {
             let own = FeatureSettings {
@@ -112,19 +98,16 @@ impl Design {
                 Appends::Monomials(_) => {
                     self.where_column(|column| matches!(column, Column::Monomial(_)))
                 }
-                Appends::Auxiliary => {
-                    self.where_column(|column| matches!(column, Column::Auxiliary { .. }))
-                }
+                Appends::Auxiliary => self.where_column(is_auxiliary),
             };
-            blocks.push(OfBlock { block: Some(block), description: only(own), columns });
+            blocks.push(OfBlock { block: Some(block), description: own.describe(), columns });
         }
         blocks.retain(|own| !own.columns.is_empty());
         blocks
     }
 
-    /// Returns the groups of columns that share one automatic ridge: auxiliary channels, and all other appended columns.
+    /// Returns the groups of columns that share an automatic ridge: auxiliary channels, and all other appended columns.
     pub fn ridge_groups(&self) -> Vec<Vec<usize>> {
-        let is_auxiliary = |column: Column| matches!(column, Column::Auxiliary { .. });
         let is_other =
             |column: Column| column.kind() == ColumnKind::Appended && !is_auxiliary(column);
         let mut groups = vec![self.where_column(is_other), self.where_column(is_auxiliary)];
@@ -132,13 +115,13 @@ impl Design {
         groups
     }
 
-    /// Returns the columns of all look-backs.
+    /// Returns the range of columns of all look-backs.
     pub fn look_backs(&self) -> Range<usize> {
         let g = self.n_gauges();
         g..g * (1 + self.features.look_backs.len())
     }
 
-    /// Returns the design with default thresholds, to compare designs that differ only in thresholds.
+    /// Returns the design with default thresholds. Designs that differ only in thresholds become equal.
     pub fn with_any_thresholds(&self) -> Self {
         let mut own = self.clone();
         own.features.look_backs.fill(Thresholds::default());
@@ -156,8 +139,8 @@ impl Design {
         columns.map(Column::kind).collect()
     }
 
-    /// Standardises a raw row for the fit: histories relative to the present, every column scaled. Columns of a past that
-    /// equals the present become zero, so that the result is the conventional calibration.
+    /// Standardises a raw row for the fit: gauges are shifted and scaled, and past gauges become differences from the present
+    /// ones. If the past equals the present, the differences are zero, and the fit is the conventional calibration.
     #[inline]
     pub fn standardise(&self, row: &mut [f64]) {
         let g = self.n_gauges();
@@ -168,8 +151,8 @@ impl Design {
         self.scale.make_relative(gauges, &self.scale.shift);
     }
 
-    /// Converts coefficients of the conventional calibration to standardised columns; columns of blocks get zero. This is the
-    /// inverse of [`Self::raw_coefficients`].
+    /// Converts one row of conventional coefficients from raw to standardised columns. Columns of feature blocks get zero. This
+    /// is the inverse of [`Self::raw_coefficients`].
     pub fn standardised_coefficients(&self, raw: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.n_columns()];
         let scale = &self.scale;
@@ -181,13 +164,13 @@ impl Design {
         if self.offset
             && let (Some(last), Some(offset)) = (coefficients.last_mut(), raw.last())
         {
-            *last = offset + at_shift(raw, scale);
+            *last = offset + dot(raw, &scale.shift);
         }
         coefficients
     }
 
-    /// Converts one row of coefficients from standardised to raw columns. Those of monomials do not change, because monomials
-    /// are always products of standardised gauges.
+    /// Converts one row of coefficients from standardised to raw columns. Coefficients of monomials do not change, because
+    /// monomials are always products of standardised gauges.
     pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
         let g = self.n_gauges();
         let mut raw = coefficients.to_vec();
@@ -196,8 +179,8 @@ impl Design {
             *gauge *= factor;
         }
         if self.offset {
-            let moved = at_shift(gauges, &self.scale);
-            *rest.last_mut().expect("the design has an offset column") -= moved;
+            let offset = rest.last_mut().expect("the design has an offset column");
+            *offset -= dot(gauges, &self.scale.shift);
         }
         for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
             for ((value, gauge), factor) in
@@ -211,12 +194,11 @@ impl Design {
     }
 }
 
-/// Returns the contribution of these gauge coefficients at the shift of the gauges.
-fn at_shift(coefficients: &[f64], scale: &GaugeScale) -> f64 {
-    dot(coefficients, &scale.shift)
+fn is_auxiliary(column: Column) -> bool {
+    matches!(column, Column::Auxiliary { .. })
 }
 
-/// State of all blocks in one recording.
+/// State of all feature blocks within one recording.
 #[derive(Debug)]
 pub struct FeatureStream<'a> {
     design: &'a Design,
@@ -225,37 +207,25 @@ pub struct FeatureStream<'a> {
 }
 
 impl<'a> FeatureStream<'a> {
-    /// Creates the state before the first sample.
+    /// Creates the state of all blocks before the first sample.
     pub fn new(design: &'a Design) -> Self {
-        let (features, scale) = (&design.features, &design.scale);
+        let Design { features, scale, history_step_secs, .. } = design;
+        let channels = &features.auxiliary[..];
+        let inputs = Inputs { scale, channels, history_step_secs: *history_step_secs };
         let blocks = features.blocks.used().filter_map(|(block, values)| {
             let n_columns = features.n_columns_of(block, values, design.n_gauges());
-            let step_secs = design.history_step_secs;
-            let stream = || block.stream(values, scale, &features.auxiliary, step_secs);
-            (n_columns > 0).then(|| (n_columns, stream()))
+            (n_columns > 0).then(|| (n_columns, block.stream(values, &inputs)))
         });
         Self { design, blocks: blocks.collect() }
     }
 
-    pub fn design(&self) -> &'a Design {
-        self.design
-    }
-
-    /// Returns true if the samples so far determine the state of every block.
+    /// Returns true if the samples so far determine the state of every feature block.
     pub fn is_determined(&self) -> bool {
         self.blocks.iter().all(|(_, stream)| stream.is_determined())
     }
 
-    fn blocks_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], mut row: &mut [f64]) {
-        for (n_columns, stream) in &mut self.blocks {
-            let (own, others) = std::mem::take(&mut row).split_at_mut(*n_columns);
-            stream.step(time, gauges, auxiliary, own);
-            row = others;
-        }
-    }
-
-    /// Processes the next sample and writes its raw row, one entry per column. `auxiliary` has the channels of the settings,
-    /// `past(i)` the past gauges of look-back i.
+    /// Processes the next sample and writes its raw row, one entry per column. `auxiliary` holds the auxiliary channels in the
+    /// order of the settings, and `past(i)` returns the past gauges of look-back i.
     #[inline]
     pub fn raw_row<'g>(
         &mut self,
@@ -265,17 +235,17 @@ impl<'a> FeatureStream<'a> {
         past: impl Fn(usize) -> &'g [f64],
         row: &mut [f64],
     ) {
-        let (present, mut look_backs, rest) = self.design.split(row);
-        present.copy_from_slice(gauges);
+        let mut rest = row;
+        next(&mut rest, gauges.len()).copy_from_slice(gauges);
         for at in 0..self.design.features.look_backs.len() {
-            next(&mut look_backs, gauges.len()).copy_from_slice(past(at));
+            next(&mut rest, gauges.len()).copy_from_slice(past(at));
         }
         self.rest_of_row(time, gauges, auxiliary, rest);
     }
 
-    /// Processes the next samples and writes their [standardised](Design::standardise) rows, `stride` numbers each. Sample k
-    /// has the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and the past gauges `past(i, k)`
-    /// of look-back i.
+    /// Processes the next samples and writes their [standardised](Design::standardise) rows, each `stride` numbers after the
+    /// previous one. Sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and the
+    /// past gauges `past(i, k)` of look-back i.
     #[inline(always)]
     pub fn standardised_rows<'g>(
         &mut self,
@@ -314,15 +284,15 @@ impl<'a> FeatureStream<'a> {
     }
 
     #[inline]
-    fn rest_of_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], rest: &mut [f64]) {
-        self.blocks_row(time, gauges, auxiliary, rest);
-        if self.design.offset {
-            *rest.last_mut().expect("the design has an offset column") = 1.0;
+    fn rest_of_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], mut rest: &mut [f64]) {
+        for (n_columns, stream) in &mut self.blocks {
+            stream.step(time, gauges, auxiliary, next(&mut rest, *n_columns));
         }
+        rest.fill(1.0); // the offset, if there is one
     }
 }
 
-/// Returns the next `n` numbers of `row`. Iterating over chunks would need a division per sample.
+/// Removes the first `n` numbers from `row` and returns them. An iterator over chunks would need a division per sample.
 #[inline]
 fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
     let (next, rest) = std::mem::take(row).split_at_mut(n);
@@ -386,7 +356,7 @@ mod tests {
         assert_eq!(design.sets_of(&Creep), [[8, 9], [10, 11]]);
     }
 
-    /// Before the first sample the sensor counts as relaxed, so every history is zero.
+    /// At the first sample, the past gauges equal the present ones, so their columns are zero.
     #[test]
     fn the_first_sample_has_no_history() {
         let design = every_block();

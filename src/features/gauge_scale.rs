@@ -1,12 +1,12 @@
-//! Shift, scale and standard deviation of each gauge over the training recordings. With a shift, a gauge that never changes
-//! gets the inverse scale zero, so that its column vanishes instead of amplifying rounding errors.
+//! Shift, scale and standard deviation of each gauge over the training recordings. If the shift is the mean, a gauge that never
+//! changes gets the inverse scale zero, so that rounding errors are not amplified.
 
 use serde::{Deserialize, Serialize};
 
 use crate::lanes;
 use crate::recording::Recording;
 
-/// Minimum standard deviation of a gauge, as a share of its largest value. A smaller one is rounding noise.
+/// Minimum standard deviation of a gauge, as a share of its largest value. A smaller deviation is rounding noise.
 const CONSTANT_BELOW: f64 = 1e-13;
 
 /// Standardisation of each gauge: `z = (s − shift) · inverse_scale`.
@@ -14,14 +14,14 @@ const CONSTANT_BELOW: f64 = 1e-13;
 pub struct GaugeScale {
     /// Mean of each gauge, or zero if the model has no offset.
     pub shift: Vec<f64>,
-    /// Inverse of the standard deviation (of the root mean square without offset); zero for a constant gauge.
+    /// Inverse of the standard deviation, or of the root mean square if the model has no offset. Zero for a constant gauge.
     pub inverse_scale: Vec<f64>,
-    /// Standard deviation of each gauge, independent of the shift. Play radii are multiples of it.
+    /// Standard deviation of each gauge, with any shift. Play radii are multiples of this deviation.
     pub deviation: Vec<f64>,
 }
 
 impl GaugeScale {
-    /// Writes the standardised values relative to `zero`: [`Self::shift`], or for past gauges the present ones.
+    /// Writes `(value − zero) · inverse_scale` for each gauge. `zero` is the shift, or for past gauges the present gauges.
     #[inline(always)]
     pub(super) fn relative(&self, values: &[f64], zero: &[f64], out: &mut [f64]) {
         lanes::write(out, [values, zero, &self.inverse_scale], |[value, zero, factor]| {
@@ -29,7 +29,7 @@ impl GaugeScale {
         });
     }
 
-    /// Replaces the values by [`Self::relative`] values.
+    /// Replaces `values` by the results of [`Self::relative`].
     #[inline(always)]
     pub(super) fn make_relative(&self, values: &mut [f64], zero: &[f64]) {
         for ((value, zero), factor) in values.iter_mut().zip(zero).zip(&self.inverse_scale) {
@@ -37,7 +37,7 @@ impl GaugeScale {
         }
     }
 
-    /// Determines the scale from `recordings`. If `centred` is false, the shift is zero.
+    /// Measures the scale over `recordings`. The shift is zero if `centred` is false.
     pub fn measure<'a>(
         recordings: impl Iterator<Item = &'a Recording> + Clone,
         n_gauges: usize,

@@ -1,4 +1,4 @@
-/// Keeps the first sample, and each sample at least one step after the last kept one.
+/// Chooses the samples to keep in memory: the first sample, and each sample at least `step_secs` after the last kept one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
     step_secs: f64,

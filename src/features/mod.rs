@@ -1,11 +1,11 @@
-//! Features of a sample: its gauges, and the columns of each chosen block.
+//! Features of a sample: its gauges, and the columns of each chosen feature block.
 //!
-//! The look-back (Eq. 9-12, [`look_back`]) comes first; it selects the past sample by the load. The other blocks are listed
-//! in [`BLOCKS`]. Each is one file that implements [`Block`]; window, command line, exports and guide need nothing else.
+//! The look-back (Eq. 9-12, [`look_back`]) selects a past sample by the load. The other blocks are listed in [`BLOCKS`]. Each
+//! of them is one file that implements [`Block`]. Window, command line, exports and guide follow from this trait.
 //!
-//! Blocks are causal, run in bounded memory and start anew in each recording. Columns enter the fit *standardised*
-//! ([`GaugeScale`]), past gauges relative to the present (`(s_past − s) / scale`): a past that equals the present gives zero,
-//! and the result is the conventional calibration. [`Design::columns`] lists the columns.
+//! Blocks are causal, run in bounded memory and start anew in each recording. The fit uses standardised columns
+//! ([`GaugeScale`]). Past gauges are differences from the present gauges, `(s_past − s) / scale`. If the past equals the
+//! present, the differences are zero, and the fit is the conventional calibration. [`Design::columns`] lists the columns.
 
 mod block;
 mod blocks;
@@ -23,7 +23,7 @@ mod source;
 pub(crate) use block::{Appends, Block, Lists, Search};
 pub(crate) use blocks::BLOCKS;
 pub use blocks::{Auxiliary, Creep, FixedLag, Play, Polynomial};
-pub(crate) use channel::AuxiliaryChannel;
+pub(crate) use channel::{AuxiliaryChannel, named};
 pub use column::Column;
 pub(crate) use column::ColumnKind;
 pub use design::Design;

@@ -7,7 +7,7 @@ pub enum Monomial {
 }
 
 impl Monomial {
-    /// Returns the name: `<gauge>^2`, `<gauge>*<gauge>` or `<gauge>^3`; panics if a gauge has no name.
+    /// Returns the name of the product, such as `S1^2`, `S1*S2` or `S1^3`. Panics if a gauge has no name.
     pub fn name(self, gauges: &[String]) -> String {
         match self {
             Self::Product(left, right) if left == right => format!("{}^2", gauges[left]),

@@ -1,17 +1,17 @@
-//! Numeric settings, each described once: fields and hover texts of the window, `--help`, error messages, names in exports and
+//! Descriptions of numeric settings. Fields and hover texts of the window, `--help`, error messages, names in exports and
 //! tables of the guide are generated from a [`Setting`].
 
 use std::fmt;
 
-/// Maximum number of values shown in full. Of longer lists only the first and the last value are shown.
+/// Maximum number of values in a list that is shown in full. Of a longer list, only the first and the last value are shown.
 const MOST_NAMED: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// Symbol after a number; may be empty.
+    /// Symbol after a number; empty without unit.
     pub symbol: &'static str,
     pub words: &'static str,
-    /// Placeholders in `--help` for a number and for a list.
+    /// Placeholders in `--help` for one number and for a list of numbers.
     pub placeholders: [&'static str; 2],
 }
 
@@ -19,7 +19,7 @@ impl Unit {
     pub const NONE: Self = Self::new("", "", ["N", "N,…"]);
     pub const SECONDS: Self = Self::new("s", "seconds", ["SECONDS", "SECONDS,…"]);
     pub const NEWTONS: Self = Self::new("N", "newtons", ["F", "F,…"]);
-    /// Standard deviations of each gauge over the training recordings.
+    /// Standard deviation of each gauge over the training recordings.
     pub const SIGMA: Self =
         Self::new("σ", "standard deviations of the gauge", ["SIGMA", "SIGMA,…"]);
 
@@ -32,7 +32,7 @@ impl Unit {
     }
 }
 
-/// One of a few named values.
+/// Named value of a setting that has only a few values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
     pub value: u8,
@@ -44,15 +44,15 @@ pub struct Choice {
 pub enum Range {
     Positive,
     NotNegative,
-    /// Zero or greater, or determined by cross-validation.
+    /// Zero or greater, or chosen by cross-validation.
     NotNegativeOrAuto,
-    /// A time before the present (s), greater than zero.
+    /// Time before the present (s), greater than zero.
     Past,
-    /// Greater than zero, and at most this value.
+    /// Greater than zero and at most this value.
     UpTo(f64),
     /// Whole numbers from the first to the second value, both included.
     Whole(u64, u64),
-    /// One of a few whole numbers. The first means that the block is not used.
+    /// One of a few named whole numbers. The first of them switches the feature block off.
     OneOf(&'static [Choice]),
     /// On (1) or off (0).
     Switch,
@@ -69,10 +69,8 @@ impl Range {
             Self::Switch => value == 0.0 || value == 1.0,
         }
     }
-}
 
-impl Range {
-    /// Returns the limits of an input field. A value at a limit may still be refused.
+    /// Returns the lower and the upper limit of an input field. [`Self::contains`] may refuse a value at a limit.
     pub fn ends(self) -> (f64, f64) {
         match self {
             Self::Positive | Self::Past | Self::NotNegative | Self::NotNegativeOrAuto => {
@@ -81,9 +79,7 @@ impl Range {
             Self::UpTo(max) => (0.0, max),
             Self::Whole(min, max) => (min as f64, max as f64),
             Self::OneOf(choices) => {
-                let ends = [choices.first(), choices.last()];
-                let [min, max] = ends.map(|end| end.map_or(0.0, |end| f64::from(end.value)));
-                (min, max)
+                (choices[0].value.into(), choices[choices.len() - 1].value.into())
             }
             Self::Switch => (0.0, 1.0),
         }
@@ -118,7 +114,7 @@ impl fmt::Display for Range {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{what} is {value}; it must be {allowed}")]
 pub struct OutOfRange {
-    /// Name of the setting, as in "F_th".
+    /// Name of the setting in messages.
     pub what: &'static str,
     pub value: f64,
     pub allowed: Range,
@@ -132,22 +128,22 @@ pub struct Setting {
     /// Option on the command line without the dashes; empty if there is none.
     pub option: &'static str,
     pub label: &'static str,
-    /// Name in messages.
+    /// Name of the setting in messages.
     pub what: &'static str,
     pub unit: Unit,
     /// Default value; several values for a list.
     pub default: &'static [f64],
     pub range: Range,
-    /// Change per point when the field in the window is dragged.
+    /// Change of the value for each point by which the user drags the field in the window.
     pub step: f64,
-    /// Explanation in hover texts and help.
+    /// Explanation in hover texts and in `--help`.
     pub explanation: &'static str,
-    /// Source: equation, section or reference of the paper; empty if the setting is not from the paper.
+    /// Equation, section or reference of the paper; empty if the setting is not from the paper.
     pub source: &'static str,
 }
 
 impl Setting {
-    /// Returns the explanation with its source.
+    /// Returns the explanation, with the source in brackets.
     pub fn help(&self) -> String {
         match self.source {
             "" => self.explanation.to_owned(),
@@ -168,7 +164,7 @@ impl Setting {
         }
     }
 
-    /// Returns the named values, if there are only a few.
+    /// Returns the named values; `None` if the setting can have any number.
     pub fn choices(&self) -> Option<&'static [Choice]> {
         match self.range {
             Range::OneOf(choices) => Some(choices),
@@ -180,15 +176,13 @@ impl Setting {
     pub fn in_words(&self, values: &[f64]) -> String {
         if let Some(choices) = self.choices() {
             let of = |choice: &&Choice| values.first() == Some(&f64::from(choice.value));
-            return match choices.iter().find(of) {
-                Some(choice) => choice.label.to_owned(),
-                None => "none".to_owned(),
-            };
+            return choices.iter().find(of).map_or("none", |choice| choice.label).to_owned();
         }
         match values {
             [] => "none".to_owned(),
-            [1.0] if self.range == Range::Switch => "on".to_owned(),
-            [_] if self.range == Range::Switch => "off".to_owned(),
+            [value] if self.range == Range::Switch => {
+                if *value > 0.0 { "on" } else { "off" }.to_owned()
+            }
             [first, .., last] if values.len() > MOST_NAMED => {
                 let n = values.len();
                 format!("{first} … {last} {} ({n} values)", self.unit.symbol).replace("  ", " ")

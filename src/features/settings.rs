@@ -12,17 +12,17 @@ use crate::features::column::{Column, History};
 use crate::features::look_back::{Distance, F_TH, T_TH, Thresholds};
 use crate::features::setting::OutOfRange;
 
-/// Maximum number of columns. The sums of a larger design would not fit into memory.
+/// Maximum number of columns of a design. The sums of more columns would not fit into memory.
 pub const MAX_COLUMNS: usize = 640;
 
-/// Key of the auxiliary channels in files.
+/// Key of the auxiliary channels in calibration and session files.
 const CHANNELS: &str = "auxiliary_channels";
 
-/// Values of all blocks. A block without values is not used.
+/// Values of all feature blocks. A block without values is not used.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     values: [Vec<f64>; BLOCKS.len()],
-    /// Number of sets of past gauges, stored because every sample needs it.
+    /// Number of sets of past gauges, stored because every sample needs this number.
     n_histories: usize,
 }
 
@@ -32,14 +32,14 @@ impl Blocks {
         &self.values[position(block)]
     }
 
-    /// Returns all blocks with their defaults, except auxiliary channels, which not every sensor has.
+    /// Returns all blocks with their default values. Auxiliary channels are left out, because not every sensor has any.
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
         let blocks = blocks.filter(|block| !matches!(block.appends(), Appends::Auxiliary));
         blocks.fold(Self::default(), |all, block| all.with(block, block.setting().default))
     }
 
-    /// Sets the values of a block. The first of a few named values turns the block off.
+    /// Sets the values of a block. If the values have names, the first one switches the block off.
     pub fn set(&mut self, block: &dyn Block, values: Vec<f64>) {
         let none = block.setting().choices().map(|choices| choices[0].value);
         let is_none = none.is_some_and(|none| values == [f64::from(none)]);
@@ -48,7 +48,7 @@ impl Blocks {
         self.n_histories = histories.map(|(_, values)| values.len()).sum();
     }
 
-    /// Returns the settings with other values for one block.
+    /// Returns the same with other values for one block.
     pub fn with(mut self, block: &dyn Block, values: &[f64]) -> Self {
         self.set(block, values.to_vec());
         self
@@ -60,7 +60,7 @@ impl Blocks {
         all.filter_map(|(block, values)| (!values.is_empty()).then_some((block, &values[..])))
     }
 
-    /// Returns every block with its values in file form: a number for named values, otherwise a list.
+    /// Returns every block with its values as in files.
     pub fn stored(&self) -> impl Iterator<Item = (&'static dyn Block, Stored<'_>)> {
         BLOCKS.iter().copied().zip(&self.values).map(|(block, values)| {
             let stored = match block.setting().choices() {
@@ -74,13 +74,13 @@ impl Blocks {
     }
 }
 
-/// Values of a block in file form.
+/// Values of a feature block as in files.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Stored<'a> {
-    /// One of a few named values.
+    /// Value of a setting with a few named values.
     Number(u8),
-    /// All other values.
+    /// Values of any other setting.
     List(&'a [f64]),
 }
 
@@ -89,15 +89,15 @@ fn position(block: &dyn Block) -> usize {
     own.expect("a block in use is in the list of blocks")
 }
 
-/// Features that are appended to the present gauges: look-backs and other blocks. In files, the values of each block are
-/// stored under the key of its [`Setting`](crate::features::Setting).
+/// Features that are appended to the present gauges: look-backs and other blocks. In files, each block has the key of its
+/// [`Setting`](crate::features::Setting).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSettings {
-    /// Thresholds of each look-back. Each look-back appends one set of past gauges.
+    /// Thresholds of the look-backs. Each look-back appends one set of past gauges.
     pub look_backs: Vec<Thresholds>,
-    /// Norm of the load difference for F_th, for all look-backs.
+    /// Norm of the load difference that is compared with F_th.
     pub distance: Distance,
-    /// Values of the other blocks.
+    /// Values of the feature blocks other than look-backs.
     pub blocks: Blocks,
     /// Auxiliary channels, determined from the recordings when a calibration is fitted.
     pub auxiliary: Vec<AuxiliaryChannel>,
@@ -125,13 +125,13 @@ impl Serialize for FeatureSettings {
 }
 
 impl<'de> Deserialize<'de> for FeatureSettings {
-    /// Missing keys get their defaults, and unknown keys are ignored.
+    /// Missing keys get their default values. Unknown keys are ignored.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(ByKey)
     }
 }
 
-/// Reads settings key by key, so that an error message contains the position.
+/// Reads settings key by key, so that an error message has the line and column of the wrong key.
 struct ByKey;
 
 impl<'de> Visitor<'de> for ByKey {
@@ -179,7 +179,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Returns settings without any block: the present gauges alone.
+    /// Returns settings without any feature block. The load then depends on the present gauges alone.
     pub fn present() -> Self {
         Self {
             look_backs: Vec::new(),
@@ -189,7 +189,7 @@ impl FeatureSettings {
         }
     }
 
-    /// Returns the settings without history blocks.
+    /// Returns the settings without the blocks that depend on the past.
     pub fn without_history(&self) -> Self {
         let mut blocks = self.blocks.clone();
         for (block, _) in self.blocks.used().filter(|(block, _)| is_history(*block)) {
@@ -206,7 +206,7 @@ impl FeatureSettings {
         self.n_histories() > 0
     }
 
-    /// Returns true if a block other than the look-backs keeps a state between samples.
+    /// Returns true if a block other than a look-back keeps a state between samples.
     pub fn has_memory(&self) -> bool {
         let is_low_passed = |tau_secs: &f64| *tau_secs > 0.0 && !self.auxiliary.is_empty();
         self.blocks.n_histories > 0 || self.blocks.of(&Auxiliary).iter().any(is_low_passed)
@@ -228,7 +228,7 @@ impl FeatureSettings {
         self.look_backs.len() + self.blocks.n_histories
     }
 
-    /// Returns the columns for `n_gauges` gauges: gauges, one set for each history, monomials, auxiliary channels, offset.
+    /// Returns the columns for `n_gauges` gauges: present gauges, sets of past gauges, monomials, auxiliary channels, offset.
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
         let past = |history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge });
@@ -270,12 +270,12 @@ impl FeatureSettings {
         }
     }
 
-    /// Returns the longest time for which samples are kept (s); zero if no block keeps samples.
+    /// Returns the longest time for which any block keeps samples (s); zero if none does.
     pub fn window_secs(&self) -> f64 {
         self.longest(|block, values| block.window_secs(values))
     }
 
-    /// Returns the time from a cold start until all states are determined (s), if that depends on time.
+    /// Returns the time from a cold start until the states of all blocks are determined (s), as far as that depends on time.
     pub fn settling_secs(&self) -> f64 {
         self.longest(|block, values| block.settling_secs(values))
     }
@@ -286,7 +286,7 @@ impl FeatureSettings {
         t_ths_secs.chain(blocks).fold(0.0, f64::max)
     }
 
-    /// Checks every value; the error is [`FeatureError::OutOfRange`] with the first invalid one.
+    /// Checks every value. The error describes the first invalid value.
     pub fn validate(&self) -> Result<(), FeatureError> {
         for Thresholds { f_th, t_th_secs } in &self.look_backs {
             F_TH.check(*f_th)?;
@@ -306,7 +306,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Returns [`FeatureError::Columns`] if there are more than [`MAX_COLUMNS`] columns for `n_gauges` gauges.
+    /// Returns [`FeatureError::Columns`] if `n_gauges` gauges have more than [`MAX_COLUMNS`] columns.
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
         let columns = self.n_columns(n_gauges);
         if columns > MAX_COLUMNS {
@@ -315,7 +315,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Returns a description of the features for tables; empty without any.
+    /// Returns a description of the features for tables; empty for the present gauges alone.
     pub fn describe(&self) -> String {
         let mut parts = Vec::new();
         for (at, Thresholds { f_th, t_th_secs }) in self.look_backs.iter().enumerate() {
@@ -383,7 +383,7 @@ mod tests {
         assert_eq!(FeatureSettings::present().describe(), "");
     }
 
-    /// Keys that have been in calibration and session files from the first version. Newer blocks have additional keys.
+    /// Reads the keys that calibration and session files have had since the first version.
     #[test]
     fn every_block_has_its_own_key_in_files() {
         let chosen = FeatureSettings {

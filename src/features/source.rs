@@ -1,11 +1,11 @@
-//! Source code of a block for exports: constants, memory, and the update in C, Rust, Python and MATLAB.
+//! Source code of a feature block in exported programs: constants, memory, and the update in C, Rust, Python and MATLAB.
 //!
-//! In an update, `row` starts with the present gauges minus their centre. The block writes its columns from `next` on;
-//! histories are written minus the present gauges. Python appends to `row`; in MATLAB `next` is the last written column. The
-//! export target declares constants and memory.
+//! In an update, `row` starts with the present gauges minus their centre. The block writes its columns from index `next` on.
+//! Past gauges are written minus the present gauges. Python code appends to `row`. In MATLAB, `next` is the index of the last
+//! written column. The rest of the exported program declares constants and memory.
 //!
 //! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the
-//! number of values of the block. `auxiliary` holds the auxiliary channels of the sample. In C an update has its own braces,
+//! number of the block's values. `auxiliary` holds the auxiliary channels of the sample. In C, an update has its own braces,
 //! and `g` is the index of a gauge.
 
 use serde::Serialize;
@@ -13,19 +13,19 @@ use serde::Serialize;
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 
-/// Gauges and channels that a block processes.
+/// Description of the gauges and channels that a block's code processes.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a> {
     /// Scale of the gauges over the training recordings.
     pub scale: &'a GaugeScale,
-    /// Factor and constant that standardise each gauge after its centre is subtracted.
+    /// Factor and constant of each gauge: `z = factor · (gauge − centre) + constant` is the standardised gauge.
     pub standardise: &'a [(f64, f64)],
     /// Auxiliary channels of the calibration.
     pub channels: &'a [AuxiliaryChannel],
 }
 
 impl Rows<'_> {
-    /// Returns the factors and constants that standardise gauges, as constants with these names.
+    /// Returns the numbers of [`Self::standardise`] as two lists with these names.
     pub fn standard(&self, [factor, constant]: [&'static str; 2]) -> [Constant; 2] {
         let pairs = self.standardise.iter();
         [
@@ -35,37 +35,37 @@ impl Rows<'_> {
     }
 }
 
-/// Source code of a block.
+/// Source code of a feature block.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Source {
-    /// Constants of the block.
+    /// Numbers that the code reads.
     pub constants: Vec<Constant>,
-    /// Values kept between samples, initially zero.
+    /// Numbers that are kept between samples, initially zero.
     pub memory: Vec<Memory>,
     /// C code.
     pub c: Code,
     /// Rust code.
     pub rust: Code,
-    /// Python code; memory needs no declaration there.
+    /// Python code, which creates its memory itself.
     pub python: Code,
-    /// MATLAB code; memory is declared there.
+    /// MATLAB code.
     pub matlab: Code,
 }
 
 impl Source {
-    /// Creates the source of a block whose updates need no extra functions.
+    /// Creates the source of a block from its updates in C, Rust, Python and MATLAB.
     pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 4]) -> Self {
         let [c, rust, python, matlab] = updates.map(Code::update);
         Self { constants, memory, c, rust, python, matlab }
     }
 }
 
-/// Source code of a block in one language.
+/// Source code of a feature block in one language.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Code {
-    /// Extra functions; in Rust and Python methods of the state.
+    /// Functions that the update calls; in Rust and Python, methods of the state.
     pub functions: &'static str,
-    /// Processes a sample and writes its columns.
+    /// Statements that process a sample and write its columns.
     pub update: String,
 }
 
@@ -78,17 +78,17 @@ impl Code {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
-    /// The program's floating-point type, which may have single precision.
+    /// Floating-point type of the exported program, which may have single precision.
     Real,
-    /// A time (s), which a C program may count in ticks.
+    /// Time (s), which a C program may count in ticks.
     Clock,
-    /// A number of samples.
+    /// Number of samples.
     Index,
 }
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Constant {
-    /// In lower case.
+    /// Name of the constant, in lower case.
     pub name: &'static str,
     pub precision: Precision,
     pub numbers: Numbers,
@@ -100,22 +100,22 @@ impl Constant {
     }
 }
 
-/// One list, or one list for each value.
+/// Numbers of a constant.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Numbers {
     List(Vec<f64>),
-    /// For each value, one row with an entry per gauge.
+    /// One row for each value of the block, with one entry per gauge.
     Rows(Vec<Vec<f64>>),
 }
 
-/// Memory between samples.
+/// Array that an exported program keeps between samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Memory {
-    /// In lower case.
+    /// Name of the array, in lower case.
     pub name: &'static str,
     pub precision: Precision,
-    /// Number of entries, one for each value.
+    /// Number of entries, such as the number of the block's values.
     pub sets: usize,
     /// True if each entry is an array with one number per gauge.
     pub of_gauges: bool,
@@ -124,12 +124,12 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Creates memory for one array of gauges per value.
+    /// Creates an array whose `sets` entries are arrays with one number per gauge.
     pub fn of_gauges(name: &'static str, sets: usize) -> Self {
         Self { of_gauges: true, ..Self::single(name, sets) }
     }
 
-    /// Creates memory for one number per value.
+    /// Creates an array of `sets` numbers.
     pub fn single(name: &'static str, sets: usize) -> Self {
         Self { name, precision: Precision::Real, sets, of_gauges: false, comment: "" }
     }

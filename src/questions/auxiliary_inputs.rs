@@ -260,7 +260,7 @@ mod tests {
         let error = calibration.apply(&bare.unwrap()).unwrap_err().to_string();
         assert!(
             error.starts_with(
-                "r3 has no auxiliary channel T [°C], which the calibration needs (it has: U [V])"
+                "r3 has no auxiliary channel T [°C], which the calibration needs (its channels: U [V])"
             ),
             "{error}"
         );

@@ -1,4 +1,4 @@
-//! Loads that the recordings cover: range of each axis, test loads beyond the training range, and number of load cases.
+//! Loads that the recordings cover: range of each axis, test loads outside the training range, and number of different loads.
 
 use std::collections::HashMap;
 
@@ -7,33 +7,33 @@ use crate::min_max::MinMax;
 use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
 use crate::scoring::loops::extents_of;
 
-/// Smallest difference between two load cases, as a share of an axis' range.
+/// Minimum difference of two loads on an axis at which they count as different, as a share of the axis' training range.
 const OTHER_LOAD: f64 = 0.02;
-/// Smallest difference between two load cases, in standard deviations of the load's noise.
+/// Minimum difference of two loads that count as different, in standard deviations of the noise. The larger limit counts.
 const NOISE_OF_LOAD: f64 = 4.0;
-/// Upper limit of the difference that the noise requires, as a share of the range: loads that jump look like noise.
+/// Upper bound of [`NOISE_OF_LOAD`], as a share of the range, because loads that change in jumps look like noise.
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
-/// Smallest distance of an outside test load from the training range, as a share of the largest span in the same unit.
+/// Distance from the training range at which a test load counts as outside, as a share of the largest span in the same unit.
 const OUTSIDE: f64 = 0.02;
-/// Share of a recording's samples outside the loads of the other recordings from which a finding is reported.
+/// Share of test samples outside the training range above which a finding is reported.
 pub const OUTSIDE_SHARE: f64 = 0.05;
 
-/// Loads that recordings cover, one entry per axis.
+/// Loads that the training and test recordings cover.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
     pub trained: Vec<MinMax>,
     pub outside: Vec<Option<Outside>>,
-    /// Number of changes of the load case in the training recordings, including each recording's first load.
+    /// Number of changes to a different load in the training recordings, including each recording's first load.
     pub n_moves: usize,
     pub cases: LoadCases,
 }
 
-/// Test loads of one axis beyond the training loads.
+/// Test loads of one axis outside the range of its training loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outside {
-    /// Share of the test samples.
+    /// Share of the test samples that are outside.
     pub share: f64,
-    /// Largest distance beyond the range.
+    /// Largest distance from the range, in the unit of the axis.
     pub farthest: f64,
 }
 
@@ -56,7 +56,8 @@ impl Coverage {
         Self { outside: outside.collect(), trained, n_moves, cases }
     }
 
-    /// Returns how many training loads determine these columns: changes of the case if a column holds past samples, else cases.
+    /// Returns the number of independent load points that determine these columns. If a column holds past gauges, each change
+    /// of the load counts, else each different load.
     pub fn n_cases(&self, columns: &[Column]) -> usize {
         let is_past = |column: &Column| matches!(column, Column::Past { .. });
         match columns.iter().any(is_past) {
@@ -70,7 +71,7 @@ impl Coverage {
     }
 }
 
-/// Returns the largest span of the axes with this axis' unit.
+/// Returns the largest of the spans that have the unit of axis `of`.
 pub fn largest(axes: &[Axis], spans: &[f64], of: Axis) -> f64 {
     let all = axes.iter().zip(spans);
     let of_unit = all.filter(|(axis, _)| axis.is_force() == of.is_force());
@@ -96,19 +97,19 @@ fn outside<'a>(
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
-/// Different load cases: two differ if an axis differs by more than its tolerance, which follows from the noise within limits.
+/// Different loads. Two loads differ if they differ by more than the tolerance on any axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadCases {
-    /// Tolerance of each axis; infinite for an axis that never moves.
+    /// Tolerance of each axis, in its unit; infinite for an axis whose load never changes.
     tolerances: Vec<f64>,
-    /// One load of each case, `n_cases × n_axes` row-major.
+    /// Loads that differ from each other, `n × n_axes` row-major.
     loads: Vec<f64>,
-    /// Index of the cases by their cells on the first axes that move.
+    /// Index of the loads by their cell: load divided by tolerance, on the first two axes that move.
     cells: HashMap<[i64; 2], Vec<u32>>,
 }
 
 impl LoadCases {
-    /// Returns the number of changes of the load case, including each recording's first load, and the load cases.
+    /// Returns the number of changes to a different load, including each recording's first load, and the different loads.
     fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
@@ -138,7 +139,7 @@ impl LoadCases {
         self.loads.len() / self.tolerances.len().max(1)
     }
 
-    /// Returns the largest difference on an axis, relative to its tolerance.
+    /// Returns the largest difference of two loads on any axis, divided by the tolerance of the axis.
     fn distance(&self, one: &[f64], other: &[f64]) -> f64 {
         let axes = one.iter().zip(other).zip(&self.tolerances);
         let shares = axes.map(|((one, other), tolerance)| (one - other).abs() / tolerance);
@@ -151,7 +152,7 @@ impl LoadCases {
         [(); 2].map(|()| moving().map_or(0, |(load, tolerance)| (load / tolerance).floor() as i64))
     }
 
-    /// Adds a load, unless it belongs to an existing case.
+    /// Adds a load if it differs from all loads so far.
     fn take(&mut self, load: &[f64]) {
         let [a, b] = self.cell(load);
         let own = |at: u32| {

@@ -1,35 +1,35 @@
-//! Cuts training recordings into parts for cross-validation by group, and chooses the ridge strength by them.
+//! Cuts training recordings into parts that cross-validation leaves out in turn.
 //!
-//! Samples are never shuffled: neighbours in time are nearly equal, so a shuffled test would flatter the fit. The recordings
-//! of a group (see [`Groups`](crate::recording::Groups)) are left out together; an ungrouped recording is a group of its own.
-//! Two groups are enough if there are at least three recordings: each group is then predicted by the other. With fewer than
-//! three training recordings, five contiguous blocks take the place of groups. The look-back always searches by the
-//! conventional calibration of *all* training recordings, because it only chooses the past sample.
+//! Samples are never shuffled. Neighbouring samples are nearly equal, so the error on shuffled samples would be too low. The
+//! recordings of a group (see [`Groups`](crate::recording::Groups)) are left out together. A recording without group is a group
+//! of its own. Two groups are enough if there are at least three recordings: the fit to each group then predicts the other.
+//! With fewer than three training recordings, five contiguous blocks of samples take the place of groups. The look-back always
+//! uses the conventional calibration of *all* training recordings, because it only selects the past sample.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use crate::calibration::{CrossValidation, Piece, simplest_good};
+use crate::calibration::{CrossValidation, Piece};
 use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 
-/// Minimum number of training recordings for leaving out whole recordings. With fewer recordings, blocks are left out.
+/// Number of training recordings from which whole recordings are left out. With fewer, blocks of samples are left out.
 pub const FEWEST_RECORDINGS: usize = 3;
-/// Number of blocks that take the place of recordings.
+/// Number of blocks of samples that take the place of recordings.
 pub const BLOCKS: usize = 5;
 
-/// Division of the training recordings into parts that are left out in turn.
+/// Division of the training recordings into parts that cross-validation leaves out in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Folds {
-    /// Pieces of each recording. A recording that is not used for training is one piece.
+    /// Pieces of each recording, with the number of their part. A recording that is not used for training is one piece.
     pub pieces: Vec<Vec<Piece>>,
     pub n_parts: usize,
-    /// True if whole recordings are left out, false if blocks are.
+    /// True if whole recordings are left out, false if blocks of samples are left out.
     pub are_whole: bool,
 }
 
 impl Folds {
     /// Divides recordings, given as number of samples and group (`None` if not used for training). Groups are numbered in their
-    /// order of appearance. Blocks divide all training samples evenly, the longer ones first.
+    /// order of appearance. Blocks have equal numbers of samples, or one more in the first blocks.
     pub fn of(recordings: &[(usize, Option<usize>)]) -> Self {
         let mut groups: Vec<usize> = recordings.iter().filter_map(|(_, group)| *group).collect();
         let n_training = groups.len();
@@ -66,17 +66,17 @@ impl Folds {
     }
 }
 
-/// Recordings with one part left out.
+/// Recordings for one fit of a cross-validation.
 #[derive(Debug)]
 pub(crate) struct Fold {
-    /// The fitted recordings in the train role, and the held-out recordings in the test role.
+    /// Recordings to fit in the train role, and held-out recordings in the test role.
     pub set: Arc<RecordingSet>,
-    /// Part of each recording in the test role, in their order.
+    /// Number of the part of each recording in the test role.
     pub parts: Vec<usize>,
 }
 
 impl Fold {
-    /// Returns the fold of these recordings from one set. Held-out recordings come with the number of their part.
+    /// Creates a fold from recordings of one set. Held-out recordings have the number of their part.
     pub fn of(recordings: impl Iterator<Item = (Entry, Option<usize>)>) -> Self {
         let (mut set, mut parts) = (RecordingSet::default(), Vec::new());
         for (entry, part) in recordings {
@@ -88,22 +88,17 @@ impl Fold {
     }
 }
 
-/// Maximum number of fits if one fit per part would take too long.
+/// Maximum number of fits of a cross-validation if one fit per part would take too long.
 pub(crate) const MOST_FITS: usize = 5;
 
-/// Returns the number of the fit that leaves out this part, if at most [`MOST_FITS`] fits are made.
+/// Returns the index of the fit that leaves out this part, if at most [`MOST_FITS`] fits are made.
 pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
     part % n_parts.min(MOST_FITS)
 }
 
-/// Ridge strengths to try, from none to one that leaves only the conventional calibration.
+/// Ridge strengths to try. The last one leaves only the conventional calibration.
 pub const RIDGE_STRENGTHS: [f64; 12] =
     [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
-
-/// Returns the position of the strongest ridge whose error is nearly lowest; `square(at, part)` sums a part's squared errors.
-pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
-    simplest_good(RIDGE_STRENGTHS.len(), n_parts, square)
-}
 
 #[cfg(test)]
 mod tests {

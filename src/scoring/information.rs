@@ -1,40 +1,36 @@
-//! Information that the data hold about the coefficients, from the sums alone, and the loads that would add most.
+//! Information that recordings contain about the coefficients of a fit, and the loads that would add most.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
 
-use crate::calibration::NormalEquations;
+use crate::calibration::{NormalEquations, unit_gram};
 use crate::dot::dot;
 
-/// Term added to the diagonal of the sums over columns of unit length, so that undetermined columns keep the sums invertible.
-/// [`fit`](crate::calibration::fit) takes a column as explained below the same share.
+/// Term on the diagonal of the Gram matrix of unit columns that keeps the matrix invertible if columns are undetermined.
+/// [`fit`](crate::calibration::fit) drops a column of which a smaller share is unexplained.
 const NOTHING: f64 = 1e-12;
-/// Diagonal term for proposed loads: an undetermined coefficient counts as a million times the information of one load.
+/// Term on the same diagonal when loads are proposed. With this term, an undetermined coefficient has a finite variance.
 const PRIOR: f64 = 1e-6;
 
-/// Sums over some columns, each scaled to unit length, in their principal directions.
+/// Gram matrix of some columns, each scaled to unit length, by its eigenvalues and eigenvectors.
 #[derive(Clone, Debug)]
 pub struct Information {
-    /// Columns that are not zero in every sample.
+    /// Indices of the columns. Columns that are zero in every sample are left out.
     columns: Vec<usize>,
     /// Reciprocal length of each column.
     inverse_lengths: Vec<f64>,
-    /// Squared singular values, in ascending order.
+    /// Eigenvalues in ascending order: the squared singular values of the columns.
     squares: Vec<f64>,
-    /// Direction of each singular value, over the columns.
+    /// Eigenvector of each eigenvalue.
     directions: Vec<Vec<f64>>,
 }
 
 impl Information {
-    /// Returns these columns of the sums; `None` if all are zero.
+    /// Returns the information on these columns; `None` if all of them are zero.
     pub fn of(sums: &NormalEquations, columns: &[usize]) -> Option<Self> {
         let columns = sums.present_among(columns);
-        let inverse_length = |column: &usize| 1.0 / sums.feature_product(*column, *column).sqrt();
-        let inverse_lengths: Vec<f64> = columns.iter().map(inverse_length).collect();
+        let (scaled, inverse_lengths) = unit_gram(sums, &columns);
         let n = columns.len();
-        let scaled = Mat::from_fn(n, n, |i, j| {
-            sums.feature_product(columns[i], columns[j]) * inverse_lengths[i] * inverse_lengths[j]
-        });
         let parts = (n > 0).then(|| scaled.self_adjoint_eigen(Side::Lower))?.ok()?;
         let (values, vectors) = (parts.S().column_vector(), parts.U());
         let mut order: Vec<usize> = (0..n).collect();
@@ -49,7 +45,7 @@ impl Information {
         })
     }
 
-    /// Reduces a row of all columns to these columns, and scales it.
+    /// Reduces a row of all columns to the columns of this matrix, scaled like them.
     fn scaled(&self, row: &[f64]) -> Vec<f64> {
         let columns = self.columns.iter().zip(&self.inverse_lengths);
         columns.map(|(column, factor)| row[*column] * factor).collect()
@@ -66,8 +62,9 @@ impl Information {
         solution
     }
 
-    /// Returns the rows to add to the samples, one after the other. Each row increases `log det ΣG` most (D-optimal, greedy),
-    /// for a dwell of `weight` samples.
+    /// Returns up to `count` of `rows` that should be recorded next, each in a dwell of `weight` samples. Each chosen row
+    /// increases the logarithm of the determinant of the Gram matrix most (greedy D-optimal design). `region` holds rows at
+    /// which the variance of predictions is compared.
     pub fn next_best(
         &self,
         rows: &[Vec<f64>],
@@ -77,16 +74,14 @@ impl Information {
     ) -> Vec<NextRow> {
         let rows: Vec<Vec<f64>> = rows.iter().map(|row| self.scaled(row)).collect();
         let region: Vec<Vec<f64>> = region.iter().map(|row| self.scaled(row)).collect();
-        let variance = |row: &Vec<f64>| {
+        let variance = |row: &Vec<f64>| -> f64 {
             let directions = self.squares.iter().zip(&self.directions);
-            let parts = directions
-                .map(|(square, direction)| dot(direction, row).powi(2) / (square + PRIOR));
-            parts.sum::<f64>()
+            directions.map(|(square, own)| dot(own, row).powi(2) / (square + PRIOR)).sum()
         };
         let mut variances: Vec<f64> = rows.iter().map(variance).collect();
         let mut of_region: Vec<f64> = region.iter().map(variance).collect();
         let before: f64 = of_region.iter().sum();
-        // Reduction of the variance by each chosen row: `weight · (uᵀx)² / (1 + weight · v)` (Sherman and Morrison).
+        // A chosen row x reduces the variance at u by `weight · (uᵀx)² / (1 + weight · v)` (Sherman and Morrison).
         let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
         let mut found = Vec::new();
         for _ in 0..count {
@@ -108,7 +103,7 @@ impl Information {
             };
             less(&mut variances, &rows);
             less(&mut of_region, &region);
-            // Each row is chosen once, because a repetition adds less than the next row.
+            // Each row is chosen only once, because a repetition would add less than another row.
             variances[at] = 0.0;
             taken.push((solved, factor));
             found.push(NextRow {
@@ -121,18 +116,18 @@ impl Information {
     }
 }
 
-/// A row whose load should be recorded next.
+/// Row of a load that should be recorded next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextRow {
     pub at: usize,
-    /// Increase of `log det ΣG` over the rows before it.
+    /// Increase of the logarithm of the determinant of the Gram matrix by this row.
     pub gain: f64,
-    /// Remaining share of the prediction variance over the region after this row and the rows before it.
+    /// Share of the prediction variance over the region that remains after this row and the rows before it.
     pub left: f64,
 }
 
-/// Returns the effective number of coefficients under a ridge: the trace of `(G + D)⁻¹ G`. `shares` is the ridge of each
-/// column as a share of its squared length; see [`Ridge::Shares`](crate::calibration::Ridge::Shares).
+/// Returns the effective number of coefficients of a fit with ridge: the trace of `(G + D)⁻¹ G` with Gram matrix G and
+/// penalties D. `shares` is the penalty of each column as in [`Ridge::Shares`](crate::calibration::Ridge::Shares).
 pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> {
     let all: Vec<usize> =
         (0..sums.n_features()).filter(|column| shares[*column].is_finite()).collect();

@@ -1,4 +1,4 @@
-//! Fits that leave one part out: with one ridge for all columns, or with one for each block.
+//! Cross-validated linear fits: with one ridge for all columns, or with one for each feature block.
 
 mod by_block;
 mod fits;

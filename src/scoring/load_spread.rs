@@ -1,14 +1,13 @@
-//! How the loads of several axes vary, and which axes move together.
+//! Spread of the loads on each axis, and correlation of the axes.
 
 use crate::min_max::MinMax;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadSpread {
-    /// Standard deviation of each axis.
     pub deviations: Vec<f64>,
-    /// Correlations, `n_axes × n_axes`; `None` if an axis does not move.
+    /// Correlation of each pair of axes, `n_axes × n_axes`; `None` if the load of an axis is constant.
     pub correlations: Vec<Option<f64>>,
-    /// Variance of each axis over the part that the other axes do not explain: 1 for an axis that moves independently.
+    /// Variance of each axis divided by the part of it that the other axes do not explain. 1 for an independent axis.
     pub inflations: Vec<Option<f64>>,
 }
 

@@ -1,7 +1,7 @@
-//! The paper's rule for F_th: F_th is close to the mean hysteresis of the recordings.
+//! Mean hysteresis of the recordings, to which the paper's F_th is close.
 //!
-//! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. The branches and reversals
-//! are those of the [loops](crate::scoring::loops).
+//! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. Cycles and reversals are those
+//! of the [loops](crate::scoring::loops).
 
 use serde::Serialize;
 
@@ -14,9 +14,9 @@ pub const FEWEST_REVERSALS: usize = 10;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AxisHysteresis {
     pub axis: Axis,
-    /// Mean loop width over the cycles, in the unit of F_th; `None` without a cycle.
+    /// Mean loop width over the full cycles, in the unit of F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
-    /// Number of cycles, each with one reversal between its two branches.
+    /// Number of full cycles, each with one reversal between its two branches.
     pub n_reversals: usize,
     /// Reversal threshold, in the unit of the axis.
     pub reversal_threshold: f64,
@@ -24,10 +24,10 @@ pub struct AxisHysteresis {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanHysteresis {
-    /// Mean over the axes with cycles, in the unit of F_th; `None` without any cycle.
+    /// Mean of the loop widths over the axes with cycles, in the unit of F_th; `None` without any cycle.
     pub value: Option<f64>,
     pub n_reversals: usize,
-    /// Hysteresis of each axis that counts for F_th.
+    /// Hysteresis of each axis whose load is compared with F_th.
     pub axes: Vec<AxisHysteresis>,
 }
 
@@ -39,18 +39,17 @@ pub struct HysteresisRun<'a> {
     pub conventional: &'a dyn Fn(usize) -> Vec<f64>,
 }
 
-/// Returns the mean hysteresis of these recordings; panics if there is not one weight per axis.
+/// Returns the mean hysteresis of these recordings. Panics unless there is one weight per axis.
 ///
-/// For each axis that counts for F_th, rainflow counts the cycles of the reference load. A cycle's width is the mean of
-/// `|falling − rising|` of the conventional load at equal load, over the range that both branches cover. The axis' value is
-/// the mean over its full cycles (see [`Loops::full_cycles`]), the sensor's is the mean over its axes.
+/// The width of a cycle is the mean of `|falling − rising|` of the conventional load at equal reference load, over the range
+/// that both branches cover. The value of an axis is the mean over its full cycles (see [`Loops::full_cycles`]). The value of
+/// the sensor is the mean over its axes.
 ///
-/// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. The
-/// paper does not say how it averages; this definition is ours. When several axes are loaded at once, crosstalk counts too.
+/// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. The paper
+/// does not define the average, so this definition is ours. If several axes are loaded at once, crosstalk adds to the width.
 ///
-/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th, zero if the axis does not
-/// count; see [`Distance::weights`](crate::features::Distance::weights).
-/// If there is not one weight per axis.
+/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th. The factor is zero for an axis
+/// that is not compared with F_th; see [`Distance::weights`](crate::features::Distance::weights).
 pub fn mean_hysteresis(
     runs: &[HysteresisRun<'_>],
     axes: &[Axis],
@@ -110,7 +109,7 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 impl MeanHysteresis {
-    /// Returns true if there are too few reversals for a reliable mean.
+    /// Returns true if the reversals are too few for a reliable mean.
     pub fn rests_on_few(&self) -> bool {
         self.n_reversals < FEWEST_REVERSALS
     }

@@ -1,19 +1,19 @@
-//! Root mean squared errors per axis and per group of axes.
+//! Root mean squared errors (RMSE) per axis and per group of axes.
 
 use crate::calibration::NormalEquations;
 use crate::recording::Axis;
 
-/// Returns the RMSE per axis of `coefficients` on the samples in `sums` (Eq. 8 over n); `None` without samples.
+/// Returns the RMSE per axis of a linear fit on the samples in `sums` (from Eq. 8); `None` without samples.
 pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
     root_mean(&sums.squared_residuals(coefficients), sums.n_samples())
 }
 
-/// Returns the roots of mean squares, from sums of squares over `n` samples; `None` if `n` is zero.
+/// Returns the root mean squares from sums of squares over `n` samples; `None` if `n` is zero.
 pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
     (n > 0).then(|| squares.iter().map(|square| (square / n as f64).sqrt()).collect())
 }
 
-/// Returns the root mean squared error per axis of predicted against reference loads, both `n × n_axes` row-major.
+/// Returns the RMSE per axis of predicted loads. Predicted and reference loads are `n × n_axes`, row-major.
 pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<Vec<f64>> {
     let mut squares = vec![0.0; n_axes];
     for (predicted, truth) in predicted.chunks_exact(n_axes).zip(truth.chunks_exact(n_axes)) {
@@ -24,12 +24,11 @@ pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<
     root_mean(&squares, (truth.len() / n_axes.max(1)) as u64)
 }
 
-/// Axes that share a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// Fx Fy Fz (N).
+    /// Force axes Fx Fy Fz (N).
     Force,
-    /// Mx My Mz (N·m).
+    /// Moment axes Mx My Mz (N·m).
     Moment,
 }
 
@@ -38,14 +37,12 @@ impl Group {
         axis.is_force() == (self == Self::Force)
     }
 
-    /// Returns the root mean square of the RMSE of the group's axes; `None` if no axis belongs to it.
+    /// Returns the root mean square of the RMSE of the group's axes; `None` if no axis belongs to the group.
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
-        let (mut squares, mut count) = (0.0, 0);
-        for (_, value) in axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis)) {
-            squares += value * value;
-            count += 1;
-        }
-        (count > 0).then(|| (squares / f64::from(count)).sqrt())
+        let own = axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis));
+        let squares: Vec<f64> = own.map(|(_, value)| value * value).collect();
+        let n = squares.len();
+        (n > 0).then(|| (squares.iter().sum::<f64>() / n as f64).sqrt())
     }
 }
 

@@ -1,4 +1,4 @@
-//! Scores of calibrations: cross-validation, loops, dwells, lag, faults of the rig, and traces to draw.
+//! Parts of the analysis that several questions share: cross-validation, loops, dwells, lag, faults of the rig, traces to draw.
 
 pub(crate) mod coverage;
 pub(crate) mod cross_validation;
@@ -22,5 +22,5 @@ mod straight_lines;
 
 pub(crate) use series::Series;
 
-/// Maximum number of samples whose loads are kept in memory. Loads of longer data are computed again at each use.
+/// Maximum number of samples whose loads are kept in memory. The loads of more samples are computed again at each use.
 pub const MANY_SAMPLES: usize = 2_000_000;

@@ -1,14 +1,14 @@
-//! Formats numbers for people, and chooses the ticks of axes.
+//! Formats numbers for people, and chooses the ticks of plot axes.
 
-/// Minimum number of ticks that show the range of an axis.
+/// Minimum number of ticks on a plot axis.
 pub const FEWEST_TICKS: usize = 3;
 
-/// Returns a share in percent as text. A small share is not rounded to zero.
+/// Returns a share in percent as text with two significant digits.
 pub(crate) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 2))
 }
 
-/// Returns `value` with this many significant digits, without an exponent if that is short enough.
+/// Returns `value` as text with this number of significant digits. Very large and very small values have an exponent.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -30,7 +30,7 @@ pub fn file_size(bytes: u64) -> String {
     }
 }
 
-/// Returns the smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `step`, which must be above zero.
+/// Returns the smallest number of at least `step` that is 1, 2, 2.5 or 5 times a power of ten. `step` must be above zero.
 pub fn round_step(step: f64) -> f64 {
     let power = step.log10().floor() as i32;
     let candidates = (power..=power + 1).flat_map(|power| {
@@ -42,13 +42,14 @@ pub fn round_step(step: f64) -> f64 {
     candidates.into_iter().find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9)).unwrap_or(step)
 }
 
-/// Returns the number of decimals of a number that is written out in full.
+/// Returns the number of decimals that a number needs.
 pub fn decimals(value: f64) -> usize {
     let text = value.to_string();
     text.split_once('.').map_or(0, |(_, after)| after.len())
 }
 
-/// Returns the step of an axis, a [`round_step`] of at least `least`, and its multiples in the range; 0 and none if invalid.
+/// Returns the distance between ticks, a [`round_step`] of at least `least`, and the ticks within the range. Without a valid
+/// `least`, the distance is zero and there are no ticks.
 pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     if !(least > 0.0 && least.is_finite()) {
         return (0.0, Vec::new());
@@ -57,7 +58,7 @@ pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     (step, multiples((low, high), step))
 }
 
-/// Returns [`ticks`], or finer ticks if fewer than three fit in the range. Finer ticks stay at least `closest` apart.
+/// Returns the result of [`ticks`], or if fewer than three are within the range, ticks at least `closest` apart.
 pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, Vec<f64>) {
     let coarse = ticks((low, high), least);
     if coarse.1.len() >= FEWEST_TICKS || !(coarse.0 > 0.0 && closest > 0.0) {
@@ -76,17 +77,16 @@ pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, V
     finer.unwrap_or(coarse)
 }
 
-/// Returns the multiples of a step within a range.
 fn multiples((low, high): (f64, f64), step: f64) -> Vec<f64> {
-    // The range is widened a little, so that rounding does not drop a tick at its end.
+    // The range is slightly widened, so that rounding does not drop a tick at its end.
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|at| at as f64 * step).collect()
 }
 
-/// Returns a multiple of `step` as text, with the decimals of the step.
+/// Returns a tick as text with as many decimals as `step` has.
 pub fn tick_text(tick: f64, step: f64) -> String {
-    // Rounding errors near zero are written as 0, without a sign.
+    // A rounding error near zero is written as 0 without a sign.
     let tick = if tick.abs() < step / 2.0 { 0.0 } else { tick };
     match (1e-6..1e7).contains(&step) {
         true => format!("{tick:.*}", decimals(step)),

@@ -1,9 +1,9 @@
-//! Squared errors on held-out parts, by which fits of any kind are compared part by part.
+//! Squared errors on held-out parts, by which models of any kind are compared.
 
 use crate::scoring::left_out::summed_by_target;
 use crate::scoring::metrics::root_mean;
 
-/// Squared errors on each part, of the fit to the other parts. All regressors have the same parts, so they can be compared.
+/// Squared errors on each part of a cross-validation, of the fit to the other parts. The parts are the same for all models.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartSquares {
     pub part_samples: Vec<u64>,
@@ -12,7 +12,7 @@ pub struct PartSquares {
 }
 
 impl PartSquares {
-    /// Returns the root mean squared error per axis over all parts; `None` without samples.
+    /// Returns the RMSE per axis over all parts; `None` without samples.
     pub fn rmse(&self) -> Option<Vec<f64>> {
         let n_axes = self.squares.len() / self.part_samples.len().max(1);
         let squares = summed_by_target(&self.squares, n_axes);

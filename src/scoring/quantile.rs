@@ -1,7 +1,7 @@
-//! Quantiles of values.
+//! Quantiles of numbers.
 
-/// Returns the smallest value that at least a `share` of the values do not exceed; `None` without values. Reorders the values.
-/// A share of 0.5 is the lower median, 1 the greatest value; shares outside 0 to 1 count as 0 or 1.
+/// Returns the smallest value that at least a `share` of the values do not exceed; `None` without values. A share of 0.5 gives
+/// the lower median, a share of 1 the maximum. The values are reordered.
 pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     let last = values.len().checked_sub(1)?;
     let rank = (share * values.len() as f64).ceil() as usize; // NaN and negative numbers become 0

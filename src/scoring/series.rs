@@ -1,8 +1,8 @@
-//! A trace that can be drawn at any zoom, from its samples and from minima and maxima over runs of samples.
+//! Trace that can be drawn fast at any zoom, because minima and maxima over runs of consecutive samples are stored.
 //!
-//! Guarantees: no drawn point is further than a column's width from the measured trace, and no sample is further than that
-//! from the drawing, even with uneven times. A spike of one sample never vanishes. The work of drawing depends on the width
-//! of the plot, not on the number of samples.
+//! Guarantees: a plot is divided into columns. No drawn point is farther than a column's width from the measured trace, and no
+//! sample is farther than this from the drawing. A peak of one sample is always visible. The time of drawing depends on the
+//! number of columns, not on the number of samples.
 
 use crate::min_max::MinMax;
 use std::fmt;
@@ -14,20 +14,20 @@ use rayon::prelude::*;
 use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
 
-/// Number of samples in a run of the finest level.
+/// Number of samples in a run of the first level.
 const FINEST: usize = 32;
-/// Number of runs of one level in a run of the next level.
+/// Number of runs of one level that form a run of the next level.
 const FAN_OUT: usize = 4;
-/// Maximum number of samples in a column whose samples are all drawn.
+/// Maximum number of samples in a column of which all samples are drawn.
 const FEW: usize = 4;
-/// Number of samples from which a column is moved to the borders of runs, and drawn by its extremes alone.
+/// Number of samples from which a column begins and ends at borders of runs, and is drawn by its minimum and maximum alone.
 const MANY: usize = 4 * FINEST;
-/// Largest shift of a column's end to a border of runs, as a share of the column's width.
+/// Maximum shift of a column's end to a border of runs, as a share of the column's width.
 const MOVED: f64 = 0.25;
-/// Number of samples whose extremes are computed at a time.
+/// Number of samples whose minima and maxima are computed at a time.
 const CHUNK: usize = 256 * FINEST;
 
-/// Source of the values of a trace.
+/// Values of a trace, stored or computed.
 pub trait Values: fmt::Debug + Send + Sync {
     fn n_samples(&self) -> usize;
 
@@ -44,7 +44,7 @@ impl Values for Arc<[f64]> {
     }
 }
 
-/// Difference of two traces, computed when it is read.
+/// Difference of two traces, computed when values are read.
 #[derive(Debug)]
 struct Difference(Arc<dyn Values>, Arc<dyn Values>);
 
@@ -69,15 +69,15 @@ impl Values for Difference {
 #[derive(Clone, Debug)]
 pub struct Series {
     pub(crate) values: Arc<dyn Values>,
-    /// Number of samples in a run of the finest level.
+    /// Number of samples in a run of the first level.
     finest: usize,
-    /// True if all samples of a finest run have the same value.
+    /// True if all samples of a run of the first level have the same value.
     is_held: bool,
-    /// Extremes of runs: `levels[l]` holds those of `finest · FAN_OUT^l` samples. The last run may be shorter.
+    /// Minima and maxima of runs: `levels[l]` holds those of runs of `finest · FAN_OUT^l` samples. The last run may be shorter.
     levels: Vec<Vec<Extremes>>,
 }
 
-/// Rounds the extremes outward to single precision.
+/// Minimum and maximum in single precision, rounded outward.
 #[derive(Clone, Copy, Debug)]
 struct Extremes {
     low: f32,
@@ -112,13 +112,13 @@ impl Series {
         one.pop().expect("one series per value")
     }
 
-    /// Returns the trace of `a − b`, computed when it is read; panics if the two differ in length.
+    /// Returns the values `a − b`, computed when they are read. Panics if the lengths differ.
     pub fn difference(a: Arc<dyn Values>, b: Arc<dyn Values>) -> Arc<dyn Values> {
         assert_eq!(a.n_samples(), b.n_samples(), "traces of one recording");
         Arc::new(Difference(a, b))
     }
 
-    /// Returns the traces of values of the same samples, read together; incomplete if `progress` is cancelled.
+    /// Returns traces of the same samples, whose values are read together. The traces are incomplete after cancellation.
     pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
         let n = all.iter().map(|values| values.n_samples()).max();
         let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
@@ -153,7 +153,7 @@ impl Series {
         series.collect()
     }
 
-    /// Returns the trace of `n` samples whose value changes only every `each` samples; panics unless each run has a value.
+    /// Returns the trace of `n` samples whose value changes every `each` samples. Panics unless there is one value per change.
     pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
         assert_eq!(values.len(), n.div_ceil(each), "one value per run");
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
@@ -177,18 +177,14 @@ impl Series {
         self.values.n_samples()
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Returns the value of sample `k`; panics if there is none.
+    /// Returns the value of sample `k`. Panics if the sample does not exist.
     pub fn value(&self, k: usize) -> f64 {
         let mut one = [0.0];
         self.values.read(k..k + 1, &mut one);
         one[0]
     }
 
-    /// Passes the value of each of these samples to `take`, in order; panics if a sample does not exist.
+    /// Passes the value of each of these samples to `take`, in order. Panics if a sample does not exist.
     pub fn each(&self, samples: Range<usize>, mut take: impl FnMut(f64)) {
         let mut room = [0.0; FINEST];
         for start in samples.clone().step_by(FINEST) {
@@ -198,10 +194,11 @@ impl Series {
         }
     }
 
-    /// Draws these samples in columns of equal width in time, and passes `(time, value)` to `point` with rising times.
+    /// Draws these samples in columns of equal width in time. Passes the points `(time, value)` to `point`, with rising times.
     ///
-    /// A column with more than a few samples yields its first sample, its extremes at the middle, and its last sample. A column
-    /// with many samples yields the extremes alone. Values that are not finite are left out. Panics if the lengths differ.
+    /// A column with a few samples yields all of them. A column with more samples yields its first sample, its minimum and
+    /// maximum at the middle, and its last sample. A column with many samples yields only minimum and maximum. Values that are
+    /// not finite are left out. Panics if the lengths differ.
     pub fn draw(
         &self,
         times: &[f64],
@@ -213,9 +210,9 @@ impl Series {
         self.draw_in(&Columns::of(times, samples, column_secs), times, &mut point);
     }
 
-    /// Draws like [`Self::draw`], in columns that several traces share; panics if a column's samples do not exist.
+    /// Draws like [`Self::draw`], in columns that several traces can share. Panics if a sample of a column does not exist.
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
-        // State: the current point, and the last column of many samples with its extremes.
+        // State of the drawing: value of the last point; time, minimum and maximum of the last column if it has many samples.
         let mut before = f64::NAN;
         let mut open: Option<(f64, MinMax)> = None;
         let mut finite = |at: f64, value: f64| {
@@ -229,7 +226,7 @@ impl Series {
             let first = (!column.is_joined[0]).then(|| self.value(start));
             let range = if n > FEW { self.run(start..end) } else { MinMax::NONE };
             if let Some((at, own)) = open.take() {
-                // The line passes through a value that both columns contain, or else between them.
+                // The line leaves the last column at the value nearest to the start of this one.
                 before = own.min.max(first.unwrap_or(range.min)).min(own.max);
                 finite(at, before);
             }
@@ -268,12 +265,12 @@ impl Series {
         }
     }
 
-    /// Returns the minimum and maximum in `samples`, with a relative error of at most 1e-8; `None` without a finite value.
+    /// Returns the minimum and maximum in `samples`, rounded outward to single precision; `None` without a finite value.
     pub fn min_max(&self, samples: Range<usize>) -> Option<(f64, f64)> {
         self.run(samples.start..samples.end.min(self.len())).ends()
     }
 
-    /// Returns the extremes of the finite values in `samples`.
+    /// Returns the minimum and maximum of the finite values in `samples`.
     fn run(&self, samples: Range<usize>) -> MinMax {
         let one_by_one = |all: MinMax, samples: Range<usize>| {
             let mut all = all;
@@ -282,10 +279,10 @@ impl Series {
         };
         let finest = self.finest;
         if self.is_held && !self.levels.is_empty() && !samples.is_empty() {
-            // All samples of the run have the same value.
+            // All samples of a run have the same value, so whole runs are enough.
             return self.runs(samples.start / finest..samples.end.div_ceil(finest));
         }
-        // The rest is whole runs of the finest level, and single samples before and after them.
+        // Otherwise the samples are whole runs of the first level, and single samples before and after them.
         let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
         if self.levels.is_empty() || first >= end {
             return one_by_one(MinMax::NONE, samples);
@@ -295,7 +292,7 @@ impl Series {
         self.runs(first..end).joined(beside)
     }
 
-    /// Returns the extremes of these runs of the finest level.
+    /// Returns the minimum and maximum of these runs of the first level.
     fn runs(&self, Range { mut start, mut end }: Range<usize>) -> MinMax {
         let mut all = Extremes::NONE;
         for (at, level) in self.levels.iter().enumerate() {
@@ -314,7 +311,7 @@ impl Series {
     }
 }
 
-/// One value per run of samples.
+/// Values that change only every `each` samples.
 #[derive(Debug)]
 struct Held {
     values: Arc<[f64]>,
@@ -334,36 +331,36 @@ impl Values for Held {
     }
 }
 
-/// Division of samples into columns of a width in time.
+/// Division of samples into columns of equal width in time.
 #[derive(Clone, Debug, Default)]
 pub struct Columns(Vec<ColumnOf>);
 
 #[derive(Clone, Debug)]
 struct ColumnOf {
     samples: Range<usize>,
-    /// Times of the first and the last sample.
+    /// Times of the first and the last sample (s).
     secs: [f64; 2],
-    /// True if the column has many samples and the line continues without a pause before it, and after it.
+    /// True if the column has many samples and the line continues without pause at its start, and the same at its end.
     is_joined: [bool; 2],
 }
 
 impl Columns {
-    /// Divides these samples into columns. The ends of a column with many samples move a little, to the borders of runs.
+    /// Divides these samples into columns. The ends of a column with many samples are shifted slightly, to borders of runs.
     pub fn of(times: &[f64], samples: Range<usize>, column_secs: f64) -> Self {
         let (mut start, end) = (samples.start, samples.end.min(times.len()));
         let mut columns = Vec::new();
         while start < end {
-            // Columns stand at multiples of their width, so that they stay the same while the view moves.
+            // Columns begin at multiples of their width, so that they do not change while the view moves.
             let edge = ((times[start] / column_secs).floor() + 1.0) * column_secs;
             let n = before_edge(&times[start..end], edge);
-            // Each sample is a column if the width is zero or too small for the resolution of the times.
+            // If the width is zero or below the resolution of the times, each sample is a column.
             let exact = start + n.max(1);
             let rounded = exact.next_multiple_of(FINEST);
             let is_moved = exact - start >= MANY
                 && rounded < end
                 && times[rounded - 1] - edge <= MOVED * column_secs;
             let next = if is_moved { rounded } else { exact };
-            // A line over a pause begins and ends at samples.
+            // A line across a pause begins and ends at samples.
             let goes_on = |k: usize| {
                 let is_inside = samples.start < k && k < end;
                 next - start >= MANY && is_inside && times[k] - times[k - 1] < column_secs
@@ -379,7 +376,7 @@ impl Columns {
     }
 }
 
-/// Returns the number of ascending times before `edge`. The search begins near the first and looks at few of them.
+/// Returns the number of ascending times before `edge`. The search starts at the first time and reads only a few times.
 fn before_edge(times: &[f64], edge: f64) -> usize {
     let mut reach = 1;
     while reach < times.len() && times[reach] < edge {
@@ -394,7 +391,7 @@ fn with(all: MinMax, value: f64) -> MinMax {
 }
 
 fn extremes(values: &[f64]) -> MinMax {
-    // Eight extremes are found side by side, so that the processor need not wait for each in turn.
+    // Eight minima and maxima are computed side by side, so that the processor need not wait for each comparison.
     const LANES: usize = 8;
     let mut all = [MinMax::NONE; LANES];
     for values in values.chunks(LANES) {

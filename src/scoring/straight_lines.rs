@@ -1,9 +1,9 @@
-//! Linear fits of one channel by others, and deviations from a line in time.
+//! Linear fit of one channel by others, and deviation from a straight line in time.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq as _;
 
-/// Returns the least-squares factors of `columns`. A ridge shrinks the first `ridged`, because channels may be collinear.
+/// Returns the least-squares factors of the columns. A ridge shrinks the first `ridged`, because channels may be collinear.
 pub fn factors(
     n: usize,
     columns: usize,
@@ -24,7 +24,7 @@ pub fn factors(
     (0..columns).map(|column| solved[(column, 0)]).collect()
 }
 
-/// Returns the deviation of three samples from a straight line, on the scale of the noise of one sample.
+/// Returns the deviation of three samples from a straight line, scaled to the noise of one sample.
 pub fn bend([a, b, c]: [f64; 3]) -> f64 {
     (a - 2.0 * b + c).abs() / 6_f64.sqrt()
 }

@@ -1,4 +1,4 @@
-//! Fit of a kernel regression: landmarks, whitened columns, and cross-validation of length scale and ridge.
+//! Fits a kernel regression: landmarks, whitened columns, and cross-validation of length scale and ridge.
 
 use std::borrow::Cow;
 
@@ -13,62 +13,64 @@ use super::model::{
 use crate::calibration::choice::{SHARES, best_share, simplest_good};
 use crate::calibration::linear::{Ridge, Terms, fit, fit_targets};
 use crate::calibration::normal_equations::NormalEquations;
+use crate::dot::dot;
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
-/// Diagonal term that keeps the landmarks' kernel matrix invertible; the matrix' entries are at most 1.
+/// Term on the diagonal of the landmarks' kernel matrix that keeps it invertible. The entries of the matrix are at most 1.
 const JITTER: f64 = 1e-6;
-/// Candidates for the length scale, in typical distances of a sample from the mean; typical samples are √2 of these apart.
+/// Length scales to try, in units of the root mean square distance of a sample from the mean.
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// Candidates for the power of a column's deviation that divides the column. With 1, all columns vary alike. With 0.5, a
-/// column that varies little counts less, because much of it may be noise. The last candidate is the default.
+/// Powers to try: each column is divided by this power of its standard deviation. With 1, all columns vary alike. With 0.5, a
+/// column that varies little counts less, because much of its variation may be noise. A given length scale implies the last
+/// power.
 const POWERS: [f64; 2] = [0.5, 1.0];
-/// Candidates for the ridge: ratio of the noise variance to the variance of the function.
+/// Ridge strengths to try: ratios of the noise variance to the variance of the function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
-/// Ridge if no held-out samples are available.
+/// Ridge strength if no samples can be held out.
 const UNTUNED_STRENGTH: f64 = 1e-3;
-/// Maximum weight, in standard deviations of the targets. Larger weights give small differences of large numbers, which a
-/// small drift of a gauge, or rounding in single precision, would change strongly.
+/// Maximum weight of a landmark, in standard deviations of the target. With larger weights, the load is a small difference of
+/// large numbers, which drift of a gauge or rounding in single precision would change strongly.
 const LARGEST_WEIGHT: f64 = 1e4;
-/// Approximate number of samples for the choice of the length scale.
+/// Approximate number of samples by which the length scale is chosen.
 const TUNING_SAMPLES: usize = 20_000;
-/// Number of landmarks with which the length scale is chosen.
+/// Number of landmarks by which the length scale is chosen.
 const TUNING_LANDMARKS: usize = 150;
 /// Approximate number of samples among which landmarks are selected.
 const CANDIDATES: usize = 4_000;
 
-/// Consecutive samples of one fold, row-major.
+/// Consecutive samples of one part of the cross-validation. All matrices are row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct RowBlock<'a> {
     pub fold: usize,
     /// Inputs of the kernel, `n × n_inputs`.
     pub inputs: &'a [f64],
-    /// Columns of the [`LinearStage`], `n × n_columns`; empty without linear stage.
+    /// Columns of the [`LinearStage`], `n × n_columns`; empty if the kernel learns the targets directly.
     pub linear: &'a [f64],
     /// Targets, `n × n_targets`.
     pub targets: &'a [f64],
 }
 
-/// Callback for one block of rows.
+/// Function that takes one block of rows.
 pub type TakeRows<'a> = &'a mut dyn FnMut(RowBlock<'_>);
 
-/// Linear fit whose residuals a kernel learns. Each fold fits it anew, so that the score of both stages is held out.
+/// Linear fit whose residuals a kernel learns. Cross-validation repeats both fits without each part.
 #[derive(Clone, Debug)]
 pub struct LinearStage {
     pub kinds: Vec<ColumnKind>,
-    /// Coefficients that the targets already account for; see [`Terms::known`].
+    /// Coefficients that were already subtracted from the targets; see [`Terms::known`].
     pub known: Vec<f64>,
-    /// Ridge shares of each target; see [`fit_targets`].
+    /// Ridge shares of the columns for each target; see [`fit_targets`].
     pub shares: Vec<Vec<f64>>,
 }
 
-/// Rows that can be visited several times.
+/// Training samples that can be read several times.
 pub trait Rows: Sync {
     fn n_runs(&self) -> usize;
     fn n_samples(&self, run: usize) -> usize;
     fn widths(&self) -> (usize, usize);
     fn pass(&self, run: usize, take: TakeRows<'_>);
-    /// Returns the linear stage before the kernel; `None` if the kernel learns the targets directly.
+    /// Returns the linear fit whose residuals the kernel learns; `None` if the kernel learns the targets directly.
     fn linear_stage(&self) -> Option<&LinearStage> {
         None
     }
@@ -81,9 +83,9 @@ pub struct KernelFit {
 }
 
 impl Kernel {
-    /// Fits `rows`. Cross-validation chooses the ridge, the length scale unless it is given, and after a linear stage the share
-    /// of the kernel that is added. The ridge is the strongest whose cross-validated error is nearly the lowest, among those
-    /// that keep the weights below [`LARGEST_WEIGHT`].
+    /// Fits a kernel to the training samples. Cross-validation chooses the ridge, and the length scale unless it is given. In a
+    /// hybrid regressor it also chooses the factor of the kernel's prediction. The ridge is the strongest whose error is nearly
+    /// the lowest, among those with all weights below [`LARGEST_WEIGHT`].
     pub fn fit(
         rows: &impl Rows,
         settings: &KernelSettings,
@@ -94,26 +96,24 @@ impl Kernel {
         if settings.landmarks > samples {
             return Err(KernelError::FewSamples { landmarks: settings.landmarks, samples });
         }
-        let (scales, powers): (&[f64], _) = match &settings.length_scale {
-            Some(scale) => (std::slice::from_ref(scale), &POWERS[POWERS.len() - 1..]),
-            None => (&LENGTH_SCALES, &POWERS[..]),
+        let (powers, tries) = match settings.length_scale {
+            Some(_) => (&POWERS[POWERS.len() - 1..], 1),
+            None => (&POWERS[..], LENGTH_SCALES.len() * POWERS.len()),
         };
-        let is_open = settings.length_scale.is_none();
-        let tries = if is_open { scales.len() * powers.len() } else { 1 };
-        // One full pass counts as much as the passes for all candidates together.
+        // The last pass over all samples counts as much as the passes for all candidates together.
         progress.add_total(2 * tries as u64 * rows.n_runs() as u64);
         let measured = Standardised::measure(rows, progress)?;
         let step = samples.div_ceil(TUNING_SAMPLES);
-        // The best length scale of each power.
+        // For each power: the scale of the columns, the landmarks, the best length scale and the errors on the held-out parts.
         let mut found = Vec::new();
         for power in powers {
             let standardised = measured.divided_by(*power);
             let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
             let few = &landmarks[..landmarks.len().min(TUNING_LANDMARKS)];
             let columns = Columns::new(few.len(), rows);
-            let mut best: Option<(f64, f64, Vec<f64>)> =
-                (!is_open).then(|| (scales[0], 0.0, Vec::new()));
-            for scale in scales.iter().filter(|_| is_open) {
+            let mut best = settings.length_scale.map(|scale| (scale, 0.0, Vec::new()));
+            let tried = if best.is_none() { &LENGTH_SCALES[..] } else { &[] };
+            for scale in tried {
                 let length = scale * standardised.distance;
                 let Some(whitened) = Whitened::new(&standardised, few, length) else {
                     continue;
@@ -154,11 +154,11 @@ impl Kernel {
     }
 }
 
-/// Mean and factor of each column.
+/// Shift and factor of each column.
 struct Standardised {
     shift: Vec<f64>,
     scale: Vec<f64>,
-    /// Root mean square distance of a scaled sample from the mean.
+    /// Root mean square distance of a scaled sample from the mean sample.
     distance: f64,
 }
 
@@ -188,14 +188,14 @@ impl Standardised {
         let factor = |column: usize| {
             let square = sum(1 + d + column) / n;
             let variance = square - shift[column] * shift[column];
-            // Standardised features have a size near one. A much smaller variance is rounding noise.
+            // Features have a size near one. A much smaller variance is rounding noise.
             if variance > 1e-20 * square.max(1e-10) { 1.0 / variance.sqrt() } else { 0.0 }
         };
         let scale = (0..d).map(factor).collect();
         Ok(Self { shift, scale, distance: 0.0 })
     }
 
-    /// Returns the same with each column divided by this power of its standard deviation.
+    /// Returns factors that divide each column by this power of its standard deviation.
     fn divided_by(&self, power: f64) -> Self {
         let varying = self.scale.iter().filter(|scale| **scale > 0.0);
         let square: f64 = varying.map(|scale| scale.powf(2.0 * (power - 1.0))).sum();
@@ -208,7 +208,7 @@ impl Standardised {
         standardise(row, &self.shift, &self.scale, out);
     }
 
-    /// Selects landmarks: the sample nearest to the mean, then repeatedly the one farthest from all selected ones.
+    /// Selects up to `m` landmarks: the sample nearest to the mean, then repeatedly the sample farthest from all landmarks.
     fn landmarks(
         &self,
         rows: &impl Rows,
@@ -217,7 +217,7 @@ impl Standardised {
     ) -> Result<Vec<Vec<f64>>, Cancelled> {
         let d = rows.widths().0;
         let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
-        let step = samples / CANDIDATES.max(m) + usize::from(samples < CANDIDATES.max(m));
+        let step = (samples / CANDIDATES.max(m)).max(1);
         let mut first = 0_usize;
         let mut candidates: Vec<Vec<f64>> = Vec::new();
         for run in 0..rows.n_runs() {
@@ -236,11 +236,8 @@ impl Standardised {
             first += rows.n_samples(run);
         }
         let mut nearest: Vec<f64> = vec![f64::INFINITY; candidates.len()];
-        let origin = vec![0.0; d];
-        let mut next = (0..candidates.len()).min_by(|a, b| {
-            square_distance(&candidates[*a], &origin)
-                .total_cmp(&square_distance(&candidates[*b], &origin))
-        });
+        let size = |at: &usize| dot(&candidates[*at], &candidates[*at]);
+        let mut next = (0..candidates.len()).min_by(|a, b| size(a).total_cmp(&size(b)));
         let mut landmarks: Vec<Vec<f64>> = Vec::new();
         while let Some(chosen) = next.filter(|_| landmarks.len() < m) {
             progress.check()?;
@@ -251,18 +248,18 @@ impl Standardised {
             landmarks.push(landmark);
             next = (0..candidates.len())
                 .max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]))
-                .filter(|at| nearest[*at] > 0.0); // equal samples add no information
+                .filter(|at| nearest[*at] > 0.0); // a sample equal to a landmark adds nothing
         }
         Ok(landmarks)
     }
 }
 
-/// Landmarks at one length scale, with the matrix that whitens the kernel columns.
+/// Landmarks and a length scale, with the matrix that whitens the kernel values.
 struct Whitened<'a> {
     standardised: &'a Standardised,
     landmarks: &'a [Vec<f64>],
     length_scale: f64,
-    /// W with `φ = W k`: the inverse of the Cholesky factor of the landmarks' kernel matrix.
+    /// Matrix W in `φ = W k`: the inverse of the Cholesky factor of the landmarks' kernel matrix.
     whitening: Mat<f64>,
 }
 
@@ -281,7 +278,7 @@ impl<'a> Whitened<'a> {
         Some(Self { standardised, landmarks, length_scale, whitening: inverse_factor(&gram)? })
     }
 
-    /// Returns the sums of [`Columns`] and targets for each fold, from every `step`-th sample.
+    /// Returns the normal equations of each part for the columns of [`Columns`], from every `step`-th sample.
     fn sums(
         &self,
         rows: &impl Rows,
@@ -347,10 +344,10 @@ impl<'a> Whitened<'a> {
         Ok(folds)
     }
 
-    /// Returns the kernel from the sums of all samples. The targets must be the residuals of the linear stage.
+    /// Returns the fitted kernel from the sums of all samples, with the residuals of the linear fit, if any, as targets.
     fn finish(&self, total: &NormalEquations, columns: &Columns, tuned: Option<Tuned>) -> Kernel {
         let (m, q) = (self.landmarks.len(), total.n_targets());
-        let strength = (tuned.as_ref()).map_or(UNTUNED_STRENGTH, |tuned| tuned.strength);
+        let strength = tuned.as_ref().map_or(UNTUNED_STRENGTH, |tuned| tuned.strength);
         let beta = columns.kernel(total, strength);
         let on_k = self.weights(&beta, q);
         let posterior = Mat::from_fn(m, m, |i, j| {
@@ -372,7 +369,7 @@ impl<'a> Whitened<'a> {
                 noise_variance: squares.iter().map(|square| square / n).collect(),
                 strength,
                 whitening: triangle(&self.whitening),
-                // The matrix is positive, because the ridge is on its diagonal.
+                // The matrix is positive definite, because the ridge is on its diagonal.
                 posterior: triangle(
                     &inverse_factor(&posterior).unwrap_or_else(|| Mat::zeros(m, m)),
                 ),
@@ -382,12 +379,12 @@ impl<'a> Whitened<'a> {
         kernel
     }
 
-    /// Returns the weights of the kernel values, `q × m`, from the coefficients of the columns.
+    /// Returns the weights of the kernel values, `n_targets × n_landmarks`, from the coefficients of the whitened columns.
     fn weights(&self, beta: &[f64], q: usize) -> Mat<f64> {
         Mat::from_fn(q, self.landmarks.len(), |axis, i| beta[i * q + axis]) * &self.whitening
     }
 
-    /// Returns true if every weight is below [`LARGEST_WEIGHT`] deviations of its target in the sums `total`.
+    /// Returns true if every weight is at most [`LARGEST_WEIGHT`] standard deviations of its target.
     fn has_small_weights(&self, beta: &[f64], total: &NormalEquations) -> bool {
         let q = total.n_targets();
         let weights = self.weights(beta, q);
@@ -398,7 +395,7 @@ impl<'a> Whitened<'a> {
         })
     }
 
-    /// Returns the result of cross-validation, or `None` with fewer than two folds.
+    /// Cross-validates ridge and factor; `None` with fewer than two parts that have samples.
     fn tuned(
         &self,
         parts: &[NormalEquations],
@@ -418,9 +415,9 @@ impl<'a> Whitened<'a> {
         };
         let weakest = STRENGTHS.iter().position(is_sane);
         let strengths = &STRENGTHS[weakest.unwrap_or(STRENGTHS.len() - 1)..];
-        // Without linear stage, the kernel is always added fully.
+        // Without a linear fit before it, the kernel's prediction is always added fully.
         let shares: &[f64] = if columns.of_linear.is_empty() { &[1.0] } else { &SHARES };
-        // Squared errors of each fold, by strength, share and axis.
+        // Squared errors on each part, by strength, share and axis.
         let squares = NormalEquations::each_without(
             &parts,
             |_| true,
@@ -475,7 +472,7 @@ impl<'a> Whitened<'a> {
     }
 }
 
-/// Returns the inverse of the lower Cholesky factor, or `None` if the matrix is not positive.
+/// Returns the inverse of the lower Cholesky factor, or `None` if the matrix is not positive definite.
 fn inverse_factor(matrix: &Mat<f64>) -> Option<Mat<f64>> {
     let factor = matrix.llt(Side::Lower).ok()?;
     let mut inverse = Mat::zeros(matrix.nrows(), matrix.ncols());
@@ -487,9 +484,9 @@ fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
     (0..matrix.nrows()).map(|i| (0..=i).map(|j| matrix[(i, j)]).collect()).collect()
 }
 
-/// Columns of the sums, `[φ | 1 | linear stage]`, and the two fits to them.
+/// Columns of the sums: whitened kernel values φ, a constant, and the columns of the linear fit.
 struct Columns {
-    /// Indices of φ and the constant column.
+    /// Indices of φ and of the constant column.
     of_kernel: Vec<usize>,
     of_linear: Vec<usize>,
     kinds: Vec<ColumnKind>,
@@ -518,19 +515,19 @@ impl Columns {
         }
     }
 
-    /// Returns the coefficients of the linear stage fitted to these sums; `None` without linear stage.
+    /// Returns the coefficients of the linear fit to these sums; `None` if the kernel learns the targets directly.
     fn linear(&self, sums: &NormalEquations) -> Option<Vec<f64>> {
         let terms = Terms { used: &self.of_linear, kinds: &self.kinds, known: &self.known };
         let is_there = !self.of_linear.is_empty();
         is_there.then(|| fit_targets(sums, terms, &self.shares).coefficients)
     }
 
-    /// Returns the sums with the residuals of the linear stage, fitted to these sums, as targets.
+    /// Returns the same sums with the residuals of the linear fit as targets.
     fn residuals<'a>(&self, sums: &'a NormalEquations) -> Cow<'a, NormalEquations> {
         less(sums, self.linear(sums).as_deref())
     }
 
-    /// Returns the coefficients of the kernel fitted to these targets. The ridge applies to all of φ.
+    /// Returns the coefficients of φ and the constant, fitted to the targets. The ridge applies to φ.
     fn kernel(&self, sums: &NormalEquations, strength: f64) -> Vec<f64> {
         let terms = Terms { used: &self.of_kernel, kinds: &self.kinds, known: &[] };
         fit(sums, terms, Ridge::Absolute(strength)).coefficients
@@ -550,15 +547,14 @@ fn summed(parts: &[NormalEquations]) -> NormalEquations {
     total
 }
 
-/// Result of cross-validation.
 struct Tuned {
     strength: f64,
     edge: Option<GridEdge>,
-    /// Error of the best strength: sum over axes of squared errors, each divided by the squared targets of its axis.
+    /// Lowest error over the tried strengths: squared errors divided by the squared targets, summed over the axes.
     least_error: f64,
-    /// This error with the chosen strength, per fold.
+    /// Error of the chosen strength on each part, with the same division.
     of_parts: Vec<f64>,
-    /// Share of the kernel that is added, per axis.
+    /// Factor of the kernel's prediction on each axis.
     shares: Vec<f64>,
     squares: Vec<f64>,
 }
@@ -567,7 +563,6 @@ struct Tuned {
 mod tests {
     use super::*;
     use crate::calibration::kernel::model::KernelScratch;
-    use crate::dot::dot;
 
     /// Runs of one input and one target.
     struct Function {
@@ -618,7 +613,7 @@ mod tests {
         let (mut load, mut deviation) = ([0.0], [0.0]);
         let mut scratch = KernelScratch::default();
         kernel.add(&[x], &mut scratch, &mut load);
-        kernel.deviation(&[x], &mut scratch, &mut deviation);
+        kernel.deviations(&[x], &mut scratch, &mut deviation);
         (load[0], deviation[0])
     }
 
@@ -674,8 +669,8 @@ mod tests {
         }
     }
 
-    /// Compares with the textbook formula, with every sample a landmark: the mean is `k(x)ᵀ (K + λI)⁻¹ y`, the variance over
-    /// the noise variance `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
+    /// Every sample is a landmark. By the textbook, the mean is `k(x)ᵀ (K + λI)⁻¹ y`, and the variance divided by the noise
+    /// variance is `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
     #[test]
     fn with_every_sample_a_landmark_the_kernel_is_the_gaussian_process() {
         let rows = Function {

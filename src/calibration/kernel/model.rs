@@ -1,14 +1,13 @@
-//! Kernel regression of a calibration: settings, fitted numbers, prediction.
+//! Kernel regression: settings, fitted numbers, prediction.
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::length::{WrongLength, check_length};
-use crate::calibration::linear_map::is_usable;
+use crate::calibration::entries::{LARGEST, WrongEntries, check_length, check_numbers};
 use crate::dot::dot;
 use crate::features::{OutOfRange, Range, Setting, Unit};
 use crate::progress::Cancelled;
 
-/// Number of landmarks. With more, computing their own matrix would take longer than the samples.
+/// Number of landmarks. Beyond the maximum, the landmarks' own matrix would take longer than the samples.
 pub const LANDMARKS: Setting = Setting {
     key: "landmarks",
     option: "landmarks",
@@ -18,11 +17,12 @@ pub const LANDMARKS: Setting = Setting {
     default: &[200.0],
     range: Range::Whole(1, 2000),
     step: 0.25,
-    explanation: "Number of training samples with which a kernel compares other samples. More are slower and make the file larger",
+    explanation: "Number of training samples with which a kernel compares other samples. More landmarks make fit and prediction \
+                  slower and the file larger",
     source: "",
 };
 
-/// Length scale ℓ divided by the typical distance of a sample from the mean.
+/// Length scale ℓ divided by the root mean square distance of a sample from the mean.
 const LENGTH_SCALE: Setting = Setting {
     key: "length_scale",
     option: "",
@@ -37,9 +37,9 @@ const LENGTH_SCALE: Setting = Setting {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct KernelSettings {
-    /// Number of landmarks.
+    /// Number of landmark samples.
     pub landmarks: usize,
-    /// ℓ divided by the typical distance of a sample from the mean; `None` means chosen by cross-validation.
+    /// Length scale ℓ divided by the RMS distance of a sample from the mean; `None` means chosen by cross-validation.
     pub length_scale: Option<f64>,
 }
 
@@ -49,13 +49,13 @@ impl Default for KernelSettings {
     }
 }
 
-/// End of the range of candidates at which a kernel's ridge lies.
+/// End of the range of tried strengths at which a kernel's ridge lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GridEdge {
-    /// No weaker candidate exists or keeps the weights below their limit.
+    /// Weakest strength that was tried and keeps the weights below their limit.
     Weakest,
-    /// No stronger candidate exists.
+    /// Strongest strength that was tried.
     Strongest,
 }
 
@@ -68,9 +68,7 @@ pub enum KernelError {
     )]
     FewSamples { landmarks: usize, samples: usize },
     #[error("the kernel's {0}")]
-    Length(#[from] WrongLength),
-    #[error("a number in the kernel's {field} is not finite; fit it again or restore the file")]
-    NotFinite { field: &'static str },
+    Entries(#[from] WrongEntries),
     #[error(
         "the kernel matrix of the landmarks is singular for every length scale; choose fewer landmarks or a smaller length scale"
     )]
@@ -80,30 +78,29 @@ pub enum KernelError {
 }
 
 impl KernelSettings {
-    /// Checks every value.
-    pub fn validate(&self) -> Result<(), KernelError> {
+    /// Checks every value. The error describes the first invalid value.
+    pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
         LANDMARKS.check(self.landmarks as f64)?;
-        self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
-        Ok(())
+        self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))
     }
 }
 
 /// Fitted kernel regression `load = offset + Σ weight · k(x, landmark)` with m landmarks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kernel {
-    /// Shift of each column.
+    /// Shift of each input.
     pub input_shift: Vec<f64>,
-    /// Factor of each column after the shift; zero for a constant column.
+    /// Factor of each input after the shift; zero for a constant input.
     pub input_scale: Vec<f64>,
-    /// Length scale ℓ in standardised columns.
+    /// Length scale ℓ, in the unit of the standardised inputs.
     pub length_scale: f64,
-    /// Standardised landmarks: m rows of n_columns.
+    /// Standardised landmarks: m rows of n_inputs.
     pub landmarks: Vec<Vec<f64>>,
     /// Weights: n_axes rows of m.
     pub weights: Vec<Vec<f64>>,
     /// Offset of each axis.
     pub offset: Vec<f64>,
-    /// Numbers for the uncertainty band.
+    /// Numbers from which the uncertainty of the load is computed.
     pub band: Band,
 }
 
@@ -112,24 +109,17 @@ pub struct Band {
     pub noise_variance: Vec<f64>,
     /// Ridge: ratio of the noise variance to the variance of the function.
     pub strength: f64,
-    /// Rows of the lower triangle W that whitens `k`: φ = W k.
+    /// Rows of the lower triangle W that whitens the kernel values: `φ = W k`.
     pub whitening: Vec<Vec<f64>>,
-    /// Rows of the lower triangle P. `|P φ|²` is the variance of the fitted function divided by the noise variance.
+    /// Rows of the lower triangle P: `|P φ|²` is the variance of the fitted function divided by the noise variance.
     pub posterior: Vec<Vec<f64>>,
 }
 
 impl Kernel {
-    /// Checks everything that a file may contain.
+    /// Checks the shapes and numbers of a kernel from a file.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
         let m = self.landmarks.len();
-        let vector = |field: &'static str, n: usize, numbers: &[f64]| {
-            check_length(field, n, numbers.len())?;
-            if numbers.iter().all(|number| is_usable(*number)) {
-                Ok(())
-            } else {
-                Err(KernelError::NotFinite { field })
-            }
-        };
+        let vector = |field, n, numbers: &[f64]| check_numbers(field, n, numbers, -LARGEST);
         let rows = |field, n, rows: &[Vec<f64>], width: &dyn Fn(usize) -> usize| {
             check_length(field, n, rows.len())?;
             let mut rows = rows.iter().enumerate();
@@ -150,7 +140,7 @@ impl Kernel {
         Ok(())
     }
 
-    /// Multiplies the predictions by a factor per axis; the band does not change.
+    /// Multiplies the predictions by one factor per axis. The band does not change.
     pub(crate) fn scale(&mut self, shares: &[f64]) {
         let axes = self.weights.iter_mut().zip(&mut self.offset).zip(shares);
         for ((weights, offset), share) in axes {
@@ -159,27 +149,40 @@ impl Kernel {
         }
     }
 
-    /// Adds the prediction for one row of standardised features to `load`.
-    pub fn add(&self, row: &[f64], scratch: &mut KernelScratch, load: &mut [f64]) {
-        self.similarities(row, scratch);
-        for ((load, weights), offset) in load.iter_mut().zip(&self.weights).zip(&self.offset) {
-            *load += offset + dot(weights, &scratch.similarities);
+    /// Adds the predictions for rows of standardised features to `loads`, `n × n_axes` row-major.
+    pub fn add(&self, rows: &[f64], scratch: &mut KernelScratch, loads: &mut [f64]) {
+        for (row, load) in self.each_row(rows, loads) {
+            self.similarities(row, scratch);
+            for ((load, weights), offset) in load.iter_mut().zip(&self.weights).zip(&self.offset) {
+                *load += offset + dot(weights, &scratch.similarities);
+            }
         }
     }
 
-    /// Writes the standard deviation of the load around the prediction for one row, per axis.
-    pub fn deviation(&self, row: &[f64], scratch: &mut KernelScratch, out: &mut [f64]) {
-        self.similarities(row, scratch);
+    /// Writes the standard deviations of the loads around the predictions for rows, `n × n_axes` row-major.
+    pub fn deviations(&self, rows: &[f64], scratch: &mut KernelScratch, out: &mut [f64]) {
         let Band { noise_variance, strength, whitening, posterior } = &self.band;
-        scratch.whitened.clear();
-        let k = &scratch.similarities;
-        scratch.whitened.extend(whitening.iter().map(|row| dot(row, k)));
-        let phi = &scratch.whitened;
-        let fitted: f64 = posterior.iter().map(|row| dot(row, phi).powi(2)).sum();
-        let unseen = (1.0 - dot(phi, phi)).max(0.0) / strength;
-        for (out, noise) in out.iter_mut().zip(noise_variance) {
-            *out = (noise * (1.0 + fitted + unseen)).sqrt();
+        for (row, out) in self.each_row(rows, out) {
+            self.similarities(row, scratch);
+            scratch.whitened.clear();
+            let k = &scratch.similarities;
+            scratch.whitened.extend(whitening.iter().map(|row| dot(row, k)));
+            let phi = &scratch.whitened;
+            let fitted: f64 = posterior.iter().map(|row| dot(row, phi).powi(2)).sum();
+            let unseen = (1.0 - dot(phi, phi)).max(0.0) / strength;
+            for (out, noise) in out.iter_mut().zip(noise_variance) {
+                *out = (noise * (1.0 + fitted + unseen)).sqrt();
+            }
         }
+    }
+
+    fn each_row<'a>(
+        &self,
+        rows: &'a [f64],
+        out: &'a mut [f64],
+    ) -> impl Iterator<Item = (&'a [f64], &'a mut [f64])> + use<'a> {
+        let out = out.chunks_exact_mut(self.offset.len());
+        rows.chunks_exact(self.input_shift.len()).zip(out)
     }
 
     fn similarities(&self, row: &[f64], scratch: &mut KernelScratch) {

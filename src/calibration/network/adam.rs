@@ -1,13 +1,13 @@
-//! Adam optimiser in one pass over all parameters.
+//! Adam optimiser.
 //!
-//! Guarantees: the same results with every instruction set, because parameters are independent. Decayed moments become zero
-//! before they become subnormal, because subnormal numbers are slow.
+//! Guarantees: the results are the same with every instruction set, because each parameter is updated on its own. Decayed
+//! moments become zero before they are subnormal, because subnormal numbers are slow.
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
 /// Term that keeps the step finite if the second moment is zero.
 const EPSILON: f32 = 1e-8;
-/// Minimum size of a moment. Compared with [`EPSILON`], smaller moments have no effect.
+/// Minimum size of a moment. Smaller moments have no effect beside [`EPSILON`].
 const FLUSH_BELOW: f32 = 1e-30;
 
 /// Moments of the gradient of each parameter (Kingma and Ba 2015, algorithm 1, with its defaults).
@@ -23,11 +23,11 @@ impl Adam {
         Self { first: vec![0.0; n_parameters], second: vec![0.0; n_parameters], n_steps: 0 }
     }
 
-    /// Makes one step against the gradient.
+    /// Changes the parameters by one step against the gradient.
     pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64) {
         self.n_steps = self.n_steps.saturating_add(1);
         let unbiased = |decay: f64| 1.0 - decay.powi(self.n_steps);
-        // Learning rate divided by the bias of the first moment, and inverse root of the bias of the second moment.
+        // `rate` corrects the bias of the first moment, and `second_factor` that of the second moment.
         let rate = (learning_rate / unbiased(FIRST_DECAY)) as f32;
         let second_factor = (1.0 / unbiased(SECOND_DECAY)).sqrt() as f32;
         let moments = self.first.iter_mut().zip(&mut self.second);
@@ -38,7 +38,7 @@ impl Adam {
             move || {
                 const B1: f32 = FIRST_DECAY as f32;
                 const B2: f32 = SECOND_DECAY as f32;
-                // Subtracted in double precision, because `1 − B2` would keep only four digits.
+                // The differences are computed in double precision, because `1 − B2` would have only four digits.
                 const NEW1: f32 = (1.0 - FIRST_DECAY) as f32;
                 const NEW2: f32 = (1.0 - SECOND_DECAY) as f32;
                 for ((parameter, &slope), (first, second)) in all {
@@ -55,7 +55,7 @@ impl Adam {
 
 #[inline(always)]
 fn flushed(moment: f32) -> f32 {
-    // Written so that NaN stays NaN and reaches the loss.
+    // A NaN moment fails this comparison, so it stays NaN and reaches the loss.
     if moment.abs() < FLUSH_BELOW { 0.0 } else { moment }
 }
 

@@ -1,6 +1,6 @@
-//! Epochs of a training: mini-batches in a new order in each epoch, Adam with a falling learning rate.
+//! Epochs of a training: each takes the samples in a new order, in small batches with one step of Adam each.
 //!
-//! Guarantees: cancellation takes effect within one batch, also for held-out samples. The order depends only on seed and epoch.
+//! Guarantees: cancellation takes effect within one batch. The order of the samples depends only on seed and epoch.
 
 use std::f64::consts::PI;
 
@@ -13,14 +13,14 @@ use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::{Cancelled, Progress};
 use crate::random::Random;
 
-/// Number of held-out samples processed together.
+/// Number of held-out samples that are predicted together.
 const HELD_OUT_BATCH: usize = 256;
 
-/// Random streams of one seed.
+/// Numbers of the independent random sequences that follow from one seed.
 const WEIGHTS: u64 = 1;
 const ORDER: u64 = 2;
 
-/// Mean losses per sample.
+/// Mean loss per sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Losses {
     pub train: f64,
@@ -45,12 +45,12 @@ impl<'a> Standard<'a> {
     }
 }
 
-/// Batch of samples in the network, and the errors of its outputs.
+/// Batch of samples, with the values of all layers for them.
 struct Batch {
     forward: Forward<f32>,
-    /// `capacity × n_targets`, row-major.
+    /// Standardised targets, `capacity × n_targets` row-major.
     targets: Vec<f32>,
-    /// One weight per target; zero for a constant target, which needs no training.
+    /// Weight of each target in the loss: one, or zero for a constant target, which needs no training.
     weights: Vec<f32>,
 }
 
@@ -64,7 +64,7 @@ impl Batch {
         }
     }
 
-    /// Fills the batch with samples, at most the capacity.
+    /// Writes inputs and targets of these samples into the batch. Samples beyond the capacity are left out.
     fn fill(&mut self, from: &Standard, samples: impl Iterator<Item = usize> + Clone) {
         from.inputs.prefetch(samples.clone());
         from.targets.prefetch(samples.clone());
@@ -75,7 +75,7 @@ impl Batch {
         }
     }
 
-    /// Returns the summed loss of the first `n_samples` samples. `error` gets the weighted error of every output.
+    /// Returns the summed loss of the first `n_samples` samples. `error` takes the index and weighted error of every output.
     fn loss(
         &mut self,
         parameters: &[f32],
@@ -107,7 +107,7 @@ pub(super) struct Training<'a> {
     adam: Adam,
     batch: Batch,
     backward: Backward<f32>,
-    /// Indices of all training samples in the order of the present epoch.
+    /// Indices of all training samples, in the order of the present epoch.
     order: Vec<usize>,
 }
 
@@ -143,7 +143,7 @@ impl<'a> Training<'a> {
         }
     }
 
-    /// Runs one epoch, counted from zero.
+    /// Runs one epoch; `epoch` counts from zero.
     pub fn epoch(&mut self, epoch: usize) -> Result<Losses, Cancelled> {
         self.progress.check()?;
         Random::new(self.settings.seed, &[ORDER, epoch as u64]).shuffle(&mut self.order);
@@ -164,7 +164,7 @@ impl<'a> Training<'a> {
         Ok(Losses { train: loss / n as f64, held_out: self.held_out_loss()? })
     }
 
-    /// Makes one step with the samples `order[start..end]` and returns their summed loss before the step.
+    /// Changes the parameters by one step with the samples `order[start..end]`. Returns their summed loss before the step.
     fn step(&mut self, start: usize, end: usize, rate: f64) -> f64 {
         let samples = &self.order[start..end];
         let m = samples.len();
@@ -195,9 +195,9 @@ impl<'a> Training<'a> {
         Ok(Some(loss / n as f64))
     }
 
-    /// Checks that losses and parameters are finite. `epoch` is counted from one.
+    /// Checks that losses and parameters are finite; `epoch` counts from one.
     pub fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
-        // The last step may make parameters infinite after the loss was computed.
+        // The last step can make parameters infinite after the loss was computed.
         let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
         let which = match losses.held_out {
             _ if !sound => "training",
@@ -208,7 +208,7 @@ impl<'a> Training<'a> {
     }
 }
 
-/// Returns initial parameters: weights uniform with the variance 2 / fan-in (He et al. 2015, equation 10), zero biases.
+/// Returns initial parameters: uniform weights with the variance 2 / fan-in (He et al. 2015, equation 10), zero biases.
 fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
     let mut parameters = vec![0.0; shape.n_parameters()];
     for layer in 0..shape.n_layers() {

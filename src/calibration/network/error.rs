@@ -1,17 +1,17 @@
-//! Faults of a network, its samples and its settings.
+//! Errors of networks, of their samples and of their settings.
 
 use std::fmt;
 
-use crate::calibration::length::WrongLength;
+use crate::calibration::entries::WrongEntries;
 use crate::features::OutOfRange;
 use crate::progress::Cancelled;
 
-/// Column of the samples, counted from zero. Its text counts from one.
+/// Column of the samples. The index counts from zero, the text of an error from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Feature.
+    /// Column of a feature.
     Input(usize),
-    /// Load axis.
+    /// Column of a load axis.
     Target(usize),
 }
 
@@ -50,12 +50,8 @@ pub enum NetworkError {
     Diverged { which: &'static str, epoch: usize, learning_rate: f64 },
     #[error("the training was cancelled before the end of the first epoch")]
     Cancelled,
-    #[error("the network's {0}; train it again or restore the file")]
-    Length(#[from] WrongLength),
-    #[error(
-        "a number in the network's {field} is not finite, or is negative but must not be; train it again or restore the file"
-    )]
-    Number { field: String },
+    #[error("the network's {0}")]
+    Entries(#[from] WrongEntries),
 }
 
 impl From<Cancelled> for NetworkError {

@@ -1,25 +1,24 @@
-//! Trained network, as stored in a file. Weights have single precision, so they are short in files and read back exactly.
+//! Trained network as stored in a file. Weights have single precision, so they are short in files and read back exactly.
 
 use serde::{Deserialize, Serialize};
 
 use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
-use crate::calibration::length::check_length;
-use crate::calibration::linear_map::is_usable;
+use crate::calibration::entries::{LARGEST, check_length, check_numbers};
 use crate::calibration::network::error::NetworkError;
 
-/// One layer: `outputs = weights · inputs + biases`, rectified in every layer but the last.
+/// Layer of a network: `outputs = weights · inputs + biases`. In every layer but the last, negative outputs become zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
-    /// One row per output, one entry per input.
+    /// Weights: one row per output, one entry per input.
     pub weights: Vec<Vec<f32>>,
     pub biases: Vec<f32>,
 }
 
 /// Trained network: `load = target_shift + target_scale · layers((inputs − input_shift) · input_inverse_scale)`.
 ///
-/// **Source** section 4.2.1; standardisation, optimiser and seed are ours.
+/// **Source** section 4.2.1 of the paper, which does not describe standardisation, optimiser and seed.
 ///
 /// **Units** shifts and scales have the units of their columns; all other numbers have none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -54,7 +53,7 @@ impl Network {
         self.layers.iter().map(count).sum()
     }
 
-    /// Multiplies the predictions by a factor per target.
+    /// Multiplies the predictions by one factor per target.
     pub(crate) fn scale(&mut self, shares: &[f64]) {
         let targets = self.target_shift.iter_mut().zip(&mut self.target_scale);
         for ((shift, scale), share) in targets.zip(shares) {
@@ -72,14 +71,17 @@ impl Network {
             return Ok(check_length("layers", 1, 0)?);
         }
         for (field, expected, numbers, least) in [
-            ("input_shift", n_inputs, &self.input_shift, f64::MIN),
+            ("input_shift", n_inputs, &self.input_shift, -LARGEST),
             ("input_inverse_scale", n_inputs, &self.input_inverse_scale, 0.0),
-            ("target_shift", n_targets, &self.target_shift, f64::MIN),
+            ("target_shift", n_targets, &self.target_shift, -LARGEST),
             ("target_scale", n_targets, &self.target_scale, 0.0),
         ] {
-            check_length(field, expected, numbers.len())?;
-            finite(field, numbers.iter().all(|x| *x >= least && is_usable(*x)))?;
+            check_numbers(field, expected, numbers, least)?;
         }
+        let check_weights = |field: &str, expected, weights: &[f32]| {
+            let weights: Vec<f64> = weights.iter().copied().map(f64::from).collect();
+            check_numbers(field, expected, &weights, -LARGEST)
+        };
         let mut fan_in = n_inputs;
         for (at, layer) in self.layers.iter().enumerate() {
             let of = |field: &str| format!("layers[{at}].{field}");
@@ -87,13 +89,10 @@ impl Network {
             if fan_out == 0 {
                 return Ok(check_length(&of("biases"), 1, 0)?);
             }
-            check_length(&of("biases"), fan_out, layer.biases.len())?;
+            check_weights(&of("biases"), fan_out, &layer.biases)?;
             check_length(&of("weights"), fan_out, layer.weights.len())?;
-            finite(&of("biases"), layer.biases.iter().all(|x| x.is_finite()))?;
             for (unit, row) in layer.weights.iter().enumerate() {
-                let field = of(&format!("weights[{unit}]"));
-                check_length(&field, fan_in, row.len())?;
-                finite(&field, row.iter().all(|x| x.is_finite()))?;
+                check_weights(&of(&format!("weights[{unit}]")), fan_in, row)?;
             }
             fan_in = fan_out;
         }
@@ -117,7 +116,7 @@ impl Network {
         parameters
     }
 
-    /// Creates a network from the result of [`Network::parameters`].
+    /// Creates a network from parameters in the order of [`Network::parameters`].
     pub(super) fn from_parameters(
         shape: &Shape,
         parameters: &[f32],
@@ -143,14 +142,10 @@ impl Network {
     }
 }
 
-fn finite(field: &str, all: bool) -> Result<(), NetworkError> {
-    if all { Ok(()) } else { Err(NetworkError::Number { field: field.to_owned() }) }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::calibration::length::WrongLength;
+    use crate::calibration::entries::WrongEntries;
     use crate::random::Random;
 
     /// Returns a network of random numbers with two inputs and two targets.
@@ -200,10 +195,9 @@ pub(super) mod tests {
             let mut network = any_network(&[3, 4]);
             change(&mut network);
             match network.validate(2, 2) {
-                Err(
-                    NetworkError::Length(WrongLength { field, .. })
-                    | NetworkError::Number { field },
-                ) => field,
+                Err(NetworkError::Entries(
+                    WrongEntries::Length { field, .. } | WrongEntries::Number { field, .. },
+                )) => field,
                 other => panic!("{other:?}"),
             }
         };

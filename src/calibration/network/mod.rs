@@ -1,8 +1,8 @@
 //! Neural network: standardised features → rectified hidden layers → standardised load.
 //!
 //! Guarantees: the same samples, settings and seed give the same network on the same kind of processor. One network trains on
-//! one thread and has only finite numbers. A cancelled training returns the best network so far. Non-finite numbers are
-//! never learned from or hidden.
+//! one thread. A cancelled training returns the best network so far. Non-finite samples and losses are errors, so a trained
+//! network has only finite numbers.
 //!
 //! ```
 //! use loopscope::calibration::network::{Network, NetworkSettings, Samples};

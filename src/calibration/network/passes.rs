@@ -1,17 +1,16 @@
-//! Forward and backward pass of a network over a block of samples.
+//! Forward and backward pass of a network for a block of samples.
 //!
-//! Guarantees: memory is allocated beforehand, and every product runs on the calling thread. NaN passes the rectifier, so
-//! it reaches the loss.
+//! Guarantees: memory is allocated beforehand. All work is on the calling thread. NaN passes the rectifier to the loss.
 //!
-//! Layout: a block is a matrix with one column per sample. Every layer but the last has an additional unit that is always
-//! one. The biases are therefore the last column of the weights, and one product computes both.
+//! Layout: the values of a layer are a matrix with one column per sample. Every layer but the last has an additional unit that
+//! is always one. So the biases are the last column of the weights, and one matrix product includes them.
 
 use std::ops::Range;
 
 use super::product::{Out, Real, View};
 use crate::vectorised::vectorised;
 
-/// Number of units in each layer, including inputs and outputs; at least two layers.
+/// Number of units in each layer. The inputs are the first layer, the outputs the last one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Shape(Vec<usize>);
 
@@ -25,7 +24,7 @@ impl Shape {
         self.0.len() - 1
     }
 
-    /// Returns the number of inputs of a layer; layer 0 has the inputs of the network.
+    /// Returns the number of inputs of a layer of weights. The inputs of layer 0 are those of the network.
     pub fn fan_in(&self, layer: usize) -> usize {
         self.0[layer]
     }
@@ -38,7 +37,8 @@ impl Shape {
         self.fan_out(self.n_layers() - 1)
     }
 
-    /// Returns the range of the weights and biases of a layer: `fan_out × (fan_in + 1)`, column-major, biases last.
+    /// Returns the range of a layer's weights and biases in the parameters: `fan_out × (fan_in + 1)`, column-major, biases
+    /// last.
     pub fn parameters(&self, layer: usize) -> Range<usize> {
         let count = |layer: usize| self.fan_out(layer) * (self.fan_in(layer) + 1);
         let start = (0..layer).map(count).sum();
@@ -49,13 +49,13 @@ impl Shape {
         self.parameters(self.n_layers() - 1).end
     }
 
-    /// Returns the numbers per sample in the block before layer `layer`; `n_layers` stands for the outputs.
+    /// Returns the number of values per sample before a layer, with the additional unit; for `n_layers`, that of the outputs.
     fn stride(&self, layer: usize) -> usize {
         self.0[layer] + usize::from(layer < self.n_layers())
     }
 }
 
-/// Values of every layer for up to `capacity` samples.
+/// Values of all units for up to `capacity` samples.
 #[derive(Clone, Debug)]
 pub(super) struct Forward<T> {
     shape: Shape,
@@ -65,7 +65,7 @@ pub(super) struct Forward<T> {
 
 impl<T: Real> Forward<T> {
     pub fn new(shape: &Shape, capacity: usize) -> Self {
-        // All values start at one. Most are overwritten, but the additional units must stay one.
+        // All values start at one, because the additional units are never written.
         let blocks = (0..=shape.n_layers())
             .map(|layer| vec![T::from(1.0); shape.stride(layer) * capacity])
             .collect();
@@ -76,13 +76,13 @@ impl<T: Real> Forward<T> {
         self.capacity
     }
 
-    /// Returns the inputs of each sample, to be written before [`Forward::run`].
+    /// Returns the inputs of each sample. The caller writes them before [`Forward::run`].
     pub fn inputs(&mut self) -> impl Iterator<Item = &mut [T]> {
         let n_inputs = self.shape.fan_in(0);
         self.blocks[0].chunks_exact_mut(n_inputs + 1).map(move |column| &mut column[..n_inputs])
     }
 
-    /// Returns the outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
+    /// Computes the outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
     pub fn run(&mut self, parameters: &[T], n_samples: usize) -> &[T] {
         let shape = &self.shape;
         for layer in 0..shape.n_layers() {
@@ -104,10 +104,10 @@ impl<T: Real> Forward<T> {
     }
 }
 
-/// Derivatives of the loss in the blocks of a [`Forward`].
+/// Derivatives of the loss with respect to the values of a [`Forward`].
 #[derive(Clone, Debug)]
 pub(super) struct Backward<T> {
-    /// Derivatives with respect to the values of each block; empty for the inputs.
+    /// Derivatives with respect to the values before each layer, then to the outputs. Empty for the inputs.
     slopes: Vec<Vec<T>>,
 }
 
@@ -119,12 +119,12 @@ impl<T: Real> Backward<T> {
         Self { slopes }
     }
 
-    /// Returns the derivatives with respect to the outputs, to be written before [`Backward::run`].
+    /// Returns the derivatives with respect to the outputs. The caller writes them before [`Backward::run`].
     pub fn output_slopes(&mut self) -> &mut [T] {
         self.slopes.last_mut().expect("a network has an output layer")
     }
 
-    /// Writes the derivatives with respect to the parameters, after `forward` ran on the same `n_samples` samples.
+    /// Writes the derivatives with respect to the parameters. Before, `forward` must have run on the same `n_samples` samples.
     pub fn run(
         &mut self,
         forward: &Forward<T>,
@@ -153,7 +153,7 @@ impl<T: Real> Backward<T> {
                     View::new(weights, fan_out, fan_in, fan_out).transpose(),
                     slopes,
                 );
-                // Inactive units have the derivative zero.
+                // The derivative is zero for a unit whose value the rectifier set to zero.
                 vectorised(
                     #[inline(always)]
                     move || {
@@ -167,7 +167,6 @@ impl<T: Real> Backward<T> {
     }
 }
 
-/// Sets negative values to zero.
 fn rectify<T: Real>(values: &mut [T]) {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -179,8 +178,8 @@ fn rectify<T: Real>(values: &mut [T]) {
     );
 }
 
-/// Returns one for an active unit, and zero for an inactive unit. A factor lets NaN pass, unlike `max`, and does not become
-/// a masked store as a condition does, which is slow on some processors.
+/// Returns the factor of the rectifier: one for a positive value, else zero. A product with this factor keeps NaN, unlike
+/// `max`. Unlike a condition, the product is not compiled to a masked store, which is slow.
 #[inline(always)]
 fn switch<T: Real>(value: T) -> T {
     T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })

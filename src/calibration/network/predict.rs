@@ -1,19 +1,18 @@
-//! Prediction of loads in double precision.
+//! Predicts loads in double precision.
 //!
-//! Guarantees: a sample has the same result alone and among many, except for rounding. A non-finite input gives NaN loads
-//! in its own sample only.
+//! Guarantees: except for rounding, the load of a sample does not depend on other samples. A non-finite input gives NaN.
 
 use rayon::prelude::*;
 
 use super::passes::Forward;
 use crate::calibration::network::fitted::Network;
 
-/// Number of samples processed together. Their values fit into the second-level cache.
+/// Number of samples that are predicted together. The values of all units fit into the second-level cache.
 const BLOCK_SAMPLES: usize = 256;
 
 impl Network {
-    /// Predicts the `n × n_targets` loads of `n × n_inputs` inputs on all threads of the current pool, with equal results for
-    /// any number of threads. Panics if the shapes differ from these, or [`Network::validate`] would fail.
+    /// Predicts `n × n_targets` loads from `n × n_inputs` inputs, on all threads of the current pool. The number of threads
+    /// does not change the result. Panics if the shapes differ from these, or if [`Network::validate`] would fail.
     pub fn predict_rows(&self, inputs: &[f64], out: &mut [f64]) {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         let n = inputs.len() / n_inputs;
@@ -41,7 +40,7 @@ impl Network {
         let scales = self.input_shift.iter().zip(&self.input_inverse_scale);
         for ((value, input), (shift, inverse_scale)) in values.iter_mut().zip(inputs).zip(scales) {
             let z = (input - shift) * inverse_scale;
-            // A rectifier could turn an infinite input into a finite load.
+            // The rectifier could turn an infinite input into a finite load.
             *value = if z.is_finite() { z } else { f64::NAN };
         }
     }

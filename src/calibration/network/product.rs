@@ -1,9 +1,9 @@
-//! Matrix products on the calling thread: faer's, and an own kernel for the last rows.
+//! Matrix products on the calling thread, with faer and with own code for the last rows.
 //!
-//! Guarantees: repeatable results on the same kind of processor. Values between columns are not written.
+//! Guarantees: the results are repeatable on the same kind of processor.
 //!
-//! Faer processes 16 rows of single precision at a time. For a layer of 100 units most of the last 16 rows are wasted, and
-//! dependent sums wait for each other. The own kernel computes the rows after a multiple of 16, ten columns at a time.
+//! Faer processes 16 rows of single precision at a time. In a layer of 100 units, only 4 of the last 16 rows are used, and
+//! dependent sums wait for each other. The own code computes the rows after the last multiple of 16, ten columns at a time.
 
 use crate::vectorised::vectorised;
 use faer::linalg::matmul::matmul;
@@ -52,7 +52,7 @@ fn by_faer<T: Real>(out: Out<T>, left: View<T>, right: View<T>) {
     matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
 }
 
-/// Matrix to read. Its columns are `stride` apart, or its rows if it is transposed.
+/// Matrix to read. Consecutive columns are `stride` numbers apart in memory. If transposed, this is the distance of rows.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, T> {
     values: &'a [T],
@@ -92,7 +92,7 @@ impl<'a, T: Real> View<'a, T> {
     }
 }
 
-/// Matrix to write. Its columns are `stride` apart; values between columns do not change.
+/// Matrix to write. Consecutive columns are `stride` numbers apart in memory. Numbers between columns are not written.
 pub(super) struct Out<'a, T> {
     values: &'a mut [T],
     n_rows: usize,
@@ -110,19 +110,19 @@ impl<'a, T> Out<'a, T> {
     }
 }
 
-/// Number of rows that faer processes at a time, with the widest registers.
+/// Number of rows that faer processes at a time with the widest registers.
 const ROWS_OF_FAER: usize = 16;
-/// Maximum number of rows for the own kernel, which processes them together.
+/// Maximum number of rows that the own code computes.
 const LANES: usize = 8;
-/// Number of columns processed together. Their sums fit into registers and hide the latency of dependent sums.
+/// Number of columns that are computed together. The sums fit into registers and hide the latency of dependent sums.
 const COLUMNS: usize = 10;
-/// Number of products summed before the sums are stored. This part of the left matrix is copied at a time.
+/// Number of products that are summed before the sums are stored. As many columns of the left matrix are copied at a time.
 const DEPTH: usize = 256;
 
-/// One number per row.
+/// One number for each row.
 type Lanes = [f32; LANES];
 
-/// Rows of a product from `first_row` on, at most [`LANES`]; compiled for each instruction set, and selected at run time.
+/// Last rows of a product, from `first_row` on. There are at most [`LANES`] of them.
 struct Edge<'a> {
     out: Out<'a, f32>,
     left: View<'a, f32>,
@@ -149,7 +149,7 @@ impl Edge<'_> {
         }
     }
 
-    /// Copies the columns of the left matrix from `start` on. Lanes beyond the last row have arbitrary values.
+    /// Copies columns of the left matrix, from `start` on. Lanes beyond the last row have arbitrary values.
     #[inline(always)]
     fn copy_panel(&self, start: usize, panel: &mut [Lanes]) {
         let View { values, stride, .. } = self.left;
@@ -172,7 +172,7 @@ impl Edge<'_> {
         }
     }
 
-    /// Sums up to `N` columns of the panel.
+    /// Computes `N` columns of the product, from `first` on, and adds them to the output.
     #[inline(always)]
     fn columns<const N: usize>(&mut self, start: usize, panel: &[Lanes], first: usize) {
         let View { values, stride, .. } = self.right;
@@ -194,7 +194,7 @@ impl Edge<'_> {
     }
 }
 
-/// Returns `N` columns of the product with a matrix whose columns are `stride` apart.
+/// Returns `N` columns of the product with a matrix whose columns are `stride` numbers apart.
 #[inline(always)]
 fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
     let columns: [&[f32]; N] = std::array::from_fn(|at| &right[at * stride..][..panel.len()]);
@@ -207,7 +207,7 @@ fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usi
     sums
 }
 
-/// Returns `N` columns of the product with a matrix whose rows are `stride` apart.
+/// Returns `N` columns of the product with a matrix whose rows are `stride` numbers apart.
 #[inline(always)]
 fn sums_over_rows<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
     let mut sums = [[0.0; LANES]; N];

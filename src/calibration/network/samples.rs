@@ -1,21 +1,21 @@
-//! Training samples of a network in single precision without loss of digits, and their standardisation.
+//! Training samples of a network in single precision, and their standardisation.
 //!
-//! Guarantees: every stored value is finite. Values are stored relative to the first sample, so a large offset costs no
-//! precision. Each value needs four bytes.
+//! Guarantees: every stored value is finite and needs four bytes. Values are stored relative to the first sample, so a large
+//! offset costs no precision.
 
 use crate::calibration::network::error::{Column, NetworkError};
 use crate::progress::{Cancelled, Progress};
 
-/// Maximum distance from the first sample. Larger values could overflow single precision.
+/// Maximum difference from the first sample. Larger differences could overflow single precision.
 const FARTHEST: f64 = 1e30;
-/// Minimum standard deviation, as a share of the largest value. A smaller one is rounding noise.
+/// Minimum standard deviation of a column, as a share of its largest value. A smaller deviation is rounding noise.
 const CONSTANT_BELOW: f64 = 1e-13;
 /// Minimum standard deviation that single precision can represent.
 const SMALLEST_SPREAD: f64 = 1e-30;
 /// Number of rows processed between two checks for cancellation.
 const ROWS_PER_CHECK: usize = 8192;
 
-/// Samples with inputs and targets. Two million samples of 60 inputs and 6 targets take 0.5 GB.
+/// Samples with inputs and targets. Two million samples with 60 inputs and 6 targets need 0.5 GB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     pub(super) inputs: Table,
@@ -35,13 +35,11 @@ impl Samples {
         }
     }
 
-    /// Appends `m × n_inputs` inputs and `m × n_targets` targets, all or none.
+    /// Appends m samples, given as `m × n_inputs` inputs and `m × n_targets` targets. On an error, none is appended.
     ///
-    /// # Errors
-    /// [`NetworkError::NotFinite`] and [`NetworkError::TooLarge`] with column and sample; [`NetworkError::NoColumns`].
+    /// # Errors [`NetworkError::NotFinite`], [`NetworkError::TooLarge`] and [`NetworkError::NoColumns`].
     ///
-    /// # Panics
-    /// If the rows are not whole, or inputs and targets have different numbers of rows.
+    /// # Panics If a row is not whole, or inputs and targets have different numbers of rows.
     pub fn push_rows(&mut self, inputs: &[f64], targets: &[f64]) -> Result<(), NetworkError> {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         if n_inputs == 0 || n_targets == 0 {
@@ -78,8 +76,8 @@ impl Samples {
     }
 }
 
-/// Rows relative to the first row. No sample of n, hence not the first, is more than √n standard deviations from the mean.
-/// The error of single precision is therefore below `√n · 6e-8` standard deviations.
+/// Differences of each row from the first row. Of n samples, none, not even the first, is more than √n standard deviations from
+/// the mean. So the error of single precision is below `√n · 6e-8` standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     width: usize,
@@ -204,7 +202,7 @@ impl Standardised<'_> {
         self.table.n_rows()
     }
 
-    /// Reads a part of each row in advance, so that memory accesses overlap.
+    /// Reads the first and the last number of each row in advance, so that memory accesses overlap.
     #[inline]
     pub fn prefetch(&self, rows: impl Iterator<Item = usize>) {
         let width = self.table.width;
@@ -213,7 +211,7 @@ impl Standardised<'_> {
         std::hint::black_box(rows.map(ends).sum::<f32>());
     }
 
-    /// Writes the standardised row `k`; a constant column gives zero.
+    /// Writes the standardised row `k`. A constant column gives zero.
     #[inline]
     pub fn write_row(&self, k: usize, out: &mut [f32]) {
         let row = &self.table.values[k * self.table.width..][..self.table.width];

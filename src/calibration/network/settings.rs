@@ -2,14 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::network::error::NetworkError;
-use crate::features::{Range, Setting, Unit};
+use crate::features::{OutOfRange, Range, Setting, Unit};
 
-/// Maximum number of hidden layers. More are most likely a typing error.
+/// Number of hidden layers. A number above the maximum is most likely a typing error.
 const LAYERS: Setting =
     Setting { what: "the number of hidden layers", range: Range::Whole(0, 16), ..UNITS };
 
-/// Units per hidden layer. A wider layer would delay cancellation too much.
+/// Units per hidden layer. Beyond the maximum, cancellation would be delayed too long.
 pub const UNITS: Setting = Setting {
     key: "hidden",
     option: "units",
@@ -21,7 +20,7 @@ pub const UNITS: Setting = Setting {
     ..EPOCHS
 };
 
-/// Samples per step. A larger batch leaves too few steps.
+/// Samples per step. Beyond the maximum, an epoch has too few steps.
 const BATCH: Setting = Setting {
     key: "batch",
     option: "",
@@ -33,7 +32,7 @@ const BATCH: Setting = Setting {
     ..EPOCHS
 };
 
-/// Number of passes over the samples. More would take days without improvement.
+/// Number of passes over the samples. Beyond the maximum, a training would take days without improvement.
 pub const EPOCHS: Setting = Setting {
     key: "epochs",
     option: "epochs",
@@ -47,7 +46,7 @@ pub const EPOCHS: Setting = Setting {
     source: "section 4.2.1",
 };
 
-/// Learning rate of the first step. Adam changes each weight by about this rate, enough for standardised data.
+/// Learning rate of the first step. Adam changes each weight by about this rate, which is enough for standardised data.
 const LEARNING_RATE: Setting = Setting {
     key: "learning_rate",
     option: "",
@@ -61,7 +60,7 @@ const LEARNING_RATE: Setting = Setting {
     ..EPOCHS
 };
 
-/// Constant learning rate; the paper does not mention a falling rate.
+/// Switch for a constant learning rate. The paper does not mention a falling rate.
 pub const CONSTANT_RATE: Setting = Setting {
     key: "constant_rate",
     option: "constant-rate",
@@ -75,7 +74,7 @@ pub const CONSTANT_RATE: Setting = Setting {
     ..EPOCHS
 };
 
-/// Early stopping; the paper trains for a fixed number of epochs.
+/// Switch for early stopping. The paper trains for a fixed number of epochs.
 pub const EARLY_STOPPING: Setting = Setting {
     key: "early_stopping",
     option: "no-early-stopping",
@@ -83,13 +82,13 @@ pub const EARLY_STOPPING: Setting = Setting {
     what: "early stopping",
     default: &[1.0],
     range: Range::Switch,
-    explanation: "Holds out some training recordings and keeps the network of the epoch that predicts them best. Otherwise all \
-                  are used, and the network of the last epoch is kept, as in the paper",
+    explanation: "Holds out some training recordings and keeps the network of the epoch that predicts them best. Otherwise the \
+                  network learns from all training recordings, and that of the last epoch is kept, as in the paper",
     source: "",
     ..EPOCHS
 };
 
-/// Cross-validation, optional because it takes longer than the training itself.
+/// Switch for cross-validation, which takes longer than the training itself.
 pub const CROSS_VALIDATE: Setting = Setting {
     key: "cross_validate",
     option: "cross-validate",
@@ -97,8 +96,8 @@ pub const CROSS_VALIDATE: Setting = Setting {
     what: "cross-validation",
     default: &[0.0],
     range: Range::Switch,
-    explanation: "Trains a network without each fifth of the recordings and scores it on them, to compare the network with other \
-                  models. Takes two to four times as long as the training alone",
+    explanation: "Trains one network without each fifth of the recordings and scores it on this fifth, so that networks can be \
+                  compared with other models. This takes two to four times as long as the training alone",
     source: "",
     ..EPOCHS
 };
@@ -116,7 +115,7 @@ pub const SEED: Setting = Setting {
     ..EPOCHS
 };
 
-/// Settings of one network. Layers, batch and epochs are those of section 4.2.1; the paper does not name the optimiser.
+/// Settings of a network. The default layers, batch and epochs are the paper's (section 4.2.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct NetworkSettings {
@@ -130,11 +129,11 @@ pub struct NetworkSettings {
     pub learning_rate: f64,
     /// Seed of the initial weights and of the order of samples.
     pub seed: u64,
-    /// [`CONSTANT_RATE`].
+    /// True for a constant learning rate; see [`CONSTANT_RATE`].
     pub constant_rate: bool,
-    /// [`EARLY_STOPPING`].
+    /// True for early stopping; see [`EARLY_STOPPING`].
     pub early_stopping: bool,
-    /// [`CROSS_VALIDATE`].
+    /// True if the network is cross-validated; see [`CROSS_VALIDATE`].
     pub cross_validate: bool,
 }
 
@@ -154,16 +153,15 @@ impl Default for NetworkSettings {
 }
 
 impl NetworkSettings {
-    /// Checks every value; the error is [`NetworkError::Setting`] for the first one out of range.
-    pub fn validate(&self) -> Result<(), NetworkError> {
+    /// Checks every value. The error describes the first invalid value.
+    pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
         LAYERS.check(self.hidden.len() as f64)?;
         for &units in &self.hidden {
             UNITS.check(units as f64)?;
         }
         BATCH.check(self.batch as f64)?;
         EPOCHS.check(self.epochs as f64)?;
-        LEARNING_RATE.check(self.learning_rate)?;
-        Ok(())
+        LEARNING_RATE.check(self.learning_rate)
     }
 }
 

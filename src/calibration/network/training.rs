@@ -1,7 +1,7 @@
-//! Training of a network: input, progress reports, and the resulting network.
+//! Trains a network and reports the progress.
 //!
-//! Guarantees: the result is the network of the best epoch so far, also after cancellation, or without early stopping of the
-//! last epoch. A loss that is not finite ends the training with an error.
+//! Guarantees: the result is the network of the best completed epoch, also after cancellation. Without early stopping, it is
+//! the network of the last completed epoch. A loss that is not finite ends the training with an error.
 
 use std::time::{Duration, Instant};
 
@@ -15,17 +15,17 @@ use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::Progress;
 
 /// Result of one epoch. Losses are squared errors of the standardised targets, summed over the axes and averaged over the
-/// samples: always predicting the mean has the number of axes as its loss.
+/// samples. A network that always predicts the mean has the number of axes as its loss.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
     /// Number of completed epochs.
     pub epoch: usize,
     pub epochs: usize,
-    /// Loss over the training samples, each before its own step of the epoch.
+    /// Loss over the training samples. The error of each sample is that before the step that uses the sample.
     pub train_loss: f64,
-    /// Loss over the held-out samples after the epoch; `None` without any.
+    /// Loss over the held-out samples after the epoch; `None` if no samples are held out.
     pub held_out_loss: Option<f64>,
-    /// Epoch with the best network so far, counted from one.
+    /// Number of the epoch with the best network so far, counted from one.
     pub best_epoch: usize,
     pub elapsed: Duration,
 }
@@ -41,12 +41,11 @@ impl EpochReport {
 impl Network {
     /// Trains a network on one thread (section 4.2.1 of the paper).
     ///
-    /// It uses He's initial weights (He et al. 2015), rectified hidden units, a linear output, and the squared error of the
-    /// standardised targets. The learning rate of Adam (Kingma and Ba 2015) falls along half a cosine (Loshchilov and Hutter
-    /// 2017, without restarts), or is constant. `on_epoch` is called after every epoch; `progress` counts batches.
+    /// The initial weights are those of He et al. (2015). Hidden units are rectified, outputs are linear, and the loss is the
+    /// squared error of the standardised targets. The learning rate of Adam (Kingma and Ba 2015) falls along half a cosine
+    /// (Loshchilov and Hutter 2017, without restarts), or is constant. `progress` counts batches.
     ///
-    /// The result is the network of the best epoch: the lowest held-out loss, or else the lowest training loss. Without early
-    /// stopping, it is that of the last epoch. After cancellation, only completed epochs count.
+    /// The best epoch has the lowest held-out loss, or the lowest training loss if no samples are held out.
     ///
     /// # Errors
     /// [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and [`NetworkError::HeldOutColumns`]

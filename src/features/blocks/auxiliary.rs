@@ -1,15 +1,15 @@
-//! Auxiliary channels: each channel and its product with each gauge, at present or through a low-pass.
+//! Feature block of auxiliary channels: each channel and its product with each gauge, at present or through a low-pass.
 //!
-//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample. With τ = 0, u is the present value. For each τ
-//! and channel the columns are u (drift of the zero) and u zᵢ (drift of the sensitivity).
+//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`. At the first sample, u is the present value `(a − a₀)/σ`; with τ = 0 it always
+//! is. For each τ and channel the columns are u (drift of the zero) and u zᵢ (drift of the sensitivity).
 
-use crate::features::block::{Appends, Block, Stream};
+use crate::features::block::{Appends, Block, Inputs, Stream};
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Rows, Source};
 
-/// Auxiliary block. Its values are time constants (s), zero for the present value.
+/// Feature block of auxiliary channels. Its values are time constants (s); zero means the present value.
 #[derive(Clone, Copy, Debug)]
 pub struct Auxiliary;
 
@@ -45,20 +45,12 @@ impl Block for Auxiliary {
         Appends::Auxiliary
     }
 
-    fn stream(
-        &self,
-        taus_secs: &[f64],
-        scale: &GaugeScale,
-        channels: &[AuxiliaryChannel],
-        _: f64,
-    ) -> Box<dyn Stream> {
+    fn stream(&self, taus_secs: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream> {
         Box::new(Effects {
             taus_secs: taus_secs.to_vec(),
-            channels: (channels.iter())
-                .map(|channel| (channel.reference, channel.inverse_scale))
-                .collect(),
-            z: vec![0.0; scale.shift.len()],
-            scale: scale.clone(),
+            channels: inputs.channels.to_vec(),
+            z: vec![0.0; inputs.scale.shift.len()],
+            scale: inputs.scale.clone(),
             states: Vec::new(),
             last_secs: 0.0,
         })
@@ -164,15 +156,14 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// Low-passes of the channels in one recording.
+/// State of the low-passes of all auxiliary channels.
 #[derive(Clone, Debug)]
 struct Effects {
     taus_secs: Vec<f64>,
-    /// Reference value and inverse standard deviation of each channel.
-    channels: Vec<(f64, f64)>,
+    channels: Vec<AuxiliaryChannel>,
     scale: GaugeScale,
     z: Vec<f64>,
-    /// State of each channel for each time constant; empty before the first sample.
+    /// Output of each low-pass: one set of channels for each time constant. Empty before the first sample.
     states: Vec<f64>,
     last_secs: f64,
 }
@@ -181,7 +172,10 @@ impl Stream for Effects {
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]) {
         let n = self.channels.len();
         assert_eq!(auxiliary.len(), n, "every sample has every auxiliary channel");
-        let now = |at: usize| (auxiliary[at] - self.channels[at].0) * self.channels[at].1;
+        let now = |at: usize| {
+            let AuxiliaryChannel { reference, inverse_scale, .. } = self.channels[at];
+            (auxiliary[at] - reference) * inverse_scale
+        };
         if self.states.is_empty() {
             self.states = (0..n * self.taus_secs.len()).map(|own| now(own % n)).collect();
             self.last_secs = time;
@@ -225,7 +219,9 @@ mod tests {
     #[test]
     fn a_channel_enters_at_once_and_through_its_low_pass() {
         let scale = GaugeScale { shift: vec![1.0], inverse_scale: vec![2.0], deviation: vec![0.5] };
-        let mut stream = Auxiliary.stream(&[0.0, 10.0], &scale, &[channel(20.0, 0.5)], 0.0);
+        let channels = &[channel(20.0, 0.5)];
+        let inputs = Inputs { scale: &scale, channels, history_step_secs: 0.0 };
+        let mut stream = Auxiliary.stream(&[0.0, 10.0], &inputs);
         let mut out = [0.0; 4];
         stream.step(5.0, &[2.0], &[20.0], &mut out);
         assert_eq!(out, [0.0; 4]);
@@ -240,8 +236,10 @@ mod tests {
 
     #[test]
     fn two_channels_have_separate_columns() {
-        let channels = [channel(20.0, 1.0), channel(5.0, 10.0)];
-        let mut stream = Auxiliary.stream(&[0.0], &GaugeScale::identity(1), &channels, 0.0);
+        let channels = &[channel(20.0, 1.0), channel(5.0, 10.0)];
+        let scale = &GaugeScale::identity(1);
+        let inputs = Inputs { scale, channels, history_step_secs: 0.0 };
+        let mut stream = Auxiliary.stream(&[0.0], &inputs);
         let mut out = [0.0; 4];
         stream.step(0.0, &[3.0], &[22.0, 5.2], &mut out);
         for (value, expected) in out.iter().zip([2.0, 6.0, 2.0, 6.0]) {

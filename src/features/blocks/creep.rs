@@ -1,18 +1,16 @@
-//! Creep: first-order low-passes of each gauge (reference 22 of the paper).
+//! Feature block of creep: first-order low-passes of each gauge (reference 22 of the paper).
 //!
-//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. This is exact for a gauge that is constant between
-//! samples, so the sample rate may change.
+//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, with y = s at the first sample. The equation is exact for a gauge that is constant
+//! between samples, so the sample rate may change.
 //!
-//! The influence of the time before the first sample fades as e^(−t/τ). So the column is `s + (1 − e^(−t/τ)) (y − s)`: the
-//! present gauge at first, and y once the start no longer matters.
+//! The influence of the time before the first sample fades as e^(−t/τ). So the column is `s + (1 − e^(−t/τ)) (y − s)`: at first
+//! the present gauge s, after some time constants y.
 
-use crate::features::block::{Appends, Block, Lists, Search, Stream};
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::gauge_scale::GaugeScale;
+use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Rows, Source};
 
-/// Creep block. Its values are time constants (s).
+/// Feature block of creep. Its values are time constants (s).
 #[derive(Clone, Copy, Debug)]
 pub struct Creep;
 
@@ -29,10 +27,10 @@ const TAUS: Setting = Setting {
     source: "reference 22 of the paper",
 };
 
-/// Minimum weight of a determined state, reached after three time constants.
+/// Weight `1 − e^(−t/τ)` from which a state counts as determined, reached after three time constants.
 const DETERMINED: f64 = 0.95;
 
-/// Candidates for time constants (s), limited to what the recordings can resolve.
+/// Time constants that cross-validation tries (s), as far as the recordings resolve them.
 const CANDIDATES: [f64; 18] = [
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0,
     200.0, 500.0,
@@ -55,13 +53,7 @@ impl Block for Creep {
         Appends::Past(|tau_secs| format!("creep_{tau_secs}s"))
     }
 
-    fn stream(
-        &self,
-        taus_secs: &[f64],
-        _scale: &GaugeScale,
-        _: &[AuxiliaryChannel],
-        _: f64,
-    ) -> Box<dyn Stream> {
+    fn stream(&self, taus_secs: &[f64], _: &Inputs<'_>) -> Box<dyn Stream> {
         Box::new(LowPasses::new(taus_secs))
     }
 
@@ -70,7 +62,7 @@ impl Block for Creep {
         -longest * (1.0 - DETERMINED).ln()
     }
 
-    fn source(&self, taus_secs: &[f64], _rows: &Rows<'_>) -> Source {
+    fn source(&self, taus_secs: &[f64], _: &Rows<'_>) -> Source {
         let sets = taus_secs.len();
         Source::new(
             vec![
@@ -166,12 +158,12 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// Low-passes of one recording.
+/// State of the low-passes of all gauges.
 #[derive(Clone, Debug)]
 struct LowPasses {
-    /// Time constants (s), and the present weight of their state.
+    /// Each time constant τ (s) with the weight `1 − e^(−t/τ)` of its states.
     taus: Vec<(f64, f64)>,
-    /// One set of gauges per time constant; empty before the first sample.
+    /// Output of each low-pass: one set of gauges for each time constant. Empty before the first sample.
     states: Vec<f64>,
     last_secs: f64,
 }

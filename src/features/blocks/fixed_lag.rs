@@ -1,18 +1,16 @@
-//! Fixed lag: the gauges a fixed time ago, `s(t − Δ)`, the simplest history (references 23 and 24 of the paper).
+//! Feature block of fixed lags: the gauges a fixed time Δ ago, `s(t − Δ)` (references 23 and 24 of the paper).
 //!
 //! Guarantees: gauges are interpolated between samples, so jitter and rounded times cause no jumps. Until Δ has passed, the
-//! columns are the present gauges. Memory holds at most the longest lag.
+//! columns are the present gauges. Samples older than the longest lag are dropped.
 
 use std::collections::VecDeque;
 
-use crate::features::block::{Appends, Block, Lists, Search, Stream};
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::gauge_scale::GaugeScale;
+use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
 use crate::features::kept::Kept;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
 
-/// Fixed-lag block. Its values are lags (s).
+/// Feature block of fixed lags. Its values are lags (s).
 #[derive(Clone, Copy, Debug)]
 pub struct FixedLag;
 
@@ -30,7 +28,7 @@ const LAGS: Setting = Setting {
     source: "references 23 and 24 of the paper",
 };
 
-/// Candidates for lags (s), from lags of filters and amplifiers to those of the paper's look-back.
+/// Lags that cross-validation tries (s): from those of filters and amplifiers to those of the paper's look-back.
 const CANDIDATES: [f64; 14] =
     [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
@@ -55,21 +53,15 @@ impl Block for FixedLag {
         lags_secs.iter().copied().fold(0.0, f64::max)
     }
 
-    fn stream(
-        &self,
-        lags_secs: &[f64],
-        scale: &GaugeScale,
-        _: &[AuxiliaryChannel],
-        history_step_secs: f64,
-    ) -> Box<dyn Stream> {
-        Box::new(Lags::new(lags_secs, scale.shift.len(), history_step_secs))
+    fn stream(&self, lags_secs: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream> {
+        Box::new(Lags::new(lags_secs, inputs.history_step_secs))
     }
 
     fn search(&self) -> Option<Search> {
         Some(Search { candidates: &CANDIDATES, lists: Lists::OneByOne(3) })
     }
 
-    fn source(&self, lags_secs: &[f64], _rows: &Rows<'_>) -> Source {
+    fn source(&self, lags_secs: &[f64], _: &Rows<'_>) -> Source {
         let code = |functions, update| Code { functions, ..Code::update(update) };
         Source {
             constants: vec![Constant {
@@ -90,7 +82,7 @@ impl Block for FixedLag {
 }
 
 const C_FUNCTIONS: &str = "
-/* Gauges at the lag, interpolated, less the present ones; zero before it has passed. */
+/* Interpolated gauges at this age minus the present gauges; zero if no sample is that old. */
 static inline void {{ prefix }}_lagged({{ prefix }}_state *s, int lag, {{ prefix }}_clock age, {{ prefix }}_real *out)
 {
     int32_t behind = s->behind[lag] + 1 < s->kept ? s->behind[lag] + 1 : s->kept - 1;
@@ -123,7 +115,7 @@ const C: &str = "
 ";
 
 const RUST_FUNCTIONS: &str = "
-    /// Gauges at the lag, interpolated, less the present ones; zero before it has passed.
+    /// Interpolated gauges at this age minus the present gauges; zero if no sample is that old.
     fn lagged(&mut self, lag: usize, age: f64) -> [Real; GAUGES] {
         let mut behind = (self.behind[lag] + 1).min(self.kept - 1);
         while behind > 0 && self.time - self.times[self.slot(behind)] >= age {
@@ -154,7 +146,7 @@ const RUST: &str = "
 
 const PYTHON_FUNCTIONS: &str = "
     def _lagged(self, lag_secs, present):
-        \"\"\"Gauges at the lag, interpolated; the present ones before it has passed.\"\"\"
+        \"\"\"Interpolated gauges at this age; the present gauges if no sample is that old.\"\"\"
         younger = np.searchsorted(self.times[: self.kept], self.time - lag_secs, side=\"right\")
         while younger < self.kept and self.time - self.times[younger] >= lag_secs:  # rounding
             younger += 1
@@ -174,8 +166,8 @@ const PYTHON: &str = "
 
 const MATLAB_FUNCTIONS: &str = "
 function gauges = {{ prefix }}_lagged(state, lag_secs, present)
-% Gauges at the lag, interpolated; the present ones before it has passed.
-% Bisection: the sample of number `near` is younger than the lag, that of number `far` is not, counted from the newest.
+% Interpolated gauges at this age; the present gauges if no sample is that old.
+% Bisection: sample `near` is younger than the lag, sample `far` is not. Samples are counted from the newest.
 near = -1;
 far = state.kept;
 while far - near > 1
@@ -204,25 +196,23 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// Samples of one recording within the longest lag.
+/// Recent samples, up to the longest lag.
 #[derive(Clone, Debug)]
 struct Lags {
     lags_secs: Vec<f64>,
     times: VecDeque<f64>,
     gauges: VecDeque<f64>,
-    n_gauges: usize,
-    /// Index, for each lag, of the first kept sample that is more recent than the lag.
+    /// For each lag, the index of the oldest kept sample whose age is below the lag.
     younger: Vec<usize>,
     kept: Kept,
 }
 
 impl Lags {
-    fn new(lags_secs: &[f64], n_gauges: usize, step_secs: f64) -> Self {
+    fn new(lags_secs: &[f64], step_secs: f64) -> Self {
         Self {
             lags_secs: lags_secs.to_vec(),
             times: VecDeque::new(),
             gauges: VecDeque::new(),
-            n_gauges,
             younger: vec![0; lags_secs.len()],
             kept: Kept::new(step_secs),
         }
@@ -231,7 +221,7 @@ impl Lags {
 
 impl Stream for Lags {
     fn step(&mut self, time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
-        let g = self.n_gauges;
+        let g = gauges.len();
         if !self.kept.newest {
             self.times.pop_back();
             self.gauges.truncate(self.gauges.len() - g);
@@ -242,7 +232,7 @@ impl Stream for Lags {
         for (at, (lag, out)) in self.lags_secs.iter().zip(out.chunks_exact_mut(g)).enumerate() {
             let younger = &mut self.younger[at];
             while time - self.times[*younger] >= *lag && *younger + 1 < self.times.len() {
-                *younger += 1; // ends at the present sample, which is more recent than any lag
+                *younger += 1; // ends at the present sample, whose age is zero
             }
             let Some(older) = younger.checked_sub(1) else {
                 out.copy_from_slice(gauges);
@@ -256,7 +246,7 @@ impl Stream for Lags {
                 *out = before + share * (after - before);
             }
         }
-        // One older sample is kept, because the next time to be interpolated may lie right after it.
+        // One older sample is kept for the next interpolation.
         let unused = self.younger.iter().copied().min().unwrap_or(0);
         for _ in 1..unused {
             self.times.pop_front();
@@ -273,7 +263,7 @@ mod tests {
     /// On a ramp of 1 per second, the value half a second ago is smaller by 0.5. Before that there is no past.
     #[test]
     fn a_ramp_is_interpolated_between_samples() {
-        let mut lag = Lags::new(&[0.5, 3.0], 1, 0.0);
+        let mut lag = Lags::new(&[0.5, 3.0], 0.0);
         for k in 0..20 {
             let time = 0.3 * f64::from(k);
             let mut out = [0.0; 2];
@@ -289,7 +279,7 @@ mod tests {
     /// If samples come faster than the history step, the lag uses the kept samples and the newest sample.
     #[test]
     fn fast_samples_are_thinned() {
-        let mut lag = Lags::new(&[0.5], 1, 0.1);
+        let mut lag = Lags::new(&[0.5], 0.1);
         for k in 0..2000 {
             let time = 0.001 * f64::from(k);
             let mut out = [0.0];
@@ -302,7 +292,7 @@ mod tests {
 
     #[test]
     fn repeated_times_cause_no_division_by_zero() {
-        let mut lag = Lags::new(&[0.1], 1, 0.0);
+        let mut lag = Lags::new(&[0.1], 0.0);
         let mut out = [0.0];
         for (time, gauge) in [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.2, 4.0), (0.2, 5.0)] {
             lag.step(time, &[gauge], &[], &mut out);

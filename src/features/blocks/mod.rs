@@ -1,4 +1,4 @@
-//! All blocks except the look-back, one file each.
+//! All feature blocks except the look-back, one file each.
 
 mod auxiliary;
 mod creep;
@@ -14,7 +14,7 @@ pub use fixed_lag::FixedLag;
 pub use play::Play;
 pub use polynomial::Polynomial;
 
-/// All blocks in the order of their columns: histories, monomials, auxiliary channels. Look-backs come before them.
+/// All feature blocks except the look-back, in the order of their columns: past gauges, monomials, auxiliary channels.
 pub const BLOCKS: &[&dyn Block] = &[&FixedLag, &Creep, &Play, &Polynomial, &Auxiliary];
 
 #[cfg(test)]
@@ -22,7 +22,7 @@ mod tests {
     use super::*;
     use crate::features::block::Appends;
 
-    /// A design standardises all histories as one range of columns. Settings are identified by their keys and options.
+    /// All columns of past gauges must be neighbours, because they are standardised as one range. Keys must be unique.
     #[test]
     fn histories_come_first_and_no_two_blocks_share_a_name() {
         let is_history = |block: &&dyn Block| matches!(block.appends(), Appends::Past(_));

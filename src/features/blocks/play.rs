@@ -1,17 +1,15 @@
-//! Play operators: each gauge is dragged through a clearance of ± r. This is the generalised Prandtl-Ishlinskii model; its
-//! inverse is of the same class and is fitted directly.
+//! Feature block of play operators: a position p follows each gauge s through a clearance of ± r. This is the generalised
+//! Prandtl-Ishlinskii model. The inverse of such a model has the same form, so the inverse is fitted directly.
 //!
-//! `p ← max(s − r, min(s + r, p))`. Radii are in standard deviations of the gauge, so that one list fits gauges in any unit.
-//! The position of an operator at the first sample is unknown. Once its gauge has covered a range of 2 r, the position no
-//! longer depends on the start. Until then, the column is the present gauge.
+//! `p ← max(s − r, min(s + r, p))`. The radii r are in standard deviations of the gauge, so that one list fits gauges in any
+//! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer depends
+//! on the start. Until then, the column is the present gauge.
 
-use crate::features::block::{Appends, Block, Lists, Search, Stream};
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::gauge_scale::GaugeScale;
+use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Numbers, Precision, Rows, Source};
 
-/// Play block. Its values are radii.
+/// Feature block of play operators. Its values are radii (σ).
 #[derive(Clone, Copy, Debug)]
 pub struct Play;
 
@@ -24,12 +22,12 @@ const RADII: Setting = Setting {
     default: &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6],
     range: Range::Positive,
     step: 0.01,
-    explanation: "Appends play (backlash) operators: each gauge is dragged through a clearance of ± these radii, in standard \
-                  deviations of the gauge. Like hysteresis, they depend on the last reversals of the load",
+    explanation: "Appends play (backlash) operators: a position follows each gauge through a clearance of ± these radii, in \
+                  standard deviations of the gauge. Like hysteresis, the position depends on the last reversals of the load",
     source: "Prandtl-Ishlinskii",
 };
 
-/// Candidates for radii: each about 1.46 times the previous, from almost no play to the whole range of a gauge.
+/// Radii that cross-validation tries (σ), in equal ratios: from almost no play to the whole range of a gauge.
 const CANDIDATES: [f64; 12] = [0.05, 0.073, 0.11, 0.16, 0.23, 0.33, 0.49, 0.71, 1.0, 1.5, 2.2, 3.2];
 
 impl Block for Play {
@@ -49,14 +47,8 @@ impl Block for Play {
         Appends::Past(|radius| format!("play_{radius}"))
     }
 
-    fn stream(
-        &self,
-        radii: &[f64],
-        scale: &GaugeScale,
-        _: &[AuxiliaryChannel],
-        _: f64,
-    ) -> Box<dyn Stream> {
-        Box::new(Operators::new(radii, &scale.deviation))
+    fn stream(&self, radii: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream> {
+        Box::new(Operators::new(radii, &inputs.scale.deviation))
     }
 
     fn source(&self, radii: &[f64], rows: &Rows<'_>) -> Source {
@@ -163,12 +155,12 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// Operators of one recording.
+/// State of the play operators of all gauges.
 #[derive(Clone, Debug)]
 struct Operators {
-    /// Radii in the unit of each gauge, one set for each value.
+    /// Radii in the unit of the gauge: one set of gauges for each value of the setting.
     radii: Vec<f64>,
-    /// Positions, one set for each value; empty before the first sample.
+    /// Position of each operator, in the order of the radii. Empty before the first sample.
     positions: Vec<f64>,
     /// Minimum and maximum of each gauge so far.
     travel: Vec<[f64; 2]>,

@@ -1,16 +1,15 @@
-//! Polynomial: squares, products and cubes of the present gauges, which distinguish nonlinearity from hysteresis.
+//! Feature block of polynomials: squares, products and cubes of the present gauges, for nonlinearity without hysteresis.
 //!
 //! The terms are those of a balance calibration with 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients: `zᵢ zⱼ` for i ≤ j,
 //! then `zᵢ³`. Gauges are standardised first, so that the powers have similar size.
 
-use crate::features::block::{Appends, Block, Stream};
-use crate::features::channel::AuxiliaryChannel;
+use crate::features::block::{Appends, Block, Inputs, Stream};
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::monomial::Monomial;
 use crate::features::setting::{Choice, Range, Setting, Unit};
 use crate::features::source::{Code, Rows, Source};
 
-/// Polynomial block. Its value is the degree.
+/// Feature block of polynomials. Its value is the degree.
 #[derive(Clone, Copy, Debug)]
 pub struct Polynomial;
 
@@ -31,8 +30,8 @@ const DEGREE: Setting = Setting {
         },
     ]),
     step: 1.0,
-    explanation: "Appends squares and products of the standardised gauges, and cubes with degree 3. These describe nonlinearity, \
-                  not hysteresis",
+    explanation: "Appends squares and products of the standardised gauges, and cubes with degree 3. These columns describe \
+                  nonlinearity, not hysteresis",
     source: "6 × 27 and 6 × 33 coefficients for six gauges",
 };
 
@@ -54,27 +53,25 @@ impl Block for Polynomial {
     }
 
     fn n_columns(&self, degree: &[f64], n_gauges: usize) -> usize {
-        n_monomials(n_gauges, degree_of(degree))
+        let products = n_gauges * (n_gauges + 1) / 2;
+        match degree {
+            [] | [1.0] => 0,
+            [2.0] => products,
+            _ => products + n_gauges,
+        }
     }
 
-    fn stream(
-        &self,
-        degree: &[f64],
-        scale: &GaugeScale,
-        _: &[AuxiliaryChannel],
-        _: f64,
-    ) -> Box<dyn Stream> {
+    fn stream(&self, degree: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream> {
         Box::new(Powers {
-            scale: scale.clone(),
-            degree: degree_of(degree),
-            z: vec![0.0; scale.shift.len()],
+            scale: inputs.scale.clone(),
+            with_cubes: has_cubes(degree),
+            z: vec![0.0; inputs.scale.shift.len()],
         })
     }
 
     fn source(&self, degree: &[f64], rows: &Rows<'_>) -> Source {
-        let with_cubes = degree_of(degree) > 2;
         let code = |squares: &str, cubes: &str| {
-            let cubes = if with_cubes { cubes.trim_start_matches('\n') } else { "" };
+            let cubes = if has_cubes(degree) { cubes.trim_start_matches('\n') } else { "" };
             Code::update([squares, cubes].concat())
         };
         Source {
@@ -151,17 +148,8 @@ row(next + (1:{{ n_gauges }})) = z .^ 3;
 next = next + {{ n_gauges }};
 ";
 
-fn degree_of(values: &[f64]) -> u8 {
-    values.first().map_or(1, |degree| *degree as u8)
-}
-
-fn n_monomials(n_gauges: usize, degree: u8) -> usize {
-    let products = n_gauges * (n_gauges + 1) / 2;
-    match degree {
-        0 | 1 => 0,
-        2 => products,
-        _ => products + n_gauges,
-    }
+fn has_cubes(degree: &[f64]) -> bool {
+    degree.iter().any(|degree| *degree > 2.0)
 }
 
 /// Returns the monomials in the order in which [`Powers`] writes them.
@@ -172,11 +160,11 @@ fn monomials(degree: f64, n_gauges: usize) -> Vec<Monomial> {
     products.chain(gauges(3.0).map(Monomial::Cube)).collect()
 }
 
-/// Monomials of the present sample, without memory of earlier samples.
+/// Computes the monomials of the present sample. Earlier samples have no effect.
 #[derive(Clone, Debug)]
 struct Powers {
     scale: GaugeScale,
-    degree: u8,
+    with_cubes: bool,
     z: Vec<f64>,
 }
 
@@ -191,7 +179,7 @@ impl Stream for Powers {
             }
             at += z.len() - i;
         }
-        if self.degree > 2 {
+        if self.with_cubes {
             for (out, z) in out[at..].iter_mut().zip(z) {
                 *out = z * z * z;
             }
@@ -207,7 +195,9 @@ mod tests {
     fn monomials_have_the_order_of_their_columns() {
         let z = [2.0_f64, 5.0];
         let mut out = [0.0; 5];
-        let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2), &[], 0.0);
+        let scale = &GaugeScale::identity(2);
+        let inputs = Inputs { scale, channels: &[], history_step_secs: 0.0 };
+        let mut stream = Polynomial.stream(&[3.0], &inputs);
         stream.step(0.0, &z, &[], &mut out);
         assert_eq!(out, [4.0, 10.0, 25.0, 8.0, 125.0]);
         let values = monomials(3.0, 2).into_iter().map(|monomial| match monomial {

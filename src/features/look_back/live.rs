@@ -1,35 +1,36 @@
-//! Live look-back: the same search for one sample at a time, as on a robot.
+//! Look-back of a running sensor, which processes one sample at a time.
 //!
-//! Guarantees: it finds the same sample as [`LoadPath`](super::LoadPath), bit for bit. It keeps at most twice the samples of
-//! the longest t_th. The cost per sample is the logarithm of the window, unless the load stays near F_th.
+//! Guarantees: the past sample equals that of [`LoadPath`](super::LoadPath) for the whole recording. Memory holds at most twice
+//! the samples within the longest t_th. The cost per sample grows with the logarithm of this number, unless loads stay near
+//! F_th.
 
 use super::thresholds::{Thresholds, measured};
 use crate::features::kept::Kept;
 
-/// Number of samples in the smallest box, and of boxes in the next larger one.
+/// Number of samples in the smallest bounding box, and of boxes in the next larger one.
 const FAN_OUT: usize = 16;
-/// Number of samples in the largest box. Samples are dropped in whole boxes, so that the others keep their boxes.
+/// Number of samples in the largest bounding box. Old samples are dropped in whole boxes, so that the other boxes stay valid.
 const LARGEST: usize = FAN_OUT * FAN_OUT;
 
-/// Kept samples of one recording.
+/// Recent samples of a running sensor, in which past samples are searched.
 #[derive(Clone, Debug)]
 pub struct LiveLookBack {
-    /// Axes with a nonzero weight, and the weights.
+    /// Index and weight of each axis with a nonzero weight.
     used: Vec<(usize, f64)>,
     longest_secs: f64,
     n_gauges: usize,
     times: Vec<f64>,
     gauges: Vec<f64>,
-    /// `n × used.len()`.
+    /// Weighted conventional loads, `n × used.len()` row-major.
     points: Vec<f64>,
-    /// Minimum and maximum of each axis over boxes of `FAN_OUT` and of `LARGEST` samples.
+    /// Bounding boxes of `FAN_OUT` and of `LARGEST` samples: minimum and maximum of each axis.
     boxes: [Vec<f64>; 2],
     kept: Kept,
 }
 
 impl LiveLookBack {
-    /// Creates an empty history, with `weights` as in [`LoadPath::new`](super::LoadPath::new). Later thresholds must have
-    /// t_th ≤ `longest_secs`. Of samples closer than `step_secs`, only the first is kept.
+    /// Creates an empty history. `weights` holds one factor per axis. Later thresholds must have t_th ≤ `longest_secs`. Of
+    /// samples closer together than `step_secs`, only the first is kept.
     pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize, step_secs: f64) -> Self {
         Self {
             used: measured(weights),
@@ -48,7 +49,7 @@ impl LiveLookBack {
         if self.kept.newest {
             self.forget(time);
         } else {
-            // The boxes stay slightly too large. They still contain all of their samples.
+            // The boxes of a dropped sample stay slightly too large, which changes no result.
             self.times.pop();
             self.gauges.truncate(self.gauges.len() - self.n_gauges);
             self.points.truncate(self.points.len() - width);
@@ -74,7 +75,7 @@ impl LiveLookBack {
         }
     }
 
-    /// Returns the gauges of the newest sample's past sample, or its own if there is none; panics before the first sample.
+    /// Returns the gauges of the newest sample's past sample, or else the newest gauges. Panics before the first sample.
     pub fn past_gauges(&self, thresholds: Thresholds) -> &[f64] {
         let newest = self.times.len() - 1;
         let found = self.find(newest, thresholds).unwrap_or(newest);
@@ -107,7 +108,7 @@ impl LiveLookBack {
         None
     }
 
-    /// Drops samples that are older than every t_th, once they are at least as many as the remaining samples.
+    /// Drops the older half of the samples if all of them are older than the longest t_th.
     fn forget(&mut self, now: f64) {
         let old = |sample: usize| now - self.times[sample] > self.longest_secs;
         let half = self.times.len() / 2 / LARGEST * LARGEST;
@@ -124,12 +125,12 @@ impl LiveLookBack {
     }
 }
 
-/// Returns the squared distance, rounded in the same order as in the search over whole recordings.
+/// Returns the squared distance of two loads, rounded in the same order as in the search over whole recordings.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b))
 }
 
-/// Returns the squared distance to the farthest corner. Rounding is monotone, so no sample in the box is farther.
+/// Returns the squared distance to the farthest corner of a box. Rounding is monotone, so no sample in it is farther.
 fn farthest(bounds: &[f64], point: &[f64]) -> f64 {
     bounds.chunks_exact(2).zip(point).fold(0.0, |sum, (bounds, at)| {
         let reach = (at - bounds[0]).max(bounds[1] - at);

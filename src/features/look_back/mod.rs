@@ -1,17 +1,16 @@
-//! Look-back, the paper's rule (Eq. 9-12): searches the last sample whose load differs by at least F_th.
+//! Look-back, the paper's rule (Eq. 9-12): finds the last sample whose load differs from the present load by at least F_th.
 //!
-//! For sample k, take the first sample j ≤ k, going back from k itself, with `d(k, j) ≥ F_th` and `t_k − t_j ≤ t_th`. If
-//! there is none, j = k.
+//! The past sample of sample k is the last sample j ≤ k with `d(k, j) ≥ F_th` and `t_k − t_j ≤ t_th`, or else k itself.
 //!
-//! Guarantees: the result equals that of a plain scan, bit for bit, for every threshold. The cost per sample grows with the
-//! logarithm of the window, unless the load stays near the threshold.
+//! Guarantees: the result equals that of a sample-by-sample search. The cost per sample grows with the logarithm of the number
+//! of samples within t_th, unless load differences stay near F_th.
 //!
-//! In the paper's words: t_past is t_interval before the present (Eq. 9). The present load is a function of the past and the
-//! present gauges (Eq. 10), or of the present gauges alone if the force never differed by F_th (Eq. 11), or only longer ago
-//! than t_th (Eq. 12).
+//! In the paper, t_past is t_interval before the present (Eq. 9). The present load is a function of the past and the present
+//! gauges (Eq. 10). It is a function of the present gauges alone if the force never differed by F_th (Eq. 11), or differed only
+//! longer ago than t_th (Eq. 12).
 //!
-//! Method: samples are stored in groups of eight whose distances are computed together. Each group has a bounding box, and
-//! several boxes have a larger one. A box whose farthest corner is nearer than F_th is skipped.
+//! Method: samples are stored in groups of eight whose distances are computed together. Each group has a bounding box of its
+//! loads, and each four boxes have a larger box. A box whose farthest corner is nearer than F_th is skipped.
 
 mod live;
 mod thresholds;
@@ -34,24 +33,24 @@ pub use thresholds::{Distance, F_TH, HISTORY_RATE, T_TH, Thresholds};
 const LANES: usize = 8;
 /// Number of samples that one thread processes at a time, a multiple of [`LANES`].
 const RUN: usize = 1 << 15;
-/// Number of groups in the smallest box, and of boxes in the next larger one.
+/// Number of boxes in the next larger box.
 const FAN_OUT: usize = 4;
 
-/// One number per lane.
+/// One load component of each of eight samples.
 type Lanes = [f64; LANES];
 
 /// Conventional load of one recording, prepared for the search.
 #[derive(Clone, Debug)]
 pub struct LoadPath(Arc<dyn Search>);
 
-/// [`Path`] with any number of dimensions, which is a constant inside the search.
+/// [`Path`] for any number of load components. Inside the search, this number is a constant.
 trait Search: fmt::Debug + Send + Sync {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32>;
 }
 
 impl LoadPath {
-    /// Prepares `loads` (`n × weights.len()`, row-major). Axes with weight zero are ignored. Panics if more than six are not
-    /// zero, or `loads` is not a whole number of rows.
+    /// Prepares `loads` (`n × weights.len()`, row-major). Axes with weight zero are ignored. Panics if more than six weights
+    /// are not zero, or `loads` is not a whole number of rows.
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
         let width = weights.len().max(1);
         assert_eq!(loads.len() % width, 0, "loads must be whole rows");
@@ -59,8 +58,8 @@ impl LoadPath {
         Self::thinned(loads.len() / width, &load, weights, None)
     }
 
-    /// Prepares one sample for each time, with the loads `load(k, axis)`. Of samples closer than `step_secs`, only the first is
-    /// kept as a possible past sample. Panics if more than six weights are not zero.
+    /// Prepares the samples with these times and the loads `load(k, axis)`. Of samples closer together than `step_secs`, only
+    /// the first can be a past sample. Panics if more than six weights are not zero.
     pub fn with_history_step(
         times: &[f64],
         load: &(dyn Fn(usize, usize) -> f64 + Sync),
@@ -94,15 +93,15 @@ impl LoadPath {
         })
     }
 
-    /// Returns the index of the past sample of each sample (Eq. 9-12), or its own index if there is none. The search starts at
-    /// the sample itself, so with F_th = 0 every sample is its own past sample.
+    /// Returns the index of the past sample of each sample (Eq. 9-12). A sample without past sample gets its own index. With
+    /// F_th = 0, every sample is its own past sample.
     ///
-    /// `times` never goes back. Panics unless it has one entry per row of loads.
+    /// `times` must not decrease. Panics unless there is one time per row of loads.
     pub fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
-    /// Returns [`past_samples`](Self::past_samples). After cancellation, the remaining samples have no past sample.
+    /// Returns [`past_samples`](Self::past_samples). After cancellation, the remaining samples get their own index.
     pub fn past_samples_until(
         &self,
         times: &[f64],
@@ -113,7 +112,7 @@ impl LoadPath {
     }
 }
 
-/// Returns the samples that are kept, if not all are: the first, and each at least one step after the last kept one.
+/// Returns the samples that are kept: the first, and each at least `step_secs` after the last kept one. `None` means all.
 fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     let mut kept = Kept::new(step_secs);
     let dropped = times.iter().position(|time| !kept.take(*time))?;
@@ -121,15 +120,15 @@ fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     Some((0..dropped).chain(later).map(|k| k as u32).collect())
 }
 
-/// Points in `D` dimensions with boxes over them.
+/// Weighted loads with `D` components, and their bounding boxes.
 #[derive(Clone, Debug)]
 struct Path<const D: usize> {
     n: usize,
-    /// Indices of the kept samples, and the points of all samples. `None` if all samples are kept.
+    /// Indices of the kept samples, and the weighted loads of all samples. `None` if all samples are kept.
     thinned: Option<(Vec<u32>, Vec<[f64; D]>)>,
-    /// `groups[g][dimension][lane]`; the last group repeats the last sample.
+    /// Weighted loads of the kept samples, as `groups[g][dimension][lane]`. The last group repeats the last sample.
     groups: Vec<[Lanes; D]>,
-    /// `levels[0]` holds a box for each group, each next level a box for every `FAN_OUT` boxes of the level below.
+    /// Bounding boxes: `levels[0]` holds one box per group, and each next level one box for `FAN_OUT` boxes of the level below.
     levels: Vec<Vec<Bounds<D>>>,
 }
 
@@ -187,7 +186,7 @@ impl<const D: usize> Path<D> {
         Self { n, thinned, groups, levels }
     }
 
-    /// Searches among the kept samples, one sample at a time, because a sample need not belong to a group itself.
+    /// Searches past samples among the kept samples, for one sample at a time.
     #[inline(always)]
     fn search_kept(
         &self,
@@ -232,7 +231,7 @@ impl<const D: usize> Path<D> {
             return self.search_kept(thinned, times, thresholds, from, past);
         }
         let least = thresholds.f_th * thresholds.f_th;
-        // Times never go back, so the samples that are too old form one range.
+        // Times never decrease, so all samples older than t_th come before the other samples.
         let is_old = |time: &f64| times[from] - time > thresholds.t_th_secs;
         let mut oldest = times[..from].partition_point(is_old);
         // The rule compares the rounded difference t_k − t_j, so the limit t_k − t_th must not be computed instead.
@@ -243,7 +242,7 @@ impl<const D: usize> Path<D> {
         };
         for (group, past) in (from / LANES..).zip(past.chunks_mut(LANES)) {
             let first = group * LANES;
-            // Samples that are neighbours in time have similar loads, so most boxes are skipped for a whole group at once.
+            // The eight samples of a group have similar loads, so most boxes can be skipped for the whole group at once.
             let around = self.levels[0][group];
             let own_is_near = around.farthest_of(&around) < least;
             let mut end = group;
@@ -279,7 +278,7 @@ impl<const D: usize> Path<D> {
         std::array::from_fn(|dimension| group[dimension][k % LANES])
     }
 
-    /// Returns the last sample in the groups `first..end` whose squared distance to `point` is at least `least`.
+    /// Returns the last sample in the groups `first..end` whose load has at least the squared distance `least` to `point`.
     #[inline(always)]
     fn find(&self, point: &[f64; D], mut end: usize, first: usize, least: f64) -> Option<usize> {
         while end > first {
@@ -296,8 +295,8 @@ impl<const D: usize> Path<D> {
         None
     }
 
-    /// Returns the number of groups before `end` that can be skipped, by the largest box of at least `size` groups that ends
-    /// there. `None` if this box may contain the past sample.
+    /// Returns the number of groups in the largest box that ends at group `end` and cannot contain the past sample. Boxes of
+    /// fewer than `size` groups are not tried. `None` if no box can be skipped.
     #[inline(always)]
     fn skip(
         &self,
@@ -336,8 +335,8 @@ impl<const D: usize> Bounds<D> {
         })
     }
 
-    /// Returns the squared distance from `point` to the farthest corner, rounded in the order of [`far_lanes`]. Rounding is
-    /// monotone, so no sample in the box is farther.
+    /// Returns the squared distance from `point` to the farthest corner of the box, rounded in the order of [`far_lanes`].
+    /// Rounding is monotone, so no sample in the box is farther.
     #[inline(always)]
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;
@@ -350,7 +349,7 @@ impl<const D: usize> Bounds<D> {
         sum
     }
 
-    /// Returns the squared distance between the farthest corners of two boxes, an upper limit for their samples.
+    /// Returns the squared distance between the farthest corners of two boxes. No two samples in these boxes are farther apart.
     #[inline(always)]
     fn farthest_of(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
@@ -364,7 +363,7 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
-/// Returns a bit mask of the lanes whose squared distance to `point` is at least `least`.
+/// Returns a bit mask of the samples in a group whose squared distance to `point` is at least `least`.
 #[inline(always)]
 fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -> u32 {
     let mut squares = [0.0; LANES];

@@ -33,7 +33,7 @@ pub const T_TH: Setting = Setting {
     source: "Eq. 12",
 };
 
-/// Rate at which samples are kept for look-backs.
+/// Rate at which samples are kept for look-backs and lags.
 pub const HISTORY_RATE: Setting = Setting {
     key: "history_rate_hz",
     option: "history-rate",
@@ -48,24 +48,24 @@ pub const HISTORY_RATE: Setting = Setting {
     source: "",
 };
 
-/// The two thresholds of the look-back: [`F_TH`] and [`T_TH`].
+/// Thresholds of a look-back: [`F_TH`] and [`T_TH`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
-    /// F_th in N, or as a share of full scale (1 = full scale) for [`Distance::FullScale`].
+    /// F_th in N; for [`Distance::FullScale`] as a share of full scale, 0.1 for 10 %.
     pub f_th: f64,
     /// t_th in s.
     pub t_th_secs: f64,
 }
 
 impl Default for Thresholds {
-    /// Returns the paper's choice (section 4.2): 3 N and 15 s.
+    /// Returns the paper's thresholds (section 4.2): 3 N and 15 s.
     fn default() -> Self {
         Self::default_for(Distance::Force)
     }
 }
 
 impl Thresholds {
-    /// Returns the paper's choice, 3 N and 15 s; for full scale, 3 N over the 12 N that the paper's sensor is rated for.
+    /// Returns the paper's thresholds, 3 N and 15 s. 3 N is 0.25 of the 12 N for which the paper's sensor is rated.
     pub fn default_for(distance: Distance) -> Self {
         Self {
             f_th: match distance {
@@ -77,14 +77,17 @@ impl Thresholds {
     }
 }
 
-/// Norm of the difference of the *conventional* load, the only load known at run time, that is compared with F_th.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Norm of the load difference that is compared with F_th. At run time, only conventional loads are known.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Distance {
     /// Euclidean norm over the force axes (N), as in the paper.
     #[default]
     Force,
-    /// Euclidean norm over all axes, each divided by its full scale (1).
+    /// Euclidean norm over all axes, each divided by its full scale.
     FullScale,
 }
 
@@ -92,10 +95,7 @@ impl Distance {
     pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
 
     pub fn option(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::FullScale => "full-scale",
-        }
+        self.into()
     }
 
     pub fn label(self) -> &'static str {
@@ -121,8 +121,7 @@ impl Distance {
         }
     }
 
-    /// Returns the weight of each axis: the distance is the norm of the weighted difference. Without a force axis, all axes are
-    /// weighted by the inverse of their full scale.
+    /// Returns the factor of each axis in the load difference. Without a force axis, the factor is 1 / full scale.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
             Self::Force => axes.iter().map(|axis| f64::from(axis.is_force())).collect(),
@@ -133,13 +132,13 @@ impl Distance {
         }
     }
 
-    /// Returns the norm in use for these axes: [`Distance::FullScale`] if there is no force axis.
+    /// Returns the norm that is used for these axes: [`Distance::FullScale`] if there is no force axis.
     pub fn effective(self, axes: &[Axis]) -> Self {
         if axes.iter().any(|axis| axis.is_force()) { self } else { Self::FullScale }
     }
 }
 
-/// Returns the axes with a nonzero weight, and their weights.
+/// Returns the index and the weight of each axis with a nonzero weight.
 pub(crate) fn measured(weights: &[f64]) -> Vec<(usize, f64)> {
     let weights = weights.iter().copied().enumerate();
     weights.filter(|(_, weight)| *weight != 0.0).collect()

@@ -155,7 +155,14 @@ impl Made {
             match &self.past {
                 Some(past) => {
                     let past = &past[self.segments[at].recording];
-                    self.calibration.compensated_loads_of(&self.design, recording, past, own, rows);
+                    let first = own.start;
+                    self.calibration.compensated_loads_from(
+                        &self.design,
+                        recording,
+                        past,
+                        first,
+                        rows,
+                    );
                 }
                 None => {
                     let width = recording.n_gauges();

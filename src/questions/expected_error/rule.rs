@@ -272,7 +272,7 @@ mod tests {
         let found = weighed(&entries, errors(3, std::iter::once(0.1)), HeldOutErrors::new(2));
         let found = found.unwrap();
         assert!(found.axes[0].value.is_some() && found.axes[1].value.is_none());
-        assert!(found.of_axis(Axis::Fy).unwrap_err().contains("Fy hardly moves"));
+        assert!(found.of_axis(Axis::Fy).unwrap_err().contains("Fy hardly changes"));
     }
 
     #[test]

@@ -1,31 +1,32 @@
-//! Fits a first-order exponential to a drifting output.
+//! Fits a first-order exponential to an output that drifts under constant load.
 //!
-//! Guarantees: the least-squares optimum within the resolution of the searched time constants; finite for finite samples.
+//! Guarantees: least-squares optimum within the resolution of the tried time constants; finite for finite samples.
 
-/// Maximum number of time averages that are fitted, so that a long dwell costs no more than a short one.
+/// Number of intervals of equal length over which the samples are averaged before the fit. This number limits the cost of long
+/// dwells.
 const CELLS: usize = 400;
-/// Ratio of the dwell's length to the shortest time constant that is tried.
+/// Ratio of the dwell's length to the shortest tried time constant.
 const FASTEST: f64 = 200.0;
-/// Ratio of the longest time constant that is tried to the dwell's length; slower drifts look like a straight line.
+/// Ratio of the longest tried time constant to the dwell's length. A slower drift looks like a straight line.
 const SLOWEST: f64 = 20.0;
-/// Number of steps of the coarse search, even in the logarithm.
+/// Number of steps of the coarse search, of equal length in the logarithm of the time constant.
 const COARSE_STEPS: usize = 60;
-/// Number of golden-section steps after the coarse search; each keeps 0.618 of the interval.
+/// Number of golden-section steps after the coarse search. Each step reduces the interval to 0.618 of its length.
 const FINE_STEPS: usize = 30;
-/// Smallest significant drift, in standard errors.
+/// Minimum size of a significant drift, in standard errors.
 const SIGNIFICANT: f64 = 3.0;
 
-/// Drift of an output over an interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t (s) from the interval's first sample.
+/// Drift of an output in a dwell: `y(t) = start + amplitude · (1 − exp(−t / τ))`, with t (s) counted from the first sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     pub start: f64,
     pub amplitude: f64,
-    /// Fitted time constant (s), even if the data do not resolve it.
+    /// Time constant τ of the fit (s), even if the data do not determine it.
     pub fitted_tau_secs: f64,
     pub duration_secs: f64,
-    /// Change of the fitted output from the first sample to the last.
+    /// Change of the fitted output from the first to the last sample.
     pub size: f64,
-    /// Root mean square of the residuals.
+    /// Root mean square of the differences between output and fit.
     pub noise: f64,
     pub n_samples: usize,
 }
@@ -45,10 +46,10 @@ pub enum NoTimeConstant {
 }
 
 impl Drift {
-    /// Fits the drift of `outputs`; `None` for fewer than four samples or equal times. Panics if the lengths differ.
+    /// Fits the drift of `outputs`. `None` with fewer than four samples or without elapsed time. Panics if the lengths differ.
     ///
-    /// For each time constant, start and amplitude follow by linear least squares. The time constant is searched in 60 steps
-    /// from 1/200 of the interval to 20 times it, then by golden section around the best.
+    /// For each time constant, start and amplitude follow by linear least squares. The time constant is searched in 60 steps,
+    /// from 1/200 to 20 times the dwell's length, then by golden section around the best step.
     pub fn of(times: &[f64], outputs: &[f64]) -> Option<Self> {
         assert_eq!(times.len(), outputs.len(), "one output for each time");
         let (first, last) = (*times.first()?, *times.last()?);
@@ -75,18 +76,19 @@ impl Drift {
         })
     }
 
-    /// Returns the fitted output at this time after the first sample.
+    /// Returns the fitted output at this time after the first sample (s).
     pub fn at(&self, secs: f64) -> f64 {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
-    /// Returns true if the fitted change exceeds three standard errors of the difference between the means of two tenths.
+    /// Returns true if the drift exceeds three standard errors. The standard error is that of the difference of two means, each
+    /// over a tenth of the samples.
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error
     }
 
-    /// Returns the time constant (s); an error if the drift is below the noise, slower than the interval or too fast.
+    /// Returns the time constant (s), or the reason why the data do not determine it.
     pub fn tau_secs(&self) -> Result<f64, NoTimeConstant> {
         let duration_secs = self.duration_secs;
         let sample_secs = duration_secs / (self.n_samples - 1) as f64;
@@ -107,15 +109,15 @@ fn risen(secs: f64, tau: f64) -> f64 {
     -(-secs / tau).exp_m1()
 }
 
-/// Averages over even intervals of time.
+/// Averages of the output over intervals of equal length.
 struct Averages {
-    /// Count, time since the first sample, output.
+    /// Number of samples, mean time since the first sample (s) and mean output of each interval.
     cells: Vec<(f64, f64, f64)>,
-    /// Mean output. It is subtracted before the fit, so that a large offset costs no digits.
+    /// Mean output, which was subtracted so that a large offset costs no digits.
     mean: f64,
 }
 
-/// A fit for one time constant.
+/// Least-squares fit for one time constant.
 struct Line {
     start: f64,
     amplitude: f64,
@@ -141,7 +143,6 @@ fn averages(times: &[f64], outputs: &[f64], duration: f64) -> Averages {
 }
 
 impl Averages {
-    /// Fits start and amplitude by least squares.
     fn fit(&self, tau: f64) -> Line {
         let (mut n, mut sum_g, mut sum_y) = (0.0, 0.0, 0.0);
         for (count, secs, y) in &self.cells {
@@ -166,7 +167,7 @@ impl Averages {
     }
 }
 
-/// Returns the time constant with the smallest residual.
+/// Returns the time constant with the smallest `left_over`, the sum of squared residuals.
 fn search(duration: f64, left_over: impl Fn(f64) -> f64) -> f64 {
     let (fastest, slowest) = ((duration / FASTEST).ln(), (duration * SLOWEST).ln());
     let at = |step: usize| fastest + (slowest - fastest) * step as f64 / COARSE_STEPS as f64;

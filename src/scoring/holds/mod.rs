@@ -1,7 +1,7 @@
-//! Dwells: intervals in which the load stands still, and the drift of the output in them.
+//! Dwells: intervals in which the load is constant, and the drift of the output in them.
 //!
-//! In a dwell, every axis stays within its band for some seconds. An output that still moves creeps; [`Drift`] fits a
-//! first-order exponential to it.
+//! In a dwell, the load of every axis stays within a band for some seconds. If the output still changes, it creeps. [`Drift`]
+//! describes this change by a first-order exponential.
 
 mod drift;
 mod stillness;

@@ -1,25 +1,23 @@
-//! Finds the dwells, the intervals in which a load stands still.
+//! Finds the dwells, the intervals in which the load is constant.
 //!
-//! Guarantees: dwells are sorted and do not overlap; within one, no axis changes by more than its band. One pass.
+//! Guarantees: dwells are sorted and do not overlap. In a dwell, no axis spans more than its band. One pass.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// Minimum number of samples of a dwell.
 pub const FEWEST_SAMPLES: usize = 8;
 
-/// An interval in which the load stands still.
+/// Dwell: an interval in which the load is constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
     pub samples: Range<usize>,
-    /// Mean load of each axis.
     pub level: Vec<f64>,
 }
 
-/// Returns the intervals of at least `shortest_secs` in which every axis stays within its band (one per axis, in its unit).
+/// Returns the intervals of at least `shortest_secs` in which no axis spans more than its band (in the unit of the axis).
 ///
-/// An interval grows until an axis spans more than its band. If the interval is long enough, it is a dwell, and the next one
-/// may begin at its end. Otherwise its first samples are dropped. Panics if the axes differ in length from `times`.
+/// An interval grows until an axis spans more than its band. If the interval is long enough, it is a dwell, and the next
+/// interval begins at its end. Otherwise its first samples are dropped. Panics if an axis and `times` differ in length.
 pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
     assert_eq!(axes.len(), bands.len(), "one band for each axis");
     assert!(axes.iter().all(|axis| axis.len() == times.len()), "one load for each time");
@@ -30,8 +28,9 @@ pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) 
         let long = samples.len() >= FEWEST_SAMPLES
             && times[samples.end - 1] - times[samples.start] >= shortest_secs;
         if long {
-            let level = axes.iter().map(|axis| mean(&axis[samples.clone()])).collect();
-            found.push(Hold { samples, level });
+            let n = samples.len() as f64;
+            let mean = |axis: &&[f64]| axis[samples.clone()].iter().sum::<f64>() / n;
+            found.push(Hold { level: axes.iter().map(mean).collect(), samples });
         }
         long
     };
@@ -59,16 +58,12 @@ pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) 
     found
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Candidates for the maximum and the minimum of an interval that grows at its end and loses its first samples.
+/// Maximum and minimum of an interval that grows at its end and loses its first samples.
 #[derive(Debug, Default)]
 struct Extent {
-    /// Candidates for the maximum, with falling values.
+    /// Samples that can be or become the maximum, with falling values.
     highest: VecDeque<usize>,
-    /// Candidates for the minimum, with rising values.
+    /// Samples that can be or become the minimum, with rising values.
     lowest: VecDeque<usize>,
 }
 

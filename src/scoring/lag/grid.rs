@@ -1,7 +1,7 @@
-//! Design matrix of the lag measurement: smoothed and thinned loads, with terms for hysteresis, creep and curvature.
+//! Columns of the lag measurement: smoothed and thinned loads, with terms for hysteresis, creep and curvature.
 //!
-//! Guarantees: reference and outputs are smoothed by the same symmetric window, so neither moves in time. No row mixes
-//! samples from both sides of a pause.
+//! Guarantees: reference and outputs are smoothed by the same symmetric window, so neither is shifted in time. No row is
+//! computed from samples on both sides of a pause.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -11,79 +11,83 @@ use faer::linalg::solvers::SolveLstsq;
 
 use super::kind::LagKind;
 use super::{LagRun, NoLag};
+use crate::dot::dot;
+use crate::min_max::MinMax;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::median::{median, white_noise as noise};
 
-/// Radii of the play operators, as shares of half their driver's range. The first is hysteresis that turns over at once.
+/// Radii of the play operators, as shares of half the range of their input. The first describes hysteresis that reverses at
+/// once.
 const RADII: [f64; 13] =
     [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
-/// Smallest radius. Below it, a play operator is the sign of the load's rate.
+/// Smallest radius, as the same share. A play operator with a smaller radius is the sign of the load's rate.
 const SMALLEST_RADIUS: f64 = 0.003;
-/// Smallest radius in standard deviations of the smoothed noise. A smaller one would follow the noise.
+/// Smallest radius, in standard deviations of the smoothed noise. A play operator with a smaller radius would follow the noise.
 const RADIUS_IN_NOISE: f64 = 4.0;
-/// Time constants of creep, as multiples of the time scale of the load. Shorter time constants are lag.
+/// Time constants of creep, as multiples of the load's time scale. Shorter time constants count as lag.
 const CREEP: [f64; 3] = [3.0, 12.0, 48.0];
-/// Time constant of quick creep, as a multiple of the time scale of the load. Such creep looks like a lag.
+/// Time constant of creep that looks like a lag, as a multiple of the load's time scale.
 const QUICK_CREEP: f64 = 1.0;
-/// Maximum number of gauges that each drive their own play operators.
+/// Maximum number of gauges for which play operators driven by the strain of each gauge are tried.
 const MOST_DRIVERS: usize = 12;
-/// Half width of the narrowest smoothing window, in samples. Interpolation between samples reduces noise, most at their
-/// middle, which would pull a lag towards half a sample. After this window the effect is below 0.1 %.
+/// Half width of the narrowest smoothing window, in samples. Interpolation reduces noise most in the middle between two
+/// samples, which would shift a lag towards half a sample. After smoothing by this window, the effect is below 0.1 %.
 const NARROWEST: usize = 3;
 const WIDEST: usize = 400;
-/// Maximum change of the load by smoothing, without its noise, as a share of its standard deviation.
+/// Maximum change of the noise-free load by smoothing, as a share of the load's standard deviation.
 const MOST_SMOOTHED: f64 = 0.005;
-/// Maximum number of rows. Of longer intervals, parts spread over them become rows. Play operators and creep follow the whole
-/// interval, because they depend on what came before a part.
+/// Maximum number of rows. Of longer recordings, only parts spread over each interval become rows. Play operators and creep are
+/// computed from the whole interval, because they depend on earlier loads.
 const MOST_ROWS: usize = 8_000;
 const PARTS: usize = 8;
-/// Number of unused samples at either end of an interval, where states settle.
+/// Number of samples at each end of an interval that are not used, because states settle there.
 const MARGIN: usize = 20;
-/// Smallest ratio of a jump to the mean of its neighbouring steps. The time of a jump between two samples is unknown.
+/// Minimum ratio of a jump of the load to the mean of the neighbouring steps. The time of a jump between two samples is
+/// unknown, so jumps are not used.
 const JUMP: f64 = 4.0;
 const JUMP_IN_NOISE: f64 = 8.0;
-/// Number of unused samples before and after a jump.
+/// Number of samples before and after a jump that are not used.
 pub(super) const AROUND_JUMP: usize = 30;
 
-/// An uninterrupted interval of a run or a part of it, smoothed and thinned.
+/// Rows of an interval without pause, or of a part of the interval.
 pub(super) struct Grid {
     pub(super) run: usize,
     pub(super) times: Vec<f64>,
-    /// Position of each row in its run, 0 to 1.
+    /// Position of each row in its recording, from 0 to 1.
     pub(super) places: Vec<f64>,
-    /// True for each row that is used.
+    /// True for each row that the fit uses.
     pub(super) used: Vec<bool>,
-    /// Share of the reference's squared steps that are jumps, on the axis with the largest share.
+    /// Share of jumps in the sum of the reference's squared steps, on the axis with the largest share.
     pub(super) jumps: f64,
-    /// Columns: loads, then the terms of hysteresis, curvature and creep, then the constant 1, then the terms of quick creep.
+    /// Columns, in this order: loads, terms of hysteresis and curvature, terms of slow creep, a constant, terms of quick creep.
     pub(super) columns: Vec<Vec<f64>>,
     pub(super) outputs: Vec<Vec<f64>>,
 }
 
-/// Inputs of the play operators.
+/// Inputs of the play operators that describe hysteresis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Drivers {
-    /// The load of each axis: friction and backlash of the structure.
+    /// Load of each axis, to describe friction and backlash of the structure.
     Axes,
-    /// Mixture of loads that each gauge measures: hysteresis of the gauge or of its mounting place.
+    /// Strain of each gauge, a mixture of the loads, to describe hysteresis of a gauge or of its mounting place.
     Gauges,
 }
 
-/// Intervals of all runs.
+/// Rows of all recordings.
 pub(super) struct Grids {
     pub(super) parts: Vec<Grid>,
     pub(super) n_axes: usize,
-    /// Number of columns before those of quick creep.
+    /// Number of columns before the terms of quick creep.
     pub(super) n_usual: usize,
-    /// True for each column that the coarser description of hysteresis omits.
+    /// True for each column that the description of hysteresis by fewer radii omits.
     pub(super) finer: Vec<bool>,
     /// Median time between samples (s).
     pub(super) step_secs: f64,
-    /// Time scale of the load (s): its standard deviation over the RMS of its rate.
+    /// Time scale of the load (s): its standard deviation divided by the root mean square of its rate.
     pub(super) slow_secs: f64,
 }
 
-/// An interval of a run without a pause.
+/// Interval of a recording without pause.
 struct Piece<'a> {
     run: usize,
     n_run: usize,
@@ -113,13 +117,11 @@ impl Grids {
         let window = Window::new(half, hop);
         let drivers = drivers(&pieces, n_axes, driven_by);
         let slow_secs = slow_secs(&pieces, &window).ok_or(NoLag::ConstantLoad)?;
-        let noise = driver_noise(&pieces, &drivers);
         let longest = pieces.iter().map(|piece| piece.secs()).fold(0.0, f64::max);
         let mut creep = CREEP.map(|factor| factor * slow_secs).to_vec();
         creep.retain(|tau| *tau < 0.5 * longest);
         let creep = [&creep[..], &[QUICK_CREEP * slow_secs]];
-        let ranges = driver_ranges(&pieces, &drivers);
-        let scale: Vec<_> = ranges.into_iter().zip(noise).collect();
+        let scale: Vec<_> = drivers.iter().map(|driver| range_and_noise(&pieces, driver)).collect();
         let parts: Vec<Grid> = (pieces.iter())
             .flat_map(|piece| {
                 piece.grids(&piece.parts(share, shortest), &window, &drivers, &scale, creep)
@@ -134,10 +136,21 @@ impl Grids {
         let n_usual = parts[0].columns.len() - n_axes;
         Ok(Self { parts, n_axes, n_usual, finer, step_secs, slow_secs })
     }
+
+    /// Returns true if the reference jumps anywhere.
+    pub(super) fn jumps(&self) -> bool {
+        self.parts.iter().any(|part| part.jumps > 0.0)
+    }
+
+    /// Returns true if jumps are more than half of the sum of squared steps, on average over the intervals.
+    pub(super) fn moves_in_jumps(&self) -> bool {
+        let shares = self.parts.iter().map(|part| part.jumps);
+        shares.sum::<f64>() > 0.5 * self.parts.len() as f64
+    }
 }
 
 impl Drivers {
-    /// Returns the kinds of drivers that are worth trying: gauges only if there are several axes and few gauges.
+    /// Returns the inputs that are worth trying: strains only if there are several axes and few gauges.
     pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
         match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
             true => &[Self::Axes, Self::Gauges],
@@ -146,25 +159,12 @@ impl Drivers {
     }
 }
 
-impl Grids {
-    /// Returns true if the reference jumps somewhere.
-    pub(super) fn jumps(&self) -> bool {
-        self.parts.iter().any(|part| part.jumps > 0.0)
-    }
-
-    /// Returns true if more than half of the squared motion is jumps.
-    pub(super) fn moves_in_jumps(&self) -> bool {
-        let shares = self.parts.iter().map(|part| part.jumps);
-        shares.sum::<f64>() > 0.5 * self.parts.len() as f64
-    }
-}
-
 impl Piece<'_> {
     fn secs(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Returns ranges of samples spread over the interval that hold this share of it together, each longer than `shortest`.
+    /// Returns ranges of samples spread over the interval that contain this share of it, each longer than `shortest`.
     fn parts(&self, share: f64, shortest: usize) -> Vec<Range<usize>> {
         let n = self.times.len();
         let wanted = (share * n as f64) as usize;
@@ -179,7 +179,7 @@ impl Piece<'_> {
         }
     }
 
-    /// Returns the strain of a driver: the mixture of the loads with these shares.
+    /// Returns the sum of the loads with these factors, one per axis.
     fn strain(&self, driver: &[f64]) -> Vec<f64> {
         let mut strain = vec![0.0; self.times.len()];
         for (share, load) in driver.iter().zip(&self.loads) {
@@ -188,13 +188,13 @@ impl Piece<'_> {
         strain
     }
 
-    /// Returns the rows of each part; play operators and creep start with the interval.
+    /// Returns the rows of each part. Play operators and creep start with the interval.
     fn grids(
         &self,
         parts: &[Range<usize>],
         window: &Window,
         drivers: &[Vec<f64>],
-        scale: &[((f64, f64), f64)],
+        scale: &[(MinMax, f64)],
         [slow, quick]: [&[f64]; 2],
     ) -> Vec<Grid> {
         let mut grids: Vec<Grid> = parts.iter().map(|part| self.bare_grid(part, window)).collect();
@@ -204,10 +204,10 @@ impl Piece<'_> {
             }
         };
         self.loads.iter().for_each(|load| push(load));
-        for (driver, ((low, high), noise)) in drivers.iter().zip(scale) {
-            let (half, middle) = (0.5 * (high - low), 0.5 * (high + low));
+        for (driver, (MinMax { min, max }, noise)) in drivers.iter().zip(scale) {
+            let (half, middle) = (0.5 * (max - min), 0.5 * (max + min));
             let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
-            // Smoothing lowers the peaks at which play operators reverse, so only noisy strains are smoothed.
+            // Only noisy strains are smoothed, because smoothing lowers the peaks at which play operators reverse.
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = if is_noisy { window.smoothed(&strain) } else { strain };
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
@@ -225,7 +225,7 @@ impl Piece<'_> {
         grids
     }
 
-    /// Returns times, places and outputs of a part, without columns.
+    /// Returns the times, positions and outputs of a part, without columns.
     fn bare_grid(&self, part: &Range<usize>, window: &Window) -> Grid {
         let n_outputs = self.data.n_outputs();
         let start = self.samples.start + part.start;
@@ -248,7 +248,7 @@ impl Piece<'_> {
         }
     }
 
-    /// Returns true for each row away from the ends and from jumps, and the jumps' share of the reference's squared steps.
+    /// Returns true for each row away from ends and jumps, and the share of jumps in the sum of the reference's squared steps.
     fn used(&self, part: &Range<usize>, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
         let n = part.len();
         let mut jumps = 0.0_f64;
@@ -280,7 +280,7 @@ impl Piece<'_> {
     }
 }
 
-/// Symmetric smoothing window of raised cosines, and the step to the next row.
+/// Symmetric smoothing window (raised cosine), and the number of samples from one row to the next.
 pub(super) struct Window {
     half: usize,
     hop: usize,
@@ -295,20 +295,20 @@ impl Window {
         Self { half, hop, weights: weights.iter().map(|weight| weight / sum).collect() }
     }
 
-    /// Returns the ratio of the noise's standard deviation after and before smoothing.
+    /// Returns the standard deviation of white noise after smoothing, divided by that before.
     fn gain(&self) -> f64 {
-        self.weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
+        dot(&self.weights, &self.weights).sqrt()
     }
 
     fn mean(&self, values: &[f64]) -> f64 {
-        self.weights.iter().zip(values).map(|(weight, value)| weight * value).sum()
+        dot(&self.weights, values)
     }
 
     fn thinned(&self, values: &[f64]) -> Vec<f64> {
         values.windows(2 * self.half + 1).step_by(self.hop).map(|own| self.mean(own)).collect()
     }
 
-    /// Smooths without thinning. Beyond its ends, the signal is mirrored through its end point.
+    /// Smooths a signal without thinning. Beyond its ends, the signal is continued by point reflection at its end points.
     fn smoothed(&self, values: &[f64]) -> Vec<f64> {
         let last = values.len() - 1;
         let before = (1..=self.half).rev().map(|k| 2.0 * values[0] - values[k.min(last)]);
@@ -318,7 +318,7 @@ impl Window {
     }
 }
 
-/// Returns the load minus its play operator, which starts at the first load.
+/// Returns the load minus the position of a play operator that starts at the first load.
 fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
     let mut state = load[0];
     let follow = |load: &f64| {
@@ -328,7 +328,7 @@ fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
     load.iter().map(follow).collect()
 }
 
-/// Cuts a run where samples are missing or times repeat.
+/// Cuts a recording where samples are missing or times repeat.
 fn pieces<'a>(run: usize, data: &'a LagRun<'a>) -> Vec<Piece<'a>> {
     let times = data.times;
     let pause = median_step(times).map_or(0.0, pause_by_step);
@@ -368,7 +368,7 @@ fn variance(values: &[f64]) -> f64 {
     mean_square(values.iter().map(|value| value - mean))
 }
 
-/// Returns the half width of the widest window that hardly changes the load of any run.
+/// Returns the half width of the widest smoothing window that hardly changes the load, in samples.
 fn half_width(pieces: &[Piece<'_>]) -> usize {
     const LOOKED_AT: usize = 4000;
     let loads = || pieces.iter().flat_map(|piece| &piece.loads);
@@ -400,7 +400,7 @@ fn half_width(pieces: &[Piece<'_>]) -> usize {
     }
 }
 
-/// Returns the time scale of the load over all axes; `None` if no load moves.
+/// Returns the time scale of the load over all axes (s); `None` if no load changes.
 fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     let (mut size, mut rate) = (0.0, 0.0);
     for piece in pieces {
@@ -416,7 +416,7 @@ fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     (rate > 0.0 && size > 0.0).then(|| (size / rate).sqrt())
 }
 
-/// Returns the drivers of the play operators, each as its shares of the axes.
+/// Returns the inputs of the play operators, each as one factor per axis.
 fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
     let unit = |axis: usize| (0..n_axes).map(|own| f64::from(u8::from(own == axis))).collect();
     let n_gauges = pieces[0].data.n_gauges();
@@ -437,29 +437,13 @@ fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
         piece.data.gauges[(piece.samples.start + k) * n_gauges + gauge]
     });
     let solved = loads.col_piv_qr().solve_lstsq(&gauges);
-    let strain = |gauge: usize| -> Vec<f64> {
-        (0..n_axes)
-            .map(|axis| solved[(axis, gauge)])
-            .map(|own| if own.is_finite() { own } else { 0.0 })
-            .collect()
-    };
+    let finite = |own: f64| if own.is_finite() { own } else { 0.0 };
+    let strain = |gauge| (0..n_axes).map(|axis| finite(solved[(axis, gauge)])).collect();
     (0..n_gauges).map(strain).collect()
 }
 
-fn driver_ranges(pieces: &[Piece<'_>], drivers: &[Vec<f64>]) -> Vec<(f64, f64)> {
-    let range = |driver: &Vec<f64>| {
-        let strains = pieces.iter().flat_map(|piece| piece.strain(driver));
-        strains.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
-            (low.min(own), high.max(own))
-        })
-    };
-    drivers.iter().map(range).collect()
-}
-
-fn driver_noise(pieces: &[Piece<'_>], drivers: &[Vec<f64>]) -> Vec<f64> {
-    let noise = |driver: &Vec<f64>| {
-        let each = pieces.iter().map(|piece| noise(&piece.strain(driver)));
-        median(each).unwrap_or(0.0)
-    };
-    drivers.iter().map(noise).collect()
+fn range_and_noise(pieces: &[Piece<'_>], driver: &[f64]) -> (MinMax, f64) {
+    let strains: Vec<Vec<f64>> = pieces.iter().map(|piece| piece.strain(driver)).collect();
+    let noise = median(strains.iter().map(|strain| noise(strain))).unwrap_or(0.0);
+    (strains.iter().flatten().collect(), noise)
 }

@@ -1,72 +1,69 @@
-//! Removes a lag between reference and output, and measures the remaining loop.
+//! Removes a lag between reference and output, and measures the loop that remains.
 //!
-//! The reference is made as late as the output: delayed by interpolation, or filtered by the same low-pass. Undoing a
-//! low-pass of the output would multiply the noise of the gauges. The output is then fitted to the late reference by least
-//! squares over the outputs of all axes and a constant. This removes gains and crosstalk that a calibration learned from data
-//! with the lag.
+//! The reference is delayed by interpolation, or filtered by a low-pass, until it is as late as the output. The output is not
+//! corrected instead, because an inverse low-pass would amplify the noise of the gauges. Then the delayed reference is fitted
+//! by least squares with the outputs of all axes and a constant. This removes gains and crosstalk that a calibration learned
+//! from recordings with the lag.
 
 use faer::Mat;
 
 use super::kind::LagKind;
-use super::solve::solved;
+use super::solve::{saved_share, solved};
 use super::{Lag, LagRun};
+use crate::dot::dot;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::scoring::loops::{Loop, Loops};
 
-/// Share of a loop's mean width from which a lag that explains it is worth removing.
+/// Share of a loop's mean width that a lag must explain to be worth removing.
 pub const WORTH_REMOVING: f64 = 0.1;
-/// Maximum uncertainty of the largest width that is due to the uncertainty of the lag, as a share of the width.
+/// Maximum uncertainty of the largest width due to the uncertainty of the lag, as a share of this width.
 const MAX_SHARE: f64 = 0.1;
-/// The same limit as a share of full scale. The larger of the two counts.
+/// Maximum uncertainty of the largest width, as a share of full scale. The larger of both limits counts.
 const MAX_SHARE_FS: f64 = 0.003;
-/// Approximate maximum number of rows for the fit of the output.
+/// Approximate maximum number of samples in the fit of the outputs.
 const MOST_ROWS: usize = 100_000;
 
-/// Removal of the lag of one output.
+/// Correction that removes the lag of one output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InTime {
     kind: LagKind,
     seconds: f64,
-    /// Gain for the output of each axis, then the constant.
+    /// Gain of the output of each axis, then the constant.
     weights: Vec<f64>,
 }
 
-/// Sizes of the loop of one output: with its lag, and without it. Both have gains fitted anew.
+/// Sizes of the loop of one output, each first with the lag and then without the lag. The gains are fitted in both cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widths {
-    /// Largest width.
+    /// Largest width, in the unit of the output.
     pub largest: [f64; 2],
-    /// Mean width.
+    /// Mean width, in the unit of the output.
     pub mean: [f64; 2],
-    /// Area.
+    /// Area: mean width times the range of loads.
     pub area: [f64; 2],
-    /// Change of the largest width without the lag, if the lag is wrong by two standard errors.
+    /// Change of the largest width without the lag if the lag is wrong by two standard errors.
     pub uncertainty: f64,
 }
 
 impl Widths {
-    /// Returns the share of the mean width that the lag explains, 0 to 1.
+    /// Returns the share of the mean width that the lag explains, from 0 to 1.
     pub fn explained_share(&self) -> f64 {
-        share(self.mean)
+        saved_share(self.mean)
     }
 
-    /// Returns true if the lag is too uncertain to know the width of the loop without it.
+    /// Returns true if the lag is too uncertain to determine the width of the loop without the lag.
     pub fn is_uncertain(&self, full_scale: f64) -> bool {
         self.uncertainty > (MAX_SHARE * self.largest[1]).max(MAX_SHARE_FS * full_scale)
     }
 
-    /// Returns the share of the area that the lag explains, 0 to 1.
+    /// Returns the share of the area that the lag explains, from 0 to 1.
     pub fn explained_area_share(&self) -> f64 {
-        share(self.area)
+        saved_share(self.area)
     }
 }
 
-fn share([before, after]: [f64; 2]) -> f64 {
-    if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
-}
-
 impl InTime {
-    /// Fits the removal of this lag, for the output of the axis with this index.
+    /// Fits the correction that removes this lag from the output of the axis with this index.
     pub fn of(lag: &Lag, axis: usize, runs: &[LagRun<'_>]) -> Self {
         Self::by(lag.kind, lag.seconds, axis, runs)
     }
@@ -97,7 +94,7 @@ impl InTime {
         self.reference(run.times, &loads.copied().collect::<Vec<_>>())
     }
 
-    /// Returns the reference, one load per time, as late as the output. Intervals between pauses are treated separately.
+    /// Returns the reference, delayed or filtered like the output. Intervals between pauses are treated separately.
     pub fn reference(&self, times: &[f64], loads: &[f64]) -> Vec<f64> {
         let pause = median_step(times).map_or(f64::INFINITY, pause_by_step);
         let mut late = Vec::with_capacity(loads.len());
@@ -111,17 +108,15 @@ impl InTime {
         late
     }
 
-    /// Returns the output with its gains fitted anew; `outputs` is row-major with the columns of the fit.
+    /// Returns the output with the fitted gains. `outputs` is row-major with one output per axis.
     pub fn output(&self, outputs: &[f64]) -> Vec<f64> {
         let (constant, gains) = self.weights.split_last().expect("the weights end with a constant");
-        let rows = outputs.chunks_exact(gains.len());
-        let load =
-            |row: &[f64]| -> f64 { row.iter().zip(gains).map(|(own, gain)| own * gain).sum() };
-        rows.map(|row| constant + load(row)).collect()
+        outputs.chunks_exact(gains.len()).map(|row| constant + dot(row, gains)).collect()
     }
 }
 
-/// Returns the sizes of the mean loop, or else of the largest cycle, with and without the lag; `None` without a cycle.
+/// Returns the sizes of the mean loop, with and without the lag. Without a mean loop, the sizes are those of the largest cycle.
+/// `None` without a cycle.
 pub fn widths(
     lag: &Lag,
     axis: usize,

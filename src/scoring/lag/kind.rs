@@ -1,21 +1,23 @@
-//! Makes a signal late: by a fixed time, or by a first-order low-pass.
+//! Delays a signal by a fixed time, or filters it by a first-order low-pass.
 //!
-//! Guarantees: finite for finite samples and times that never go back. A straight line stays straight, apart from its start.
+//! Guarantees: finite for finite samples whose times do not decrease. A straight line stays straight after its start.
 
 use serde::Serialize;
+
+use crate::dot::dot;
 
 /// Kind of a lag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LagKind {
-    /// The whole signal comes later by this time: a clock offset, a late stamp, a transport delay.
+    /// Delay of the whole signal, such as a clock offset, a late time stamp or a transport delay.
     Delay,
-    /// A first-order low-pass with this time constant: an amplifier, a filter.
+    /// First-order low-pass, such as an amplifier or a filter.
     FirstOrder,
 }
 
 impl LagKind {
-    /// Returns the name for people.
+    /// Returns the name of the kind in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Delay => "delay",
@@ -23,21 +25,21 @@ impl LagKind {
         }
     }
 
-    /// Returns the signal, one value per time (s), with a lag of this many seconds; a delay may be negative.
+    /// Returns the signal with a delay or time constant of `seconds`. A delay may be negative.
     ///
-    /// A delay interpolates with a cubic through four samples. A low-pass takes the signal as straight between samples, and
-    /// starts at rest. Before the first sample, the signal is constant.
+    /// A delayed signal is interpolated by cubic polynomials through four samples. For a low-pass, the signal is a straight
+    /// line between samples. Before its first sample, a signal is constant.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
         Late::of(self, times, seconds).of_values(values)
     }
 }
 
-/// Weights of a lag at given times, computed once for all signals.
+/// Weights that delay or filter all signals with the same times.
 pub(super) enum Late {
     Not,
-    /// For each time: the index of the first sample, and the weights of up to four samples.
+    /// For each time, the index of the first of up to four samples, and their weights.
     Delay(Vec<(usize, [f64; 4])>),
-    /// For each time: the weights of the state, of the previous sample and of the present sample.
+    /// For each time, the weights of the state, of the previous sample and of the present sample.
     LowPass(Vec<[f64; 3]>),
 }
 
@@ -54,14 +56,7 @@ impl Late {
         match self {
             Self::Not => values.to_vec(),
             Self::Delay(weights) => {
-                let sum = |(first, weights): &(usize, [f64; 4])| {
-                    weights
-                        .iter()
-                        .zip(&values[*first..])
-                        .map(|(weight, value)| weight * value)
-                        .sum()
-                };
-                weights.iter().map(sum).collect()
+                weights.iter().map(|(first, own)| dot(own, &values[*first..])).collect()
             }
             Self::LowPass(weights) => {
                 let (mut state, mut before) = (values[0], values[0]);
@@ -93,8 +88,8 @@ fn delay(times: &[f64], seconds: f64) -> Vec<(usize, [f64; 4])> {
     times.iter().map(at).collect()
 }
 
-/// Returns the weights of the samples around a time between the samples `next - 1` and `next`. They are cubic if two samples
-/// with different times lie on either side, else linear.
+/// Returns weights that interpolate at a time between the samples `next - 1` and `next`. The interpolation is cubic if two
+/// samples with different times lie on each side, else linear.
 fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
     let around = next.checked_sub(2).filter(|_| next + 1 < times.len());
     if let Some(first) = around {
@@ -118,7 +113,7 @@ fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
         let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {
             let kept = (-steps).exp();
-            // Mean weights of the start and the end of a straight line: exact between samples.
+            // These weights are exact for a signal that is a straight line between samples.
             let start = -(-steps).exp_m1() / steps;
             [kept, start - kept, 1.0 - start]
         } else {

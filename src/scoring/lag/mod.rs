@@ -1,21 +1,21 @@
 //! Measures the lag of an output behind the reference load, separately from hysteresis.
 //!
-//! A lag makes a loop, and so does hysteresis. The loop of a lag grows with the rate of the load; the loop of hysteresis does
-//! not. So both are fitted together. An output `u` is described by `u(t) = Σ aⱼ xⱼ(t late by τ)`. The `xⱼ` are
-//! * the loads of all axes, and a constant;
+//! Both lag and hysteresis make a loop. The loop of a lag grows with the rate of the load; the loop of hysteresis does not. So
+//! both are fitted together. An output `u` is described by `u(t) = Σ aⱼ xⱼ`, where each `xⱼ` is late by the lag τ. The `xⱼ` are
+//! * the reference loads of all axes, and a constant;
 //! * play operators of several radii, squares and cubes, driven by these loads or by the strain of each gauge, whichever
 //!   explains more;
 //! * slow creep of the loads.
 //!
-//! All of them come from the reference, so the gains of a calibration that was fitted with the lag in its data do no harm. τ
-//! minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
+//! All `xⱼ` are computed from the reference, so wrong gains of a calibration that was fitted to recordings with lag do no harm.
+//! τ minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
 //!
-//! **Assumed** one lag for all loads of an output; hysteresis that is independent of the rate and a mixture of play
-//! operators; creep slower than three times the time scale of the load. If quicker creep without a lag leaves a smaller
+//! **Assumptions** All loads of an output have the same lag. Hysteresis does not depend on the rate and is a mixture of play
+//! operators. Creep is slower than three times the time scale of the load. If faster creep without a lag leaves a smaller
 //! residual, the lag is unknown.
 //!
-//! **Uncertainty** from the disagreement of contiguous blocks of the recordings, and from the change of τ when hysteresis is
-//! described by fewer radii. If the uncertainty is too large, the answer is the reason ([`NoLag`]).
+//! **Uncertainty** The standard error follows from the differences between contiguous blocks of the recordings, and from the
+//! change of τ if hysteresis is described by fewer radii. If this error is too large, the lag is unknown ([`NoLag`]).
 
 mod grid;
 mod in_time;
@@ -32,28 +32,29 @@ use self::grid::{Drivers, Grids};
 use self::solve::{Fitted, fitted};
 use crate::progress::{Cancelled, Progress};
 
-/// Minimum share of the squared rate that rate-independent terms leave unexplained. Two rates, one twice the other and
-/// equally long, leave (1 − 2)² / 2 (1² + 2²) = 10 %, or 3 % if play and curvature explain a part. One rate leaves at most
-/// 0.2 % on simulated sensors.
+/// Minimum share of the squared rate of the output that rate-independent terms leave unexplained. Two equally long intervals,
+/// one at twice the rate of the other, leave (1 − 2)² / 2 (1² + 2²) = 10 %, or 3 % if play and curvature explain a part. One
+/// rate leaves at most 0.2 % on simulated sensors.
 const LEAST_SHARE: f64 = 0.02;
-/// Maximum uncertainty (two standard errors) in samples. A lag is reported if it is within this or the next limit.
+/// Maximum uncertainty of a reported lag (two standard errors), in samples. A lag is reported if its uncertainty is within this
+/// limit or within [`MOST_SHARE`].
 ///
-/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: of 225 lags within one
-/// of the limits, 8 are wrong by more than a tenth of a sample and 3 %; of 25 lags beyond both limits, 24 are.
+/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: of 225 lags within a
+/// limit, 8 are wrong by more than a tenth of a sample and 3 %. Of 25 lags beyond both limits, 24 are.
 const MOST_SAMPLES: f64 = 0.25;
-/// Maximum uncertainty as a share of the lag.
+/// Maximum uncertainty of a reported lag (two standard errors), as a share of the lag.
 const MOST_SHARE: f64 = 0.07;
 
-/// Data of one recording; `gauges`, `loads` and `outputs` are row-major, one row per time.
+/// Data of one recording. `gauges`, `loads` and `outputs` are row-major, with one row per time.
 #[derive(Clone, Copy, Debug)]
 pub struct LagRun<'a> {
     /// Sample times (s).
     pub times: &'a [f64],
-    /// Gauge channels. They determine the mixtures of loads that may have hysteresis.
+    /// Gauge channels. Each gauge measures a mixture of loads that may have hysteresis.
     pub gauges: &'a [f64],
     /// Reference load of all axes.
     pub loads: &'a [f64],
-    /// Signals whose lag is measured: the loads of a calibration, or gauges.
+    /// Signals whose lag is measured, such as the loads of a calibration or the gauges.
     pub outputs: &'a [f64],
 }
 
@@ -75,10 +76,10 @@ impl LagRun<'_> {
     }
 }
 
-/// Lag of one output.
+/// Lag of one output behind the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lag {
-    /// Kind that explains more of the output.
+    /// Kind of lag that explains more of the output.
     pub kind: LagKind,
     /// True if the data distinguish a delay from a low-pass. If not, the kind is a delay.
     pub kind_is_known: bool,
@@ -88,7 +89,7 @@ pub struct Lag {
     pub samples: f64,
     /// Standard error of `seconds` (s).
     pub standard_error_secs: f64,
-    /// Share of the squared error that removing the lag saves, for a refitted calibration without memory. 0 to 1.
+    /// Share of a conventional calibration's squared error that disappears if the lag is removed, from 0 to 1.
     pub explained_error_share: f64,
 }
 
@@ -99,7 +100,7 @@ impl Lag {
     }
 }
 
-/// Reason why the lag of an output is not known.
+/// Reason why the lag of an output is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum NoLag {
@@ -129,7 +130,7 @@ pub enum NoLag {
     NotFound,
 }
 
-/// Measures the lag of each output, or returns [`Cancelled`]. All runs have the same axes, gauges and outputs.
+/// Measures the lag of each output behind the reference. All runs must have the same axes, gauges and outputs.
 pub fn lags(
     runs: &[LagRun<'_>],
     progress: &Progress,
@@ -156,7 +157,7 @@ pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
     lag(&grids_of(runs)?, output)
 }
 
-/// Returns one set of grids for each kind of drivers.
+/// Returns the columns of the fit for each input of the play operators.
 fn grids_of(runs: &[LagRun<'_>]) -> Result<Vec<Grids>, NoLag> {
     let drivers = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
     drivers.iter().map(|drivers| Grids::of(runs, *drivers)).collect()
@@ -174,7 +175,7 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
     if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {
         return Err(instead(NoLag::OneRate));
     }
-    // A delay below one sample looks like a low-pass. A low-pass cannot be negative.
+    // A short delay looks like a low-pass, but a time constant cannot be negative.
     let is_open = delay.as_ref().is_none_or(|delay| delay.seconds >= grids.step_secs);
     let first = is_open.then(|| fitted(grids, output, LagKind::FirstOrder, start)).flatten();
     let (kind, kind_is_known, found) =
@@ -201,13 +202,13 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
     })
 }
 
-/// Chooses the kind with the smaller residual. If the blocks disagree, the kind is a delay.
+/// Chooses the kind of lag with the smaller residual, or a delay if the difference is not significant (false).
 fn chosen(
     delay: Option<Fitted>,
     first: Option<Fitted>,
     step_secs: f64,
 ) -> Option<(LagKind, bool, Fitted)> {
-    // A time constant at its bound of zero is no lag.
+    // A time constant of zero is no lag.
     let first = first.filter(|first| first.seconds > 0.0);
     match (delay, first) {
         (Some(delay), Some(first)) => {

@@ -4,43 +4,44 @@ use faer::{Mat, Side};
 
 use super::grid::{AROUND_JUMP, Grid, Grids};
 use super::kind::{LagKind, Late};
+use crate::dot::dot;
 
-/// Smallest share of the largest eigenvalue at which a direction of the columns is solved for.
+/// Minimum eigenvalue of a direction that is solved for, as a share of the largest eigenvalue.
 const LEAST_DIRECTION: f64 = 1e-11;
 const MOST_STEPS: usize = 20;
-/// Step at which the search ends, in samples.
+/// Length of a Gauss-Newton step below which the search ends, in samples.
 const SMALL_STEP: f64 = 1e-3;
-/// Maximum lag, as a multiple of the time scale of the load. A longer lag would belong to another cycle.
+/// Maximum lag, as a multiple of the load's time scale. A longer lag could also be that of another cycle.
 const LONGEST: f64 = 2.0;
-/// Minimum number of blocks of each run. There are at least [`BLOCKS`] in total.
+/// Minimum number of blocks into which each recording is cut.
 const BLOCKS_A_RUN: usize = 4;
 const BLOCKS: usize = 12;
 
-/// Best lag of one kind.
+/// Lag of one kind with the smallest residual.
 pub(super) struct Fitted {
     pub(super) seconds: f64,
     pub(super) standard_error_secs: f64,
-    /// True if quick creep without a lag leaves a smaller residual.
+    /// True if fast creep without a lag leaves a smaller residual.
     pub(super) is_creep: bool,
-    /// Share of the squared derivative by the lag that no column explains.
+    /// Share of the squared derivative with respect to the lag that no column explains.
     pub(super) own_share: f64,
-    /// Sum of squared residuals of each block.
+    /// Sum of squared residuals in each block.
     pub(super) block_squares: Vec<f64>,
 }
 
-/// Least-squares system of all used rows, at one lag.
+/// Least-squares system of all used rows for one lag.
 struct System {
     x: Mat<f64>,
     y: Mat<f64>,
     blocks: Vec<usize>,
-    runs: Vec<usize>,
+    n_blocks: usize,
 }
 
-/// Finds the lag by Gauss-Newton steps; `None` if they do not converge.
+/// Finds the lag of one kind by Gauss-Newton steps; `None` if they do not converge.
 pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) -> Option<Fitted> {
     let mut longest = LONGEST * grids.slow_secs;
     if grids.jumps() {
-        // With a longer lag, rows after the jump would depend on it.
+        // With a longer lag, rows after a jump would depend on the jump.
         longest = longest.min(0.5 * AROUND_JUMP as f64 * grids.step_secs);
     }
     let shortest = if kind == LagKind::Delay { -longest } else { 0.0 };
@@ -64,15 +65,14 @@ pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) ->
     None
 }
 
-/// Computes the uncertainty of a lag, and the sums of its blocks.
+/// Computes the uncertainty of a lag and the squared residuals of each block.
 fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option<Fitted> {
     let all: Vec<usize> = (0..grids.n_usual).collect();
     let coarse: Vec<usize> = all.iter().copied().filter(|column| !grids.finer[*column]).collect();
     let system = System::of(grids, output, kind, seconds, &all);
     let (residual, slope, whole) = system.step(grids, kind, seconds)?;
     let squares = dot(&slope, &slope);
-    let n_blocks = system.runs.len();
-    let mut sums = vec![[0.0; 3]; n_blocks];
+    let mut sums = vec![[0.0; 3]; system.n_blocks];
     for ((block, e), d) in system.blocks.iter().zip(&residual).zip(&slope) {
         let [ed, dd, ee] = &mut sums[*block];
         *ed += e * d;
@@ -86,10 +86,9 @@ fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option
     let left = dot(&residual, &residual);
     let by_radii = {
         let system = System::of(grids, output, kind, seconds, &coarse);
-        let target = Mat::from_fn(residual.len(), 1, |row, _| whole[row]);
         let solver = Solver::new(&system.x)?;
-        let (coarser, slope) = (solver.residual(&system.y), solver.residual(&target));
-        // Error of the finer description, estimated from the ratio of the residuals.
+        let (coarser, slope) = (solver.residual(&system.y), solver.residual(&column(&whole)));
+        // Error due to the finite number of radii, estimated from the residuals with all and with fewer radii.
         let share = (left / dot(&coarser, &coarser)).sqrt();
         share * dot(&coarser, &slope) / dot(&slope, &slope)
     };
@@ -122,9 +121,9 @@ impl System {
         }
         Self {
             x: Mat::from_fn(y.len(), columns.len(), |row, column| late[column][row]),
-            y: Mat::from_fn(y.len(), 1, |row, _| y[row]),
+            y: column(&y),
             blocks,
-            runs: (0..n_runs * per_run).map(|block| block / per_run).collect(),
+            n_blocks: n_runs * per_run,
         }
     }
 
@@ -154,8 +153,7 @@ impl System {
             let slopes: Vec<f64> = slopes.map(|(a, b)| (b - a) / (to - from)).collect();
             whole.extend(part.kept(&slopes));
         }
-        let target = Mat::from_fn(whole.len(), 1, |row, _| whole[row]);
-        Some((solver.residual(&self.y), solver.residual(&target), whole))
+        Some((solver.residual(&self.y), solver.residual(&column(&whole)), whole))
     }
 }
 
@@ -166,7 +164,7 @@ impl Grid {
     }
 }
 
-/// Returns the share of the squared error that removing the lag saves, for a calibration without memory.
+/// Returns the share of a conventional calibration's squared error that disappears if the lag is removed.
 pub(super) fn explained_error_share(
     grids: &Grids,
     output: usize,
@@ -175,17 +173,21 @@ pub(super) fn explained_error_share(
 ) -> f64 {
     let constant = grids.n_usual - 1;
     let columns: Vec<usize> = (0..grids.n_axes).chain([constant]).collect();
-    let [before, after] = [0.0, seconds].map(|seconds| {
+    saved_share([0.0, seconds].map(|seconds| {
         let system = System::of(grids, output, kind, seconds, &columns);
         Solver::new(&system.x).map_or(0.0, |solver| {
             let residual = solver.residual(&system.y);
             dot(&residual, &residual)
         })
-    });
+    }))
+}
+
+/// Returns the decrease from the first to the second value as a share of the first, 0 to 1.
+pub(super) fn saved_share([before, after]: [f64; 2]) -> f64 {
     if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Least squares of several targets on the same columns. Undetermined directions have coefficients of zero.
+/// Least squares on fixed columns. Directions that the columns do not determine have coefficients of zero.
 struct Solver<'a> {
     x: &'a Mat<f64>,
     inverse: Mat<f64>,
@@ -224,16 +226,16 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Solves by least squares. Directions that the columns do not determine have coefficients of zero.
+/// Solves by least squares; see [`Solver`].
 pub(super) fn solved(x: &Mat<f64>, y: &Mat<f64>) -> Option<Mat<f64>> {
     Solver::new(x).map(|solver| solver.solve(y))
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+fn column(values: &[f64]) -> Mat<f64> {
+    Mat::from_fn(values.len(), 1, |row, _| values[row])
 }
 
-/// Returns the mean of `a − b` in units of its standard error.
+/// Returns the mean of `a − b` divided by its standard error.
 pub(super) fn paired_t(a: &[f64], b: &[f64]) -> f64 {
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|d| *d != 0.0).collect();
     let n = differences.len() as f64;

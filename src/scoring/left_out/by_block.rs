@@ -1,8 +1,8 @@
-//! A ridge strength for each block of features, chosen by cross-validation.
+//! Chooses a ridge strength for each feature block by cross-validation.
 //!
-//! The search is a forward selection: it adds the block that helps most with its best strength, then the next one, as long as
-//! the held-out error falls. The answer is the simplest tried choice that is nearly as good as the best. So a block is used
-//! only if the parts agree that it helps.
+//! The search is a forward selection: it adds the block that lowers the held-out error most with its best strength, then the
+//! next block, as long as the error falls. The result is the simplest tried combination that is nearly as good as the best one.
+//! So a block is used only if it helps on most held-out parts.
 
 use std::collections::HashMap;
 
@@ -11,16 +11,16 @@ use rayon::prelude::*;
 use crate::calibration::simplest_good;
 use crate::scoring::left_out::fits::LeftOut;
 
-/// Ridge strengths to try, in descending order. A block can also be left out.
+/// Ridge strengths to try for each block, in descending order.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
-/// Choice for each block: 0 leaves the block out, any other number is one more than an index into [`STRENGTHS`].
+/// Combination of strengths, one number per block: 0 leaves the block out, n means the n-th of [`STRENGTHS`].
 type Levels = Vec<u8>;
 
-/// Chosen strengths, for each target and each block; `None` if the block is left out.
+/// Chosen strength for each target and each block; `None` if the block is left out.
 pub type BlockStrengths = Vec<Vec<Option<f64>>>;
 
-/// Choices that have been tried, with their errors.
+/// Combinations that have been tried, with the squared error on each part for each target.
 struct Tried<'a> {
     left_out: LeftOut<'a>,
     blocks: &'a [Vec<usize>],
@@ -28,7 +28,7 @@ struct Tried<'a> {
 }
 
 impl LeftOut<'_> {
-    /// Chooses blocks (lists of appended columns) and strengths for each target; `None` with fewer than two parts to compare.
+    /// Chooses blocks and strengths for each target. A block is a list of appended columns. `None` with fewer than two parts.
     pub fn by_block(&self, blocks: &[Vec<usize>]) -> Option<BlockStrengths> {
         if self.parts.len() < 2 {
             return None;
@@ -55,7 +55,7 @@ impl LeftOut<'_> {
     }
 }
 
-/// Returns the ridge of each column, as a share of its squared length; infinite for a block that is left out.
+/// Returns the penalty of each column, as a share of its squared length; infinite in a block that is left out.
 pub fn shares_of_blocks(
     n_columns: usize,
     blocks: &[Vec<usize>],
@@ -73,7 +73,7 @@ fn strength(level: u8) -> Option<f64> {
     Some(STRENGTHS[usize::from(level.checked_sub(1)?)])
 }
 
-/// Returns all choices with one more block.
+/// Returns all combinations with one more block.
 fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
     let free = (0..levels.len()).filter(|block| levels[*block] == 0);
     free.flat_map(move |block| {
@@ -113,7 +113,7 @@ impl Tried<'_> {
         self.squares[levels].iter().skip(target).step_by(q).sum()
     }
 
-    /// Returns the simplest choice that is nearly as good as the best: the fewest columns, then the strongest ridge.
+    /// Returns the combination with the fewest columns, then the strongest ridge, that is nearly as good as the best.
     fn simplest_good(&self, target: usize) -> &Levels {
         let q = self.left_out.total.n_targets();
         let cost = |levels: &Levels| {

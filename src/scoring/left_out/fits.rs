@@ -1,86 +1,87 @@
-//! Cross-validation from sums: fits that leave one part out, and their errors on it.
+//! Cross-validation of linear fits from normal equations: fits that each leave one part out, and their errors on this part.
 //!
-//! Guarantees: the squared errors equal those of [`fit`] to the sums of the other parts, up to rounding. If columns are
-//! nearly collinear, or a column nearly vanishes without a part, the sums are added up anew and [`fit`] finds the rank.
+//! Guarantees: except for rounding, the squared errors equal those of [`fit`] to the sums of the other parts. If columns are
+//! nearly collinear, or a column nearly vanishes without a part, the sums of the other parts are added up and [`fit`]
+//! determines the rank.
 
 use rayon::prelude::*;
 
-use crate::calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets};
+use crate::calibration::{
+    NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets, simplest_good,
+};
 use crate::features::ColumnKind;
-use crate::scoring::cross_validation::{RIDGE_STRENGTHS, strongest_good};
+use crate::scoring::cross_validation::RIDGE_STRENGTHS;
 use crate::scoring::left_out::lanes::{LANES, Work};
 use crate::scoring::metrics::root_mean;
 
-/// Number of columns from which the fits run in parallel. With fewer columns, callers run many fits in parallel themselves.
+/// Number of columns from which the fits run in parallel. With fewer, the callers run many cross-validations in parallel.
 const MANY_COLUMNS: usize = 48;
 
-/// Fits to all parts but one, on some of the columns.
+/// Cross-validation of a linear fit. Each fit uses all parts but one.
 #[derive(Clone, Copy, Debug)]
 pub struct LeftOut<'a> {
     pub total: &'a NormalEquations,
-    /// Sums of each part that is left out in turn. Parts without samples must not be among them.
+    /// Sums of each part. Every part must have samples.
     pub parts: &'a [NormalEquations],
-    /// Sums of the same parts from a cold start, on which each fit is scored.
+    /// Sums of each part on which the fit without this part is scored, such as sums from a cold start.
     pub scored: &'a [NormalEquations],
     pub terms: Terms<'a>,
 }
 
 impl<'a> LeftOut<'a> {
-    /// Returns the fits that leave each part out, scored on that part.
+    /// Creates a cross-validation in which each fit is scored on the sums of the part that it leaves out.
     pub fn of(total: &'a NormalEquations, parts: &'a [NormalEquations], terms: Terms<'a>) -> Self {
         Self { total, parts, scored: parts, terms }
     }
 
-    /// Scores the fits on these cold-start sums of the same parts, if given.
+    /// Replaces the sums on which the fits are scored, if `scored` is given.
     pub fn scored_on(self, scored: Option<&'a [NormalEquations]>) -> Self {
         Self { scored: scored.unwrap_or(self.scored), ..self }
     }
 
-    /// Returns the coefficients of the fit without each part.
+    /// Returns the coefficients of each fit.
     pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
         let fits = NormalEquations::each_without(self.parts, |_| true, fit).into_iter();
         fits.map(|(_, coefficients)| coefficients).collect()
     }
 
-    /// Returns true if every fit has at least as many samples as coefficients without a ridge. Otherwise the error would
-    /// depend on which of many solutions was chosen.
+    /// Returns true if every fit has at least as many samples as coefficients that no ridge shrinks.
     pub fn is_determined(&self, strengths: &[f64]) -> bool {
-        let kinds = self.terms.used.iter();
-        let kinds = kinds.map(|&column| self.terms.kinds[column]);
-        let part_samples = self.parts.iter().map(|part| part.n_samples());
+        let kinds = self.terms.used.iter().map(|&column| self.terms.kinds[column]);
+        let part_samples = self.parts.iter().map(NormalEquations::n_samples);
         too_short(part_samples, kinds, strengths).is_none()
     }
 
-    /// Returns the RMSE per target from the squared errors of all parts; `None` if the other parts do not determine a fit.
+    /// Returns the RMSE per target from the squared errors of all parts; `None` if [`Self::is_determined`] is false.
     pub fn rmse(&self, strengths: &[f64], squares: impl FnOnce() -> Vec<f64>) -> Option<Vec<f64>> {
-        if !self.is_determined(strengths) {
-            return None;
-        }
+        let squares = self.is_determined(strengths).then(squares)?;
         let q = self.total.n_targets();
-        root_mean(&summed_by_target(&squares(), q), self.total.n_samples())
+        root_mean(&summed_by_target(&squares, q), self.total.n_samples())
     }
 
-    /// Returns the ridge strength of each target (zero with fewer than two parts), and [`Self::squares_by_target`] with it.
+    /// Returns the ridge strength of each target and the squared errors with it. With fewer than two parts, there are no
+    /// errors, and an automatic strength is zero.
     ///
-    /// An automatic ridge is the strongest one whose held-out error is nearly the lowest, if that is below the conventional
-    /// error with 90 % confidence. If the parts disagree, the answer stays near the conventional calibration. The scores are
-    /// slightly too good, because one strength per axis is fitted to all parts. [`Self::by_block`] chooses one for each block.
+    /// An automatic ridge is the strongest one whose held-out error is nearly the lowest, if this error is below the
+    /// conventional error with 90 % confidence. If the parts disagree, the fit stays near the conventional calibration. The
+    /// errors are slightly too low, because all parts take part in the choice of the strength. [`Self::by_block`] chooses one
+    /// strength for each feature block.
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
-        let q = self.total.n_targets();
-        let enough = self.parts.len() > 1;
+        let (q, n_parts) = (self.total.n_targets(), self.parts.len());
         match ridge {
             RidgeChoice::Strength(strength) => {
-                let squares = enough.then(|| self.squares(strength));
-                (vec![strength; q], squares)
+                (vec![strength; q], (n_parts > 1).then(|| self.squares(strength)))
             }
-            RidgeChoice::Auto | RidgeChoice::ByBlock if !enough => (vec![0.0; q], None),
+            RidgeChoice::Auto | RidgeChoice::ByBlock if n_parts < 2 => (vec![0.0; q], None),
             RidgeChoice::Auto | RidgeChoice::ByBlock => {
                 let tried: Vec<Vec<f64>> =
                     RIDGE_STRENGTHS.iter().map(|strength| self.squares(*strength)).collect();
-                let n_parts = self.parts.len();
                 let chosen: Vec<usize> = (0..q)
-                    .map(|axis| strongest_good(n_parts, |at, part| tried[at][part * q + axis]))
+                    .map(|axis| {
+                        let square = |at: usize, part: usize| tried[at][part * q + axis];
+                        simplest_good(tried.len(), n_parts, square)
+                    })
                     .collect();
                 let squares = (0..n_parts * q).map(|at| tried[chosen[at % q]][at]).collect();
                 let strengths = chosen.iter().map(|at| RIDGE_STRENGTHS[*at]).collect();
@@ -89,13 +90,13 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Returns [`Self::squares_with`], with different shares for each target.
+    /// Returns the result of [`Self::squares_with`], with separate shares for each target.
     pub fn squares_by_target(&self, shares: &[Vec<f64>]) -> Vec<f64> {
         let q = self.total.n_targets();
         let mut squares = vec![0.0; self.parts.len() * q];
         for target in 0..q {
             if shares[..target].contains(&shares[target]) {
-                continue; // done together with the first target that has these shares
+                continue; // computed with the first target that has the same shares
             }
             let with_it = self.squares_with(&shares[target]);
             for at in 0..squares.len() {
@@ -107,16 +108,16 @@ impl<'a> LeftOut<'a> {
         squares
     }
 
-    /// Returns the sums of squared errors, `n_parts × n_targets` row-major. Each part is predicted by the fit to all other parts.
-    /// The ridge is relative to the squared lengths of the columns. Panics if the parts have different columns or other terms.
+    /// Returns the sums of squared errors, `n_parts × n_targets` row-major. Each part is predicted by the fit to all other
+    /// parts. The penalty of an appended column is `strength` times its squared length. Panics if the parts differ in columns.
     pub fn squares(&self, strength: f64) -> Vec<f64> {
         self.squares_with(&self.terms.shares(strength))
     }
 
-    /// Returns [`Self::squares`] with each column's ridge as a share of its squared length; infinite leaves the column out.
+    /// Returns [`Self::squares`] with the penalty of each column as a share of its squared length; infinity removes the column.
     pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
-        // Columns that are zero in every part are dropped, because they would force the slow path for every fit.
+        // Columns that are zero in every part are dropped, because the fast computation cannot handle them.
         let used = self.total.present_among(&self.terms.kept(shares));
         let left_out = LeftOut { terms: Terms { used: &used, ..self.terms }, ..*self };
         let mut squares = vec![0.0; self.parts.len() * q];
@@ -151,31 +152,23 @@ impl<'a> LeftOut<'a> {
     }
 }
 
-/// Adds up `n_parts × n_targets` squares over the parts.
+/// Returns the sum of `n_parts × n_targets` squares over the parts, one number per target.
 pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
-/// Returns the fewest samples without a part, and the number of coefficients without a ridge; `None` if the samples suffice.
+/// Returns the smallest number of samples that remain without a part, and the number of coefficients that no ridge shrinks.
+/// `None` if the samples determine these coefficients.
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,
     strengths: &[f64],
 ) -> Option<(u64, usize)> {
     let is_shrunk = strengths.iter().all(|strength| *strength > 0.0);
-    let free = kinds.filter(|kind| !(is_shrunk && *kind == ColumnKind::Appended));
-    let free = free.count();
-    let samples = fewest_samples_without_a_part(part_samples).unwrap_or(0);
-    (samples < (free as u64).max(1)).then_some((samples, free))
-}
-
-/// Returns the smallest number of samples that remain without a part; `None` with fewer than two parts.
-pub fn fewest_samples_without_a_part(
-    part_samples: impl Iterator<Item = u64> + Clone,
-) -> Option<u64> {
+    let free = kinds.filter(|kind| !(is_shrunk && *kind == ColumnKind::Appended)).count();
     let total: u64 = part_samples.clone().sum();
-    let largest = part_samples.clone().max()?;
-    (part_samples.count() > 1).then(|| total - largest)
+    let samples = total - part_samples.max().unwrap_or(0);
+    (samples < (free as u64).max(1)).then_some((samples, free))
 }
 
 #[cfg(test)]

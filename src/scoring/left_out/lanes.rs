@@ -1,8 +1,7 @@
-//! Fits that leave one part out, eight at a time: each part has a SIMD lane.
+//! Computes linear fits that each leave one part out, eight at a time. Each fit uses one SIMD lane.
 //!
-//! The part's sums are subtracted from the total. The Cholesky factorisation does not pivot. The targets are further rows of
-//! the matrix, so the factor includes forward substitution. All fits have the same shape, so each step is one operation on
-//! eight of them.
+//! The sums of the part are subtracted from the total. The Cholesky factorisation does not pivot. The targets are further rows
+//! of the matrix, so the factorisation includes forward substitution. Each step is one operation on eight fits.
 
 #![expect(
     clippy::needless_range_loop,
@@ -15,33 +14,33 @@
 
 use crate::calibration::{NormalEquations, Terms};
 
-/// Number of fits that are computed together.
+/// Number of fits that are computed together, each in one SIMD lane.
 pub(crate) const LANES: usize = 8;
 
-/// One number per lane.
+/// One number for each of the eight fits.
 type Lanes = [f64; LANES];
 
-/// Smallest share of a column's squared length that the columns before it may leave unexplained, else the slow path fits. It
-/// is far above the share at which [`fit`](crate::calibration::fit) drops a column.
+/// Minimum share of a column's squared length that the columns before it leave unexplained. With less, the result is not used.
+/// The limit is far above the share at which [`fit`](crate::calibration::fit) drops a column.
 const SURELY_INDEPENDENT: f64 = 1e-6;
 
-/// Smallest share of a column's squared length that must remain without a part. The difference carries the total's rounding
-/// errors, near 1e-15; with this share left, they stay far below [`SURELY_INDEPENDENT`].
+/// Minimum share of a column's squared length that remains without a part. With less, the result is not used. The difference
+/// has the rounding errors of the total, near 1e-15, which then stay far below [`SURELY_INDEPENDENT`].
 const SURELY_REMAINS: f64 = 1e-2;
 
-/// Buffers for one group of fits of `m` columns and `q` targets.
+/// Buffers for eight fits of `m` columns and `q` targets.
 pub(crate) struct Work {
     m: usize,
     q: usize,
-    /// Products of the part: the lower triangle of `XᵀX` row by row, then a row of `XᵀY` for each target.
+    /// Products of the left-out part: the lower triangle of `XᵀX` row by row, then one row of `XᵀY` for each target.
     part: Vec<Lanes>,
-    /// Products of the other parts in the same layout, each column scaled to length one. The factor overwrites them.
+    /// Products of the other parts in the same layout, with columns scaled to length one. The Cholesky factor overwrites them.
     factor: Vec<Lanes>,
     inverse_length: Vec<Lanes>,
     inverse_root: Vec<Lanes>,
     coefficients: Vec<Lanes>,
     least_pivot: Lanes,
-    /// Smallest share of a column's squared length that remains without the part.
+    /// Smallest share of any column's squared length that remains without the part.
     least_remains: Lanes,
     squares: Vec<Lanes>,
 }
@@ -64,7 +63,7 @@ impl Work {
         }
     }
 
-    /// Fits up to [`LANES`] sums without one part each, and scores each fit on the second sums of its part.
+    /// Fits `total` without each of up to [`LANES`] `parts`. Each fit is scored on the `scored` sums of its part.
     pub fn fit(
         &mut self,
         total: &NormalEquations,
@@ -75,7 +74,7 @@ impl Work {
         pulp::Arch::new().dispatch(Group { total, terms, parts, scored, shares, work: self });
     }
 
-    /// Writes the sums of squared errors on one part. Returns false if they are not reliable.
+    /// Writes the sums of squared errors on one part. Returns false if the errors are not reliable.
     pub fn answer(&self, lane: usize, squares: &mut [f64]) -> bool {
         for (square, lanes) in squares.iter_mut().zip(&self.squares) {
             *square = lanes[lane].max(0.0);
@@ -84,18 +83,18 @@ impl Work {
     }
 }
 
-/// Returns the index of row `i` in a lower triangle with its diagonal.
+/// Returns the index at which row `i` of a lower triangle with diagonal starts.
 const fn row_start(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
-/// Fits of one group. This function is compiled for each instruction set; one is chosen when the program runs.
+/// Fits that are computed together, by code that is compiled for each instruction set.
 struct Group<'a> {
     total: &'a NormalEquations,
     terms: Terms<'a>,
     parts: &'a [NormalEquations],
     scored: &'a [NormalEquations],
-    /// Ridge of each column, as a share of its squared length.
+    /// Penalty of each column, as a share of its squared length.
     shares: &'a [f64],
     work: &'a mut Work,
 }
@@ -116,14 +115,14 @@ impl pulp::WithSimd for Group<'_> {
     }
 }
 
-/// Returns one number of each part. Lanes without a part repeat the last part.
+/// Returns one number of each part. Lanes without a part get the number of the last part.
 #[inline(always)]
 fn gathered(parts: &[NormalEquations], number: impl Fn(&NormalEquations) -> f64) -> Lanes {
     std::array::from_fn(|lane| number(&parts[lane.min(parts.len() - 1)]))
 }
 
 impl Group<'_> {
-    /// Computes the products of the parts, and of the totals without them.
+    /// Computes the products of each part and of the total without the part.
     #[inline(always)]
     fn gather(&mut self) {
         let total = self.total;
@@ -182,7 +181,7 @@ impl Group<'_> {
 }
 
 impl Work {
-    /// Computes the Cholesky factor column by column. A pivot that is not surely positive is recorded and counts as infinite.
+    /// Computes the Cholesky factor column by column. A pivot that is too small counts as infinite.
     #[inline(always)]
     fn factorise(&mut self) {
         let m = self.m;
@@ -216,7 +215,7 @@ impl Work {
         }
     }
 
-    /// Returns the coefficients of one target, for columns of length one.
+    /// Computes the coefficients of one target, for columns of length one.
     #[inline(always)]
     fn substitute_back(&mut self, target: usize) {
         let m = self.m;
@@ -235,7 +234,7 @@ impl Work {
         }
     }
 
-    /// Returns `yᵀy − 2bᵀXᵀy + bᵀXᵀXb` on the part; see [`NormalEquations::squared_residuals`].
+    /// Returns the squared errors on the part, `yᵀy − 2bᵀXᵀy + bᵀXᵀXb`; see [`NormalEquations::squared_residuals`].
     #[inline(always)]
     fn squares_on_part(&mut self, target: usize, mut square: Lanes) -> Lanes {
         let m = self.m;
@@ -263,7 +262,7 @@ impl Work {
     }
 }
 
-/// Returns `value − Σ aₖ bₖ`, over the length of `b`.
+/// Returns `value − Σ aₖ bₖ`, summed over the length of `b`.
 #[inline(always)]
 fn reduced(mut value: Lanes, a: &[Lanes], b: &[Lanes]) -> Lanes {
     for (a, b) in a.iter().zip(b) {

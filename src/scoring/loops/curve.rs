@@ -1,26 +1,25 @@
-//! One output over the load along one branch, with one value at each load.
+//! Output as a function of the load along one branch of a hysteresis loop.
 //!
-//! Guarantees: finite for finite samples, even if the load wiggles within the branch; exact for an output linear in the load.
+//! Guarantees: finite for finite samples, even if the load turns back within the branch. Exact for a linear output.
 
 use crate::scoring::loops::turns::Branch;
 
-/// Number of cells of equal width into which the load range of a branch is divided.
+/// Number of intervals of equal width into which the load range of a branch is divided.
 pub const CELLS: usize = 100;
 
-/// Output over the load along a branch, as a chain of straight lines.
+/// Output along a branch, as straight lines between points `(load, output)`.
 ///
-/// Noise, or a load that turns back by less than the reversal threshold, visits a load several times. So load and output are
-/// averaged over each hundredth of the range. The chain joins these averages with the samples of minimum and maximum load,
-/// which neighbouring branches share.
+/// A branch can pass a load several times, because of noise or small turns. So load and output are averaged over each hundredth
+/// of the range. The points are these averages, and the samples of minimum and maximum load, which neighbouring branches share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Points `(load, output)`, loads rising without repeats.
+    /// Points `(load, output)` with rising, different loads.
     knots: Vec<(f64, f64)>,
     averages: Vec<(f64, f64)>,
 }
 
 impl Curve {
-    /// Averages a branch without the smaller cycles within it. Panics if it lies outside `loads`, or the lengths differ.
+    /// Averages a branch without the smaller cycles within it. Panics if `loads` lacks its samples, or the lengths differ.
     pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
         assert_eq!(loads.len(), outputs.len(), "one output for each load");
         let mut cells = [(0.0, 0.0, 0.0); CELLS];
@@ -47,7 +46,7 @@ impl Curve {
             .collect();
         let ends = [lowest, highest].map(|k| (loads[k], outputs[k]));
         let mut knots = vec![ends[0]];
-        // An average that equals an end sample, up to rounding, is dropped.
+        // An average whose load equals that of an end, up to rounding, is dropped.
         let least_gap = 1e-9 * branch.span();
         knots.extend(
             averages
@@ -58,7 +57,7 @@ impl Curve {
         Self { knots, averages }
     }
 
-    /// Returns the output at this load; beyond the ends, the output at the end.
+    /// Returns the output at this load, or beyond an end the output at the end.
     pub fn at(&self, load: f64) -> f64 {
         let next = self.knots.partition_point(|(knot, _)| *knot <= load);
         match (next.checked_sub(1), self.knots.get(next)) {
@@ -72,21 +71,19 @@ impl Curve {
         }
     }
 
-    /// Returns the averages as `(load, output)`, loads rising: one for each hundredth of the range that has samples.
+    /// Returns the averages as `(load, output)` with rising loads: one for each hundredth of the range that has samples.
     pub fn averages(&self) -> &[(f64, f64)] {
         &self.averages
     }
 
-    /// Returns the two ends as `(load, output)`; `None` with fewer than two averages. The outputs are extrapolated from the
-    /// outer two averages, so that they do not depend on the noise of one sample.
+    /// Returns the points of minimum and maximum load as `(load, output)`; `None` with fewer than two averages. Their outputs
+    /// are extrapolated from the nearest two averages, so that they do not depend on the noise of one sample.
     pub fn ends(&self) -> Option<[(f64, f64); 2]> {
-        let [first, second, ..] = self.averages[..] else {
+        let ([first, second, ..], [.., before, last]) = (&self.averages[..], &self.averages[..])
+        else {
             return None;
         };
-        let [.., before, last] = self.averages[..] else {
-            return None;
-        };
-        let carried = |load: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
+        let carried = |load: f64, (x0, y0): &(f64, f64), (x1, y1): &(f64, f64)| {
             (load, y0 + (y1 - y0) * (load - x0) / (x1 - x0))
         };
         let (low, high) = (self.knots[0].0, self.knots[self.knots.len() - 1].0);
@@ -114,7 +111,7 @@ mod tests {
             let load = f64::from(k) / 2.0;
             assert!((curve.at(load) - (3.0 - 2.0 * load)).abs() < 1e-9, "{load}");
         }
-        assert_eq!(curve.averages().len(), CELLS);
+        assert_eq!(curve.averages.len(), CELLS);
     }
 
     /// Fewer samples than cells: straight lines between the samples, and the end values beyond the ends.
@@ -124,7 +121,7 @@ mod tests {
         for (load, expected) in [(-1.0, 0.0), (2.0, 8.0), (4.0, 16.0), (7.0, 58.0), (11.0, 100.0)] {
             assert!((curve.at(load) - expected).abs() < 1e-12, "{load}");
         }
-        assert_eq!(curve.averages().len(), 3);
+        assert_eq!(curve.averages.len(), 3);
         assert_eq!(curve.ends(), Some([(0.0, 0.0), (10.0, 100.0)]));
     }
 

@@ -1,14 +1,14 @@
-//! Cycles, and the distance between their two branches at equal load.
+//! Cycles of a load, and the width of the loop between their two branches.
 
 use crate::min_max::MinMax;
 use crate::recording::median::white_noise;
 use crate::scoring::loops::curve::Curve;
 use crate::scoring::loops::turns::Branch;
 
-/// Number of loads at which the two branches of a loop are compared: every hundredth of the common range.
+/// Number of loads at which the two branches of a loop are compared: at every hundredth of the common range.
 pub const LOADS: usize = 101;
 
-/// Two neighbouring branches of one recording.
+/// Cycle of a load: two neighbouring branches of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
     pub recording: usize,
@@ -35,13 +35,13 @@ impl Cycle {
     }
 }
 
-/// Share of the largest width to which the noise of the width is reduced by averaging.
+/// Maximum noise of a loop's width after smoothing, as a share of the largest width.
 const MAX_NOISE: f64 = 0.02;
-/// Maximum number of neighbouring loads to each side for averaging. Full averaging lowers a width that peaks by an eighth,
-/// and the width of an ellipse by a hundredth.
+/// Maximum number of neighbours on each side for smoothing the widths. This maximum lowers a pointed width by an eighth, and
+/// the width of an ellipse by a hundredth.
 const MAX_NEIGHBOURS: usize = 12;
 
-/// One output along both branches of a cycle: [`LOADS`] values per branch, at loads in even steps over `range`.
+/// Hysteresis loop of one output: [`LOADS`] values on each branch, at loads in equal steps over `range`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
     /// Range of loads that both branches cover.
@@ -53,7 +53,7 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// Returns an output over the loads of both branches. Panics if the cycle lies outside `loads`, or the lengths differ.
+    /// Returns the loop of an output over a cycle. Panics if the cycle lies outside `loads`, or the lengths differ.
     pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
         let range = cycle.loads();
         let on = |branch: &Branch| {
@@ -63,17 +63,13 @@ impl Loop {
         Self { range, rising: on(cycle.rising()), falling: on(cycle.falling()) }
     }
 
-    /// Returns the mean of several loops over the loads that all of them cover; `None` if there are none.
+    /// Returns the mean of several loops over the loads that all of them cover; `None` if they have no load in common.
     pub fn mean(loops: &[Self]) -> Option<Self> {
         let range = MinMax::common(loops.iter().map(|one| one.range));
         let usable = range.span() > 0.0 && range.span().is_finite();
-        let mean = |branch: fn(&Self) -> &[f64]| -> Vec<f64> {
-            even_loads(range)
-                .map(|load| {
-                    let sum: f64 = loops.iter().map(|one| one.at(branch(one), load)).sum();
-                    sum / loops.len() as f64
-                })
-                .collect()
+        let mean = |branch: fn(&Self) -> &[f64]| {
+            let sum = |load| loops.iter().map(|one| one.at(branch(one), load)).sum::<f64>();
+            even_loads(range).map(|load| sum(load) / loops.len() as f64).collect()
         };
         usable.then(|| Self {
             range,
@@ -82,7 +78,7 @@ impl Loop {
         })
     }
 
-    /// Returns the output of a branch of this loop at a load within its range.
+    /// Returns the output of a branch of this loop at a load within the loop's range.
     fn at(&self, branch: &[f64], load: f64) -> f64 {
         let steps = (LOADS - 1) as f64;
         let position = ((load - self.range.min) / self.range.span() * steps).clamp(0.0, steps);
@@ -90,54 +86,53 @@ impl Loop {
         branch[below] + (branch[below + 1] - branch[below]) * (position - below as f64)
     }
 
-    /// Returns the loads at which the branches are compared, rising.
+    /// Returns the loads at which the branches are compared, in rising order.
     pub fn loads(&self) -> impl Iterator<Item = f64> + use<> {
         even_loads(self.range)
     }
 
-    /// Returns the loop's width at each load: falling minus rising, so positive if the output lags behind.
+    /// Returns the loop's width at each load: falling minus rising output, positive if the output lags behind the load.
     pub fn widths(&self) -> impl Iterator<Item = f64> {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the width's magnitude at each load, smoothed by lines through as few neighbours as make its noise small. Without
-    /// smoothing, noise would lift the largest width and the mean magnitude above zero.
+    /// Returns the magnitude of the smoothed width at each load. The width is smoothed by lines through as few neighbours as
+    /// make its noise small. Otherwise noise would increase the largest and the mean magnitude.
     fn quiet_widths(&self) -> Vec<f64> {
-        let widths: Vec<f64> = self.widths().collect();
-        let noise = white_noise(&widths);
-        let on_lines =
-            |half| (0..LOADS).map(|at| on_line(&widths, at, half).abs()).collect::<Vec<_>>();
+        let widths = &self.widths().collect::<Vec<f64>>();
+        let noise = white_noise(widths);
+        let on_lines = |half| (0..LOADS).map(move |at| on_line(widths, at, half).abs());
         let is_quiet = |half: &usize| {
-            let largest = on_lines(*half).into_iter().fold(0.0, f64::max);
+            let largest = on_lines(*half).fold(0.0, f64::max);
             2.0 * noise <= MAX_NOISE * largest * ((2 * half + 1) as f64).sqrt()
         };
-        on_lines((0..MAX_NEIGHBOURS).find(is_quiet).unwrap_or(MAX_NEIGHBOURS))
+        on_lines((0..MAX_NEIGHBOURS).find(is_quiet).unwrap_or(MAX_NEIGHBOURS)).collect()
     }
 
-    /// Returns the largest magnitude of the width.
+    /// Returns the largest magnitude of the loop's width.
     ///
     /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the maximum.
     pub fn largest_width(&self) -> f64 {
         self.quiet_widths().into_iter().fold(0.0, f64::max)
     }
 
-    /// Returns the mean magnitude of the width over the common range.
+    /// Returns the mean magnitude of the loop's width over the range.
     pub fn mean_width(&self) -> f64 {
         mean_by_trapezoids(self.quiet_widths().into_iter())
     }
 
-    /// Returns the integral of the width's magnitude over the load, also for open loops and branches that cross.
+    /// Returns the integral of the width's magnitude over the load, also for open loops and crossing branches.
     pub fn area(&self) -> f64 {
         self.mean_width() * self.range.span()
     }
 
-    /// Returns the integral of the signed width over the load: positive if the output lags behind, negative if it leads.
+    /// Returns the integral of the signed width over the load: positive if the output lags behind the load, else negative.
     pub fn work(&self) -> f64 {
         mean_by_trapezoids(self.widths()) * self.range.span()
     }
 }
 
-/// Returns [`LOADS`] loads in even steps.
+/// Returns [`LOADS`] loads in equal steps from the minimum to the maximum.
 pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     (0..LOADS).map(move |step| {
         let share = step as f64 / (LOADS - 1) as f64;
@@ -145,7 +140,7 @@ pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Returns the mean over a polyline through [`LOADS`] values in even steps.
+/// Returns the mean of a function with these [`LOADS`] values at equal steps, by the trapezoidal rule.
 fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     let last = LOADS - 1;
     let weighted = values.enumerate().map(|(at, value)| {
@@ -155,7 +150,7 @@ fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     weighted.sum::<f64>() / last as f64
 }
 
-/// Returns the value at an index of the least-squares line through its neighbours: up to `half` on each side.
+/// Returns the value at index `at` of the least-squares line through this value and up to `half` neighbours on each side.
 fn on_line(values: &[f64], at: usize, half: usize) -> f64 {
     let from = at.saturating_sub(half);
     let own = &values[from..(at + half + 1).min(values.len())];

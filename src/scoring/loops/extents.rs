@@ -3,7 +3,7 @@
 use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::loops::turns::LoadExtent;
 
-/// Returns the noise and range of each axis' load in these recordings. Recordings without a reference are skipped.
+/// Returns the noise and range of each axis' load in these recordings. Axes that a recording lacks are skipped.
 pub fn extents_of<'a>(
     recordings: impl IntoIterator<Item = &'a Recording>,
     axes: &[Axis],
@@ -23,8 +23,7 @@ pub fn extents_of<'a>(
     extents
 }
 
-/// Returns the noise and range of each axis' load in the training and test recordings, or in all recordings if there are
-/// none. Every view of the recordings uses this rule.
+/// Returns the noise and range of each axis' load in the training and test recordings. If there are none, all recordings count.
 pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
     let entries = set.entries().iter();
     let used = entries.clone().filter(|entry| entry.role != Role::Off);

@@ -1,21 +1,19 @@
 //! Hysteresis loops: reversals of a load, the branches between them, and the distance of two branches at equal load.
 //!
-//! Each loop belongs to one axis: its reference load is the horizontal axis, and any output of the sensor is the vertical one
-//! (a raw gauge, the conventional or the compensated load, an error). Reversals depend on the load alone, so all outputs are
-//! compared on the same cycles.
+//! A loop shows an output over the reference load of one axis. The output is a raw gauge, the conventional or the compensated
+//! load, or an error. Reversals depend on the load alone, so all outputs are compared on the same cycles.
 //!
 //! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold
 //!   ([`default_reversal_threshold`] unless the user sets one). The intervals between reversals are **branches**, rising and
-//!   falling in turn. A branch never crosses from one recording into another.
-//! * **Cycles** are counted by rainflow (ASTM E1049): a small cycle within a large one is a cycle of its own, and the large
-//!   one continues as if the small one had not happened. So the reversal threshold sets the size of the smallest cycle, and
-//!   hardly changes large ones. Leftover half cycles form cycles with their neighbours, each with one at most.
-//! * The **largest cycle** is the one whose two branches share the widest range of loads. Results for one cycle are of the
-//!   largest cycle.
-//! * **Full cycles** cover at least [`FULL_SHARE`] of the largest cycle's range. The **mean loop** is their mean over the
-//!   loads that all of them cover. It exists if at least [`FEWEST_CYCLES`] are full and share more than [`MOST`] of all
-//!   loads.
-//! * A loop is compared at 101 loads over its common range. Each branch is averaged over hundredths of its range ([`Curve`]).
+//!   falling in turn. Each branch lies within one recording.
+//! * **Cycles** are counted by rainflow (ASTM E1049). A small cycle within a large one is a cycle of its own, and is removed
+//!   from the large one. So the reversal threshold sets the size of the smallest cycle, and hardly changes large cycles. A half
+//!   cycle that counting leaves over forms a cycle with at most one neighbour.
+//! * The **largest cycle** is the one whose two branches share the widest range of loads.
+//! * **Full cycles** cover at least [`FULL_SHARE`] of the largest cycle's range. The **mean loop** is the mean of their loops,
+//!   over the loads that all of them cover. The mean loop exists if at least [`FEWEST_CYCLES`] cycles are full and share more
+//!   than [`MOST`] of all loads.
+//! * Branches are compared at 101 loads over their common range, each averaged over hundredths of its range ([`Curve`]).
 
 mod curve;
 mod cycle;
@@ -41,34 +39,34 @@ pub use outline::{Density, Frame, Outline, outline};
 pub(crate) use turns::{Branch, NOISE_FACTOR};
 pub use turns::{LoadExtent, branches, default_reversal_threshold};
 
-/// Smallest share of the largest cycle's range that a full cycle covers.
+/// Minimum share of the largest cycle's range that a full cycle covers.
 pub const FULL_SHARE: f64 = 0.8;
 /// Minimum number of full cycles for a mean loop.
 pub const FEWEST_CYCLES: usize = 3;
-/// Smallest share of all loads that the cycles of a mean loop must have in common.
+/// Share of the range of all loads that the full cycles must have in common for a mean loop.
 pub const MOST: f64 = 0.5;
 
-/// Branches and cycles of one axis in several recordings.
+/// Branches and cycles of the load on one axis in several recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
     branches: Vec<Vec<Branch>>,
-    /// Cycles sorted by recording and time. Each half cycle belongs to one of them at most.
+    /// Cycles sorted by recording and time. Each half cycle belongs to at most one cycle.
     cycles: Vec<Cycle>,
-    /// Half cycles of each recording that rainflow counting leaves over, in the order of time.
+    /// Half cycles that rainflow counting leaves over, for each recording in the order of time.
     residue: Vec<Vec<Branch>>,
 }
 
-/// Reason why the cycles make no mean loop.
+/// Reason why there is no mean loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooFew {
     /// Number of full cycles.
     pub count: usize,
-    /// Share of all loads that the full cycles have in common.
+    /// Share of the range of all loads that the full cycles have in common.
     pub share: f64,
 }
 
 impl Loops {
-    /// Splits each recording's load at its reversals, and counts the cycles.
+    /// Splits the load of each recording at its reversals and counts the cycles.
     pub fn of<'a>(
         recordings: impl IntoIterator<Item = &'a [f64]>,
         reversal_threshold: f64,
@@ -99,12 +97,12 @@ impl Loops {
         &self.branches
     }
 
-    /// Returns all cycles, recording by recording, sorted by their beginnings.
+    /// Returns all cycles, sorted by recording and by their first sample.
     pub fn cycles(&self) -> &[Cycle] {
         &self.cycles
     }
 
-    /// Returns the cycle whose branches share the widest range of loads, or the first of several equal ones.
+    /// Returns the cycle whose branches share the widest range of loads; the first of several equal cycles.
     pub fn largest(&self) -> Option<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {
@@ -125,7 +123,7 @@ impl Loops {
         })
     }
 
-    /// Returns the cycles that cover at least [`FULL_SHARE`] of the largest one's range.
+    /// Returns the cycles that cover at least [`FULL_SHARE`] of the largest cycle's range.
     pub fn full_cycles(&self) -> Vec<Cycle> {
         let Some(largest) = self.largest() else {
             return Vec::new();
@@ -134,26 +132,21 @@ impl Loops {
         full.filter(|cycle| covers(cycle.loads(), largest.loads())).cloned().collect()
     }
 
-    /// Returns the full cycles; [`TooFew`] if fewer than [`FEWEST_CYCLES`] are full, or if they share no more than [`MOST`] of
-    /// `range`, the minimum and maximum of all loads.
+    /// Returns the full cycles if they make a mean loop. `range` is the minimum and maximum of all loads. The error is
+    /// [`TooFew`] if fewer than [`FEWEST_CYCLES`] cycles are full, or if they share no more than [`MOST`] of `range`.
     pub fn mean_cycles(&self, range: MinMax) -> Result<Vec<Cycle>, TooFew> {
         let full = self.full_cycles();
-        let common = common_loads(&full);
         let count = full.len();
-        let share = common.share_of(range);
-        match count >= FEWEST_CYCLES && share > MOST {
-            true => Ok(full),
-            false if count == 0 => Err(TooFew { count, share: 0.0 }),
-            false => Err(TooFew { count, share }),
-        }
+        let share = if count == 0 { 0.0 } else { common_loads(&full).share_of(range) };
+        if count >= FEWEST_CYCLES && share > MOST { Ok(full) } else { Err(TooFew { count, share }) }
     }
 
-    /// Returns the widest rising branch without the smaller cycles within it, and its recording.
+    /// Returns the rising half cycle with the widest range of loads, and the index of its recording.
     pub fn widest_rising(&self) -> Option<(usize, &Branch)> {
         let halves = self.residue.iter().enumerate();
-        let halves =
-            halves.flat_map(|(recording, own)| own.iter().map(move |half| (recording, half)));
-        let rising = halves.filter(|(_, half)| half.rising);
+        let rising = halves.flat_map(|(recording, own)| {
+            own.iter().filter(|half| half.rising).map(move |half| (recording, half))
+        });
         rising.reduce(|widest, other| if other.1.span() > widest.1.span() { other } else { widest })
     }
 }
@@ -163,7 +156,7 @@ pub(crate) fn common_loads(cycles: &[Cycle]) -> MinMax {
     MinMax::common(cycles.iter().map(Cycle::loads))
 }
 
-/// Returns true if one range of loads covers at least [`FULL_SHARE`] of the other.
+/// Returns true if the range `own` covers at least [`FULL_SHARE`] of the range `whole`.
 fn covers(own: MinMax, whole: MinMax) -> bool {
     MinMax::common([own, whole].into_iter()).span() >= FULL_SHARE * whole.span()
 }

@@ -1,21 +1,20 @@
-//! Reduces paths to a number of points that can be drawn fast, or to their density where there are too many points.
+//! Reduces paths to points that can be drawn fast, or to a density if the points are too many.
 //!
-//! Guarantees: no drawn point is further than a pixel from the measured path, and no measured sample is further than a pixel
-//! from the drawing. The size of the drawing depends on its pixels, not on the number of samples.
+//! Guarantees: no drawn point is farther than a pixel from the measured path, and no measured sample is farther than a pixel
+//! from the drawing. The size of the drawing is limited by its pixels, not by the number of samples.
 
 use crate::scoring::loops::raster::Raster;
 
-/// Cells per pixel in each direction. A cell's diagonal and the tolerance for skipped samples together stay below a pixel.
+/// Number of cells per pixel in each direction. A cell's diagonal plus the distance of skipped samples is below a pixel.
 const CELLS_PER_PIXEL: f64 = 2.0;
-/// Distance in cells from the last kept sample within which a sample is skipped.
+/// Distance from the last kept sample up to which a sample is skipped, in cells.
 const REACH: f64 = 0.4;
-/// Mean number of lines over a touched pixel above which lines hide each other. At the opacity of this many lines, one more
-/// is not visible.
+/// Mean number of lines over each touched pixel from which the density is drawn. One line more would no longer be visible.
 const MAX_PASSES: f64 = 4.0;
-/// Largest number of cells in either direction. This limit bounds the memory for any requested size.
+/// Maximum number of cells in each direction, which limits the memory.
 const MAX_CELLS: f64 = 16_384.0;
 
-/// A rectangle of the plane that is drawn.
+/// Rectangle of loads and outputs that is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Minimum and maximum load.
@@ -24,40 +23,40 @@ pub struct Frame {
     pub outputs: (f64, f64),
 }
 
-/// A part of a branch as points `[load, output]`.
+/// Part of a branch as points `[load, output]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     pub rising: bool,
-    /// Points in the order of time, unless there were too many.
+    /// Points `[load, output]` in the order of time.
     pub points: Vec<[f64; 2]>,
 }
 
-/// Density of paths, in cells of half a pixel.
+/// Number of samples in cells of half a pixel, on a logarithmic scale.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
     /// Rectangle that the cells cover.
     pub frame: Frame,
     /// Number of cells horizontally and vertically.
     pub cells: [usize; 2],
-    /// Levels row by row, from the minimum output up. Level 0 is a cell that no path touches, 1 a cell that a path crosses
-    /// between samples. Each doubling of the number of samples in the cell adds one: 2 for one sample, 3 for two or three, …
+    /// Level of each cell, row by row from the minimum output up. Level 0 means that no path touches the cell, 1 that a path
+    /// crosses it between samples. Level 2 means one sample, 3 two or three samples, and so on with each doubling.
     pub levels: Vec<u8>,
 }
 
-/// Drawing of the paths.
+/// Reduced drawing of paths.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outline {
     /// Paths as lines.
     Lines(Vec<Vec<[f64; 2]>>),
-    /// Density of the paths, if there are too many lines.
+    /// Density of the paths, if the lines are too many.
     Density(Density),
 }
 
-/// Returns the drawing of paths in `frame` on a plot of this width and height in pixels.
+/// Returns the reduced drawing of paths in `frame`, on a plot with this width and height in pixels.
 ///
-/// A path is straight between samples, ends at values that are not finite, and is clipped at the frame. Samples within a
-/// fifth of a pixel of the last kept one are skipped. The density is drawn if there are more samples than touched pixels and
-/// several lines cross each, or if more than `most` points remain, which would be slow to draw in every frame.
+/// A path is straight between samples, ends at values that are not finite, and is clipped at the frame. Samples within a fifth
+/// of a pixel of the last kept sample are skipped. The result is a density if there are more samples than touched pixels and
+/// several lines cross each pixel. It is also a density if more than `most` points remain, because drawing them would be slow.
 pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     paths: impl IntoIterator<Item = P>,
     frame: Frame,
@@ -88,7 +87,7 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
 struct Grid {
     low: [f64; 2],
     size: [f64; 2],
-    /// Number of cells in each direction, as whole numbers.
+    /// Number of cells in each direction, a whole number.
     cells: [f64; 2],
 }
 
@@ -111,26 +110,24 @@ impl Grid {
         [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
     }
 
-    /// Returns the part of a step that lies on the plot, as two shares of the step.
+    /// Returns the start and the end of the part of a step that lies on the plot, as shares of the step.
     fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
         for i in [0, 1] {
             let way = to[i] - from[i];
-            if way == 0.0 {
-                if !(0.0..=self.cells[i]).contains(&from[i]) {
-                    return None;
-                }
-                continue;
+            if way != 0.0 {
+                let shares = [-from[i] / way, (self.cells[i] - from[i]) / way];
+                start = start.max(shares[0].min(shares[1]));
+                end = end.min(shares[0].max(shares[1]));
+            } else if !(0.0..=self.cells[i]).contains(&from[i]) {
+                return None;
             }
-            let shares = [-from[i] / way, (self.cells[i] - from[i]) / way];
-            start = start.max(shares[0].min(shares[1]));
-            end = end.min(shares[0].max(shares[1]));
         }
         (start <= end).then_some((start, end))
     }
 }
 
-/// A sample and its position on the plot.
+/// Sample and its position on the plot in cells.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     point: [f64; 2],
@@ -142,7 +139,7 @@ impl Place {
         (0..2).all(|i| (other.cell[i] - self.cell[i]).abs() <= REACH)
     }
 
-    /// Returns the point at this share of the way to the other sample; exact at both ends.
+    /// Returns the place at this share of the way to the other sample.
     fn towards(&self, other: &Self, share: f64) -> Self {
         let between = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] + share * (b[i] - a[i]));
         match share {
@@ -156,12 +153,12 @@ impl Place {
     }
 }
 
-/// Lines that grow step by step.
+/// Lines to which steps are added.
 #[derive(Debug, Default)]
 struct Lines {
     lines: Vec<Vec<[f64; 2]>>,
     n_points: usize,
-    /// True if the next step may continue at the end of the last one.
+    /// True if the next step may continue the last line.
     open: bool,
 }
 
@@ -186,11 +183,11 @@ impl Lines {
 struct Drawn {
     grid: Grid,
     raster: Raster,
-    /// Number of samples in each cell, up to the largest number that fits.
+    /// Number of samples in each cell, limited to the largest `u16`.
     counts: Vec<u16>,
-    /// All steps, unless there are too many.
+    /// All steps so far, unless they are too many.
     all: Lines,
-    /// Total length of all steps, in pixels.
+    /// Total length of all steps so far, in pixels.
     length: f64,
     most: usize,
 }
@@ -198,7 +195,7 @@ struct Drawn {
 impl Drawn {
     fn add(&mut self, path: impl IntoIterator<Item = [f64; 2]>) {
         self.all.open = false;
-        // State: the last kept sample, whether a step led to it, and the last sample skipped since.
+        // State of the path: the last kept sample, true if a step led to this sample, and the last skipped sample after it.
         let mut kept: Option<(Place, bool)> = None;
         let mut passed: Option<Place> = None;
         for point in path {
@@ -230,7 +227,7 @@ impl Drawn {
         }
     }
 
-    /// Keeps the end of a path. A path that never moves becomes a dash of one pixel.
+    /// Draws the end of a path. A path within a fraction of a pixel becomes a dash of one pixel.
     fn end(&mut self, kept: Option<(Place, bool)>, passed: Option<Place>) {
         match (kept, passed) {
             (Some((last, true)), Some(end)) => self.step(&last, &end),
@@ -262,7 +259,7 @@ impl Drawn {
         self.raster.touch(from.cell, to.cell);
     }
 
-    /// Returns true if there are more samples than touched pixels, and too many lines over each pixel to tell them apart.
+    /// Returns true if there are more points than touched pixels, and too many lines over each pixel to see them.
     fn hides_itself(&self) -> bool {
         let n_pixels = self.raster.n_touched_squares();
         self.all.n_points > n_pixels && self.length > MAX_PASSES * n_pixels as f64
@@ -425,7 +422,7 @@ mod tests {
         }
     }
 
-    /// For any number of samples, the density has the same cells, and the same ones are touched.
+    /// The number of samples changes neither the cells of the density nor the set of touched cells.
     #[test]
     fn the_size_of_a_density_depends_on_the_picture_and_its_levels_on_how_often() {
         for (name, paths) in kinds() {

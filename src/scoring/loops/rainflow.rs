@@ -1,25 +1,25 @@
-//! Rainflow counting: finds the branches that make a cycle, even with smaller cycles within them.
+//! Rainflow counting: finds the cycles of a load, also those that contain smaller cycles.
 //!
-//! Guarantees: the counts are those of ASTM E1049 5.4.4 with its residue. A large cycle is the same whether or not small ones
-//! within it count as reversals. The work is about two visits of each sample.
+//! Guarantees: the counts are those of ASTM E1049 5.4.4 with its residue. A large cycle does not depend on the small cycles
+//! within it. Each sample is read about twice.
 
 use crate::min_max::MinMax;
 use crate::scoring::loops::turns::Branch;
 
-/// Closed cycles of one recording, and the leftover half cycles.
+/// Closed cycles of one recording, and the half cycles that are left over.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Counted {
-    /// The two branches of each cycle, in the order of closing. The second branch ends where the load is back at its start.
+    /// The two branches of each closed cycle. The second branch ends where the load is back at the start of the first.
     pub closed: Vec<[Branch; 2]>,
-    /// Half cycles in the order of time: their ranges first grow and then shrink.
+    /// Half cycles in the order of time. Their ranges first grow and then shrink.
     pub residue: Vec<Branch>,
 }
 
-/// Counts the cycles of a recording, given as its branches.
+/// Counts the cycles of a recording from its branches.
 ///
-/// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle range is a cycle if neither neighbour is
-/// smaller. The leftover half cycles are those of the standard. If three ranges are exactly equal, none is taken out, so
-/// equal cycles pair in the order of time; the counts are the same.
+/// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle of three ranges is a cycle if neither neighbour
+/// is smaller. The half cycles that are left over are those of the standard. If three ranges are equal, the middle one is not
+/// taken as a cycle. Equal half cycles are later paired in the order of time, so the counts are the same.
 pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     let mut counted = Counted::default();
     let residue = &mut counted.residue;
@@ -60,7 +60,7 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     counted
 }
 
-/// Returns the first sample of the later branch at which the load is back at the start of the earlier one.
+/// Returns the first sample of the branch `after` at which the load is back at the start of the branch `own`.
 fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     let is_back = |k: &usize| match after.rising {
         true => loads[*k] >= own.loads.max,
@@ -70,12 +70,12 @@ fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     after.kept().find(is_back).unwrap_or(last)
 }
 
-/// Returns the pairs of neighbours that form cycles, each half cycle in one pair at most. The pairs have the largest possible
-/// sum of squared common ranges.
+/// Returns the first element of each pair of neighbours that form a cycle. A half cycle is in at most one pair. The pairs have
+/// the largest possible sum of squared common ranges.
 pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
     let common =
         |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
-    // Dynamic programming over the first elements: the largest sum, and whether the last two form a pair.
+    // Dynamic programming: for the first n half cycles, the largest sum, and true if the last two form a pair.
     let mut best = vec![(0.0, false); residue.len() + 1];
     for n in 2..=residue.len() {
         let paired = best[n - 2].0 + common(n - 2) * common(n - 2);

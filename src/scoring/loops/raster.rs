@@ -1,19 +1,19 @@
-//! Marks the grid cells that lines touch. Cells are grouped in blocks of blocks, so that full blocks are skipped at once.
+//! Marks the cells of a plot that lines touch. Full blocks of cells, and full blocks of blocks, are skipped at once.
 
-/// Cells per side of a block, and blocks per side of a block of blocks, so that a block fits in the bits of one word.
+/// Number of cells along each side of a block, and of blocks along each side of a larger block. A block fits into one word.
 const SIDE: usize = 8;
 const LEVELS: usize = 4;
 
-/// Cells of a plot through which a line already passes. A block whose cells are all covered is skipped in one step.
+/// Cells of a plot that lines have touched so far.
 #[derive(Debug)]
 pub(crate) struct Raster {
-    /// Levels: cells, blocks, blocks of blocks, and so on.
+    /// Cells, blocks of cells, blocks of blocks, and so on.
     levels: [Level; LEVELS],
-    /// Cells beyond the plot that count as touched, so that blocks at its edge can be full.
+    /// Number of squares beyond the plot that count as touched, so that blocks at the edge can become full.
     n_beyond: usize,
 }
 
-/// One bit for each cell or block, and one word for each block of them.
+/// One bit for each cell or block of a level, and one word for each larger block.
 #[derive(Debug)]
 struct Level {
     /// Number of cells or blocks horizontally and vertically.
@@ -25,7 +25,7 @@ impl Level {
     pub(crate) fn new(n: [usize; 2]) -> Self {
         let [across, up] = n.map(|n| n.div_ceil(SIDE));
         let mut level = Self { n, words: vec![0; across * up] };
-        // Cells beyond the plot must not keep a block from being full.
+        // Cells beyond the plot count as touched, so that blocks at the edge can become full.
         for y in 0..up * SIDE {
             for x in 0..across * SIDE {
                 if x >= n[0] || y >= n[1] {
@@ -46,7 +46,7 @@ impl Level {
         self.words[word] & bit != 0
     }
 
-    /// Sets a bit. Returns true if its block is full now.
+    /// Sets a bit. Returns true if the block of the bit is full now.
     fn set(&mut self, at: [usize; 2]) -> bool {
         let (word, bit) = self.place(at);
         self.words[word] |= bit;
@@ -81,8 +81,7 @@ impl Raster {
 
     /// Returns the number of touched squares of two by two cells.
     pub(crate) fn n_touched_squares(&self) -> usize {
-        // The bits of a block are stored row by row. The bits of a square are combined from its upper row and then from its
-        // right column.
+        // The bits of a block are stored row by row. First two rows are combined, then two columns.
         let squares = self.levels[0].words.iter().map(|word| {
             let rows = word | word >> SIDE;
             ((rows | rows >> 1) & 0x0055_0055_0055_0055).count_ones() as usize
@@ -90,7 +89,7 @@ impl Raster {
         squares.sum::<usize>() - self.n_beyond
     }
 
-    /// Visits the blocks of a level within these limits, between two shares of the line.
+    /// Marks all blocks of a level that a line touches within these limits, between two shares of the line.
     fn walk(
         &mut self,
         level: usize,

@@ -1,26 +1,27 @@
 //! Finds the reversals of a load, and the branches between them.
 //!
-//! Guarantees: one pass. Every sample lies in a branch, and neighbouring branches share the sample of the reversal. A
-//! reversal counts only once the load has turned back by more than the reversal threshold.
+//! Guarantees: the samples are read once. Every sample lies in a branch, and neighbouring branches share the sample of the
+//! reversal. At a reversal, the load turns back by more than the reversal threshold.
 
 use std::ops::Range;
 
 use crate::min_max::MinMax;
 use crate::scoring::quantile::quantile;
 
-/// Ratio of the default reversal threshold to the noise's standard deviation. White noise of 250,000 samples spans 9.2 of it.
+/// Default reversal threshold in standard deviations of the noise. 250,000 samples of white noise span 9.2 of these.
 pub const NOISE_FACTOR: f64 = 10.0;
-/// Smallest default reversal threshold, as a share of the load's range.
+/// Minimum of the default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
-/// Maximum number of differences of a recording that are used for its noise. This number determines the noise to about 5 %.
+/// Maximum number of differences from which the noise of a recording is computed. This number determines the noise to about 5
+/// %.
 const MAX_DIFFERENCES: usize = 1024;
-/// Median of the magnitude of a normal deviate, in standard deviations.
+/// Median magnitude of normally distributed numbers, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
-/// An interval in which a load moves in one direction.
+/// Interval in which a load moves in one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
-    /// Samples from reversal to reversal, both included.
+    /// Samples from one reversal to the next, both included.
     pub samples: Range<usize>,
     pub rising: bool,
     pub loads: MinMax,
@@ -29,7 +30,7 @@ pub struct Branch {
 }
 
 impl Branch {
-    /// Returns the samples without those of smaller cycles within this branch.
+    /// Returns the samples of this branch without those of smaller cycles within it.
     pub fn kept(&self) -> impl Iterator<Item = usize> {
         let starts =
             std::iter::once(self.samples.start).chain(self.nested.iter().map(|own| own.end));
@@ -42,9 +43,9 @@ impl Branch {
     }
 }
 
-/// Splits one recording at its reversals, from which the load turns back by more than `reversal_threshold` (in its unit).
+/// Splits the load of one recording at its reversals. `reversal_threshold` is in the unit of the load.
 ///
-/// The first branch starts with the recording, and the last one ends with it. A load that moves by less has no branch.
+/// The branches cover the whole recording. A load that spans no more than the threshold has no branch.
 pub fn branches(loads: &[f64], reversal_threshold: f64) -> Vec<Branch> {
     let (turns, first_rises) = turns(loads, reversal_threshold);
     let Some(mut rising) = first_rises else {
@@ -62,8 +63,8 @@ pub fn branches(loads: &[f64], reversal_threshold: f64) -> Vec<Branch> {
         .collect()
 }
 
-/// Returns the samples of the reversals, and whether the load rises before the first; `None` if the load never moves by more
-/// than the reversal threshold.
+/// Returns the samples of the reversals, and true if the load rises before the first reversal. `None` means that the load spans
+/// no more than the reversal threshold.
 fn turns(loads: &[f64], reversal_threshold: f64) -> (Vec<usize>, Option<bool>) {
     let mut turns = Vec::new();
     let (mut first_rises, mut rises) = (None, None);
@@ -96,10 +97,10 @@ fn turns(loads: &[f64], reversal_threshold: f64) -> (Vec<usize>, Option<bool>) {
     (turns, first_rises)
 }
 
-/// Range and noise of one axis' load in several recordings.
+/// Noise and range of one axis' load in several recordings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadExtent {
-    /// Standard deviation of the noise, of the noisiest recording.
+    /// Standard deviation of the noise in the noisiest recording, in the unit of the load.
     pub noise: f64,
     /// Minimum and maximum load of all recordings.
     pub loads: MinMax,
@@ -112,35 +113,32 @@ impl Default for LoadExtent {
 }
 
 impl LoadExtent {
-    /// Returns the extent of these recordings. A recording's noise is the median magnitude of the load's fourth difference over
-    /// `√70 · 0.674`: these have `1 + 16 + 36 + 16 + 1 = 70` times the variance of white noise. Fourth differences contain less
-    /// of a fast load than second differences, and the median ignores the few turns and steps.
+    /// Returns the noise and range of these recordings. A recording's noise is the median magnitude of the load's fourth
+    /// differences, divided by `√70 · 0.674`. Fourth differences of white noise have `1 + 16 + 36 + 16 + 1 = 70` times its
+    /// variance. A fast load affects them less than second differences, and the median ignores a few reversals and steps.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
-        let mut extent = Self::default();
-        for loads in recordings {
-            let own = Self { noise: noise_of(loads), loads: loads.iter().collect() };
-            extent = extent.with(own);
-        }
-        extent
+        let recordings = recordings.into_iter();
+        let each = recordings.map(|own| Self { noise: noise_of(own), loads: own.iter().collect() });
+        each.fold(Self::default(), Self::with)
     }
 
-    /// Returns the extent of these and other recordings together.
+    /// Returns the noise and range of these recordings and others together.
     pub fn with(self, other: Self) -> Self {
         Self { noise: self.noise.max(other.noise), loads: self.loads.joined(other.loads) }
     }
 
-    /// Returns the default reversal threshold, in the unit of the loads: ten times the noise, but at least 5 % of the range.
+    /// Returns the default reversal threshold, in the unit of the load: ten times the noise, but at least 5 % of the range.
     pub fn reversal_threshold(&self) -> f64 {
         (NOISE_FACTOR * self.noise).max(MIN_SHARE * self.loads.span())
     }
 }
 
-/// Returns the default reversal threshold, in the unit of the loads; see [`LoadExtent::reversal_threshold`].
+/// Returns the default reversal threshold, in the unit of the load; see [`LoadExtent::reversal_threshold`].
 pub fn default_reversal_threshold<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
     LoadExtent::of(recordings).reversal_threshold()
 }
 
-/// Returns the standard deviation of the white noise on a smooth load.
+/// Returns the standard deviation of the white noise in a load that is smooth otherwise.
 fn noise_of(loads: &[f64]) -> f64 {
     let step = loads.len().div_ceil(MAX_DIFFERENCES).max(1);
     let mut sizes: Vec<f64> = loads
