@@ -3,6 +3,7 @@
 //! Guarantees: a fitted or read [`Calibration`] has matching shapes and finite numbers, and applies as it was fitted.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -290,6 +291,12 @@ impl Calibration {
     /// Returns the calibration with the identity entered by the user. Items that were not entered keep their value.
     pub fn of_sensor(&self, identity: &Identity) -> Self {
         Self { identity: self.identity.with(identity), ..self.clone() }
+    }
+
+    /// Returns the full scales that are rated loads entered by the user (N, N·m).
+    pub(crate) fn rated_loads(&self) -> BTreeMap<Axis, f64> {
+        let all = self.axes.iter().zip(&self.full_scale).zip(&self.rated);
+        all.filter(|(_, rated)| **rated).map(|((axis, load), _)| (*axis, *load)).collect()
     }
 
     /// Returns the column names of the compensated matrix, in order.

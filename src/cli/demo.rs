@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::error::JobError;
-use super::examples::examples;
-use super::run::{Run, Work, make_directory};
+use super::run::{Run, Work, examples, make_directory};
 use crate::export::Together;
 use crate::formats::csv::write_csv;
 use crate::recording::Recording;
@@ -20,7 +19,7 @@ train_*.csv are for fitting, test_*.csv for scoring. lag_*.csv have a low-pass o
 both_*.csv have both. Times in s, gauges in mV/V, forces in N, moments in N·m.
 ";
 
-/// Amount of data of the built-in recordings (the paper's patterns A and B).
+/// Amount of data: the paper's patterns A and B.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Pattern {
     /// All samples, 20 Hz.
@@ -29,7 +28,7 @@ enum Pattern {
     B = 10,
 }
 
-/// Sensors that demonstrate the difference between a time lag and hysteresis.
+/// Simulated sensor that shows a time lag, hysteresis, or both.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Shown {
     /// A time lag of 30 ms, and no hysteresis.
@@ -40,22 +39,22 @@ enum Shown {
     Both,
 }
 
-/// Write the built-in simulated sensor's recordings as CSV: `train_*.csv` and `test_*.csv`.
+/// Write the recordings of the built-in simulated sensor as CSV: `train_*.csv` and `test_*.csv`.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope demo recordings", "writes simulated recordings to try the other jobs on"),
     ("loopscope demo both --show both", "writes a sensor with a time lag and hysteresis; metrology both/*.csv distinguishes them"),
 ]))]
 pub struct DemoJob {
-    /// Folder to write to. It is made if it does not exist.
+    /// Folder to write to. A missing folder is created.
     dir: PathBuf,
-    /// Amount of data: a is all samples, b every tenth (the paper's patterns).
+    /// Amount of data (the paper's patterns): a for all samples, b for every tenth.
     #[arg(long, value_enum, default_value = "a")]
     pattern: Pattern,
-    /// Seed of the simulation. Another seed makes another sensor of the same kind, and other loads.
+    /// Seed of the simulation. Another seed gives another sensor of the same kind and other loads.
     #[arg(long, default_value_t = simulated::DEFAULT_SEED)]
     seed: u64,
-    /// Write three recordings of one force and two gauges instead, which demonstrate a time lag, hysteresis, or both.
+    /// Instead, write three recordings of one force and two gauges that show a time lag, hysteresis, or both.
     #[arg(long, value_enum, value_name = "WHAT", conflicts_with = "pattern")]
     show: Option<Shown>,
     /// Overwrite existing files.

@@ -1,4 +1,4 @@
-//! `loopscope inspect`: shows the contents of a file and the recordings that it would load, and writes a column map.
+//! `loopscope inspect`: describes a file and the recordings that it would load, and writes a column map.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -6,10 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::error::{JobError, failed, usage};
-use super::examples::examples;
 use super::inputs::Files;
 use super::reading::{ReadArgs, not_recording};
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::export::write_atomically;
 use crate::finding::Face;
@@ -22,7 +21,7 @@ use crate::recording::Axis;
 use crate::report::Table;
 use crate::shown::{and_more, counted, message, printable};
 
-/// Show the contents of a file, the recordings that would be loaded, and any problems; write a column map for it.
+/// Show the columns of a file, the recordings that it would load, and any problems, and write a column map for the file.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope inspect press.csv", "shows the recordings that would be loaded"),
@@ -34,23 +33,23 @@ pub struct InspectJob {
     files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Write the column map of the file, given or detected, to edit it and use it with --columns. Needs a single file.
+    /// Write the given or detected column map of a single file to this file, to edit it and to use it with --columns.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
     /// Overwrite an existing column map.
     #[arg(long, requires = "write_map")]
     force: bool,
-    /// Estimate the weight that the sensor carries, from the poses and measured loads in one file, and show nothing else.
+    /// Only estimate the weight that the sensor carries, from the poses and the measured loads in one file.
     #[arg(long, requires = "columns")]
     estimate_weight: bool,
-    /// Print JSON instead of text: one object, or a list for several files.
+    /// Print JSON instead of text: one object for a single file, an array for several.
     #[arg(long)]
     json: bool,
 }
 
 impl Work for InspectJob {
     fn files(&self) -> Files<'_> {
-        // The map may be overwritten with the additions of this job.
+        // The map of `--columns` is no input that must not be overwritten, because this job may write it with its additions.
         let files = Files { recordings: &self.files, ..Files::default() };
         files.writing(&self.write_map, self.force)
     }
@@ -71,10 +70,10 @@ impl Work for InspectJob {
             let estimate = estimate_weight(&input.path, map, &run.progress)?;
             return run.print(self.json, &estimate, |out| print_weight(&estimate, out));
         }
-        let known = map.as_ref().map_or(Known::Nothing, Known::Map);
+        let known = map.map_or(Known::Nothing, |map| Known::Map(Box::new(map)));
         let (mut all, mut count) = (Vec::new(), 0);
         for (at, input) in inputs.iter().enumerate() {
-            let found = inspect(&input.path, known, &run.progress).map(Some);
+            let found = inspect(&input.path, known.clone(), &run.progress).map(Some);
             let found = found.map_err(|error| self.read.unread(input, error));
             let Some(mut inspection) = self.read.or_left_out(run, found)? else {
                 continue;
@@ -86,7 +85,7 @@ impl Work for InspectJob {
                 }
             }
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
-            // The assumed values are written to the map, where the user can change them.
+            // The assumed gap is written to the map, so that the user can change it.
             inspection.map.gap_secs =
                 (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
             if let Some(path) = &self.write_map {
@@ -110,7 +109,7 @@ impl Work for InspectJob {
                 all => run.print_json(&all)?,
             }
         }
-        // The user asked for a map to correct, and the map is written.
+        // With --write-map, the job has succeeded, because the map is written for the user to correct.
         match count > 0 && self.write_map.is_none() {
             true => failed(format!("{count} of {of} files would not be loaded")),
             false => Ok(()),
@@ -191,7 +190,7 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    // Longer tables are cut, because they are not readable in a terminal.
+    // Maximum number of columns printed, because a longer table is not readable in a terminal.
     const LISTED: usize = 200;
     let listed = Table::of(table.columns.iter().take(LISTED))
         .words("column", |own| own.number.to_string())
@@ -269,7 +268,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     }
     Ok(())
 }
-/// Returns the sample rate by the median step, and the mean rate if pauses or bursts make it differ by more than 5 %.
+/// Returns the sample rate by the median step. If pauses or bursts make the mean rate differ by 5 % or more, both are given.
 fn rate(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> String {
     let Some(rate_hz) = rate_hz else { return String::new() };
     let mean_hz = (n_samples.saturating_sub(1)) as f64 / duration_secs;

@@ -1,4 +1,4 @@
-//! Detection of file types: session, calibration, manufacturer's matrix, or recordings.
+//! Reading of files that the user opens: sessions, calibrations, manufacturers' matrices, and recordings.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,19 +19,20 @@ pub enum Opened {
     Calibration(Arc<Calibration>, Vec<String>),
     Factory(Arc<Calibration>),
     Session(Box<OpenedSession>),
-    /// Recordings that need a column map, with the reason.
+    /// Recordings whose columns the user must choose, with the reason.
     WantsMap(String),
 }
 
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
-/// Returns true if the file name is that of a calibration or session.
+/// Returns true if the file name ending is that of a calibration or a session.
 pub fn is_calibration(path: &Path) -> bool {
     target_for(path).is_some_and(|target| target.reader.is_some()) && names_gauges(path)
 }
 
-/// Reads files one after another, each by its map if it has one. After cancellation, files read so far are kept.
-/// Folders are replaced by their files. `remembered` are maps for files whose column names are not sufficient.
+/// Reads files one after another, each by its column map if it has one. Folders are replaced by their files.
+/// The maps in `remembered` are tried for files whose column names are not sufficient. If the work is cancelled, the files
+/// read so far are returned.
 pub fn open_all(
     files: &[(PathBuf, Option<ColumnMap>)],
     remembered: &[ColumnMap],
@@ -39,7 +40,7 @@ pub fn open_all(
 ) -> Vec<OpenedFile> {
     let files = with_folders_opened(files);
     for (path, _) in &files {
-        // A file whose size cannot be read is reported later.
+        // A file that cannot be read is reported later.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
     }
     let mut read = Vec::new();
@@ -99,7 +100,7 @@ fn open_recordings(
     }
 }
 
-/// Replaces folders by the files in them, sorted by name, without hidden files.
+/// Replaces each folder by the files in it, sorted by name. Hidden files are left out.
 fn with_folders_opened(
     files: &[(PathBuf, Option<ColumnMap>)],
 ) -> Vec<(PathBuf, Option<ColumnMap>)> {
