@@ -129,7 +129,8 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     error
 }
 
-/// Defines the enum of jobs. The help text of a job is the doc comment of its struct.
+/// Defines the enum of jobs. A new job is one file with a `mod` line above and one line in this list. The help text of a job is
+/// the doc comment of its struct.
 macro_rules! jobs {
     ($($name:ident($job:ty)),* $(,)?) => {
         /// Jobs that run without a window.

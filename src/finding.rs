@@ -1,7 +1,8 @@
-//! Findings, which the program reports beside numbers: the observation, its effect on the calibration, and the remedy.
+//! Findings: sentences that the program shows beside numbers. Each names an observation, its effect on the calibration, and a
+//! remedy.
 //!
-//! Guarantees: effect and remedy of each finding are worded here, once. [`Way`] adds how to apply the remedy on the command
-//! line or in the window. The observation is worded where it is made.
+//! Guarantees: effect and remedy of each kind of finding are worded here, once. [`Way`] adds the option or the control that
+//! applies the remedy. The observation is worded by the code that makes it.
 
 use std::cmp::Reverse;
 use std::fmt;
@@ -12,7 +13,7 @@ use strum::IntoStaticStr;
 
 use crate::shown::first_clauses;
 
-/// Maximum number of findings of one kind that are listed.
+/// Maximum number of observations that are listed in one finding. Others are counted.
 const LISTED: usize = 4;
 
 /// Verdict on the recordings of a calibration.
@@ -21,9 +22,9 @@ const LISTED: usize = 4;
 pub enum Verdict {
     /// No problem was found.
     Enough,
-    /// The calibration may be usable; at least one problem was found.
+    /// At least one problem was found, but the calibration may be usable.
     Doubtful,
-    /// The coefficients are determined more by noise than by the sensor.
+    /// The coefficients depend more on noise than on the sensor.
     Insufficient,
 }
 
@@ -38,7 +39,7 @@ impl Verdict {
     }
 }
 
-/// Medium in which a finding is shown.
+/// Place where a finding is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
     /// Text or JSON in a terminal.
@@ -49,7 +50,7 @@ pub enum Face {
     Page,
 }
 
-/// Way to apply a remedy on the command line or in the window.
+/// Option of the command line, and control of the window, by which the user applies a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// Changes the roles of recordings.
@@ -105,12 +106,12 @@ impl Way {
     }
 }
 
-/// A text with a remedy, which each face applies in its own way.
+/// Message that proposes a remedy.
 pub trait Advice: fmt::Display {
-    /// Returns the ways to apply the remedy.
+    /// Returns the options and controls that apply the remedy.
     fn ways(&self) -> &'static [Way];
 
-    /// Returns the text, with the ways of this face.
+    /// Returns the message with the options or controls of this place in parentheses.
     fn text(&self, face: Face) -> String {
         with_ways(self.to_string(), self.ways(), face)
     }
@@ -141,20 +142,21 @@ pub struct Place {
     pub count: u64,
 }
 
-/// A finding: an observation with its effect and remedy.
+/// Observation with its effect on the calibration, and a remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// Kind of the finding.
     pub id: Id,
     /// Best verdict that this finding allows.
     pub severity: Verdict,
-    /// Observation in a few words.
+    /// Observation in a few words; the start of the sentence.
     pub seen: String,
     /// Place in a file; `None` if the finding is not about lines of a file.
     pub place: Option<Place>,
-    /// Figures of the observation; may be empty.
+    /// Figures of the observation, shown in parentheses; may be empty.
     pub figures: String,
-    /// Share of full scale by which the finding makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
+    /// Size of the effect, by which findings are ordered: share of full scale by which errors become larger, or share of the loads
+    /// or samples concerned; 0 if unknown.
     pub cost: f64,
 }
 
@@ -171,7 +173,8 @@ impl Finding {
         Self { cost, ..self }
     }
 
-    /// Returns findings in order: faults of recordings first, then by severity, then by cost. Findings of one kind are merged.
+    /// Returns one finding for each kind and severity: first the faults of recordings, then the others, both by severity and size
+    /// of the effect.
     pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<Vec<Self>> = Vec::new();
         for own in found {
@@ -190,7 +193,7 @@ impl Finding {
         merged
     }
 
-    /// Returns one finding for findings of one kind, the most expensive one first.
+    /// Joins findings of one kind and severity, the one with the largest effect first.
     fn merged(mut own: Vec<Self>) -> Self {
         own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
         if own.len() == 1 {
@@ -215,7 +218,7 @@ impl Finding {
         }
     }
 
-    /// Returns one sentence without its full stop.
+    /// Returns the finding as a sentence without full stop.
     pub fn text(&self, face: Face) -> String {
         let (_, then, ways) = self.id.words();
         let mut text = self.observation();
@@ -317,7 +320,7 @@ pub enum Id {
 }
 
 impl Id {
-    /// Returns true for a fault of recordings, false for its effect on errors and coefficients.
+    /// Returns true if this is a fault of recordings, and false if it is about errors, coefficients or figures.
     pub fn is_cause(self) -> bool {
         matches!(
             self.words().0,
@@ -325,7 +328,7 @@ impl Id {
         )
     }
 
-    /// Returns the category (a constant word), the effect on the calibration with the remedy, and the ways to apply the remedy.
+    /// Returns the category for JSON, the text of effect and remedy, and the options and controls that apply the remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
             Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {

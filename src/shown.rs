@@ -1,16 +1,17 @@
-//! Text from files, such as names of gauges and recordings, made safe to show.
+//! Text to be shown: names and other text of files without harmful characters, and lists and counts in words.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
-/// Maximum length of a message in characters. A longer one loses its middle, so that a terminal still shows earlier messages.
+/// Maximum length of a message in characters. The middle of a longer message is omitted, so that a terminal still shows the
+/// messages before.
 const MESSAGE_CHARS: usize = 1200;
-/// Number of characters kept before the omitted middle.
+/// Number of characters before the omitted middle.
 const START_CHARS: usize = 900;
-/// Maximum number of names in a message; others are only counted.
+/// Maximum number of names in a message. Others are counted.
 const LISTED_NAMES: usize = 8;
-/// Maximum number of characters of a file's text in a message.
+/// Maximum length of a text of a file in a message, in characters.
 const SHOWN_CHARS: usize = 40;
 
 /// Returns the name of a file without its folder, or the whole path if it has no name.
@@ -33,7 +34,7 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Returns true if a character is invisible but changes the display of others.
+/// Returns true if a character is invisible, but can change how other characters are shown.
 pub(crate) fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
@@ -45,7 +46,7 @@ pub(crate) fn for_xml(text: &str) -> String {
     quick_xml::escape::escape(text).into_owned()
 }
 
-/// Returns a message for a terminal or the window: [`printable`] and of limited length.
+/// Returns a message for terminal or window, of limited length and with control characters replaced by their codes.
 pub(crate) fn message(text: &dyn Display) -> String {
     let text = text.to_string();
     let text = printable(&text);
@@ -58,7 +59,7 @@ pub(crate) fn message(text: &dyn Display) -> String {
     start.chain(['…']).chain(end).collect()
 }
 
-/// Returns a text of a file for a message: control characters escaped, and of limited length.
+/// Returns a text of a file for a message, of limited length and with control characters escaped.
 pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.escape_debug().len() == 1;
     if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
@@ -72,17 +73,17 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Returns the first names from a file, and the number of others.
+/// Returns the first names of a list, and the number of other names. The names come from files.
 pub(crate) fn listed(names: &[String]) -> String {
     first(LISTED_NAMES, names.iter().map(|name| shown(name)))
 }
 
-/// Returns the first names, and the number of others.
+/// Returns the first `max` items separated by commas, and the number of other items.
 pub(crate) fn first(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by(", ", max, all)
 }
 
-/// Returns the first clauses, and the number of others.
+/// Returns the first `max` items separated by semicolons, and the number of other items.
 pub(crate) fn first_clauses(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by("; ", max, all)
 }
@@ -99,7 +100,7 @@ fn first_by(between: &str, max: usize, all: impl IntoIterator<Item = impl Displa
     )
 }
 
-/// Returns the number of items that are not shown, in words.
+/// Returns the number of items beyond the first `max`, in words; `None` without such items.
 pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
     (all > max).then(|| format!("and {} more", all - max))
 }

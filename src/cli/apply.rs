@@ -24,7 +24,7 @@ use crate::recording::{Recording, Tare};
 /// Compute the loads of recordings by a calibration: the uncompensated and the compensated load of each sample, as CSV.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope apply sensor.json run.csv --out loads", "loads/run_loads.csv"),
+    ("loopscope apply sensor.json run.csv --out loads", "writes loads/run_loads.csv"),
     ("loopscope apply sensor.json log.csv --follow", "computes the loads of a growing log file"),
 ]))]
 pub struct ApplyJob {
@@ -108,12 +108,12 @@ impl ApplyJob {
             if first.tare().is_none() {
                 if let Some(tare) = calibration.tare {
                     run.say.note(format_args!(
-                        "{path}: not tared, and the calibration was fitted to gauges minus their mean over {tare}; add --tare"
+                        "{path}: the recording is not tared, but the calibration was fitted to gauges minus their mean over {tare}; add --tare"
                     ));
                 }
                 if !names_gauges {
                     run.say.note(format_args!(
-                        "{path}: not tared, and a calibration in .cal has no offset; add --tare"
+                        "{path}: the recording is not tared, but a .cal calibration has no offset; add --tare"
                     ));
                 }
             }
@@ -139,12 +139,12 @@ impl ApplyJob {
         let writes = self.out.is_some() || self.traces.traces.is_some();
         let ([path], false) = (&self.files[..], writes) else {
             return usage(
-                "standard input or a followed file must be the only input, and the loads go to standard output; name no other file",
+                "live rows (- or --follow) need a single input and no output file, because their loads go to standard output",
             );
         };
         if self.read.tare == Some(Tare::Auto) {
             return usage(
-                "live rows can be tared only over an interval: --tare FROM:TO, in seconds from the first of them",
+                "live rows can be tared only over an interval: --tare FROM:TO, in seconds from the first row",
             );
         }
         if let Some(tare) = calibration.tare.filter(|_| self.read.tare.is_none()) {

@@ -1,4 +1,4 @@
-//! `loopscope best`: tries many models and recommends the most accurate and the smallest good one.
+//! `loopscope best`: tries many models, and recommends the most accurate one and the smallest one of nearly the same accuracy.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -26,7 +26,7 @@ use crate::recording::identity::Identity;
 /// Find the best model: fit many models, the fastest first, and compute their errors on recordings that were left out of the fit.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for five minutes and exports the proposed one"),
+    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for five minutes and exports the recommended one"),
 ]))]
 pub struct BestJob {
     #[command(flatten)]

@@ -24,7 +24,7 @@ use crate::questions::{HangingMass, Request};
 /// loads to record next.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope check day1.csv day2.csv --mass 1,2,5", "checks the recordings and proposes masses to hang next; exit code 3 if they are not enough"),
+    ("loopscope check day1.csv day2.csv --mass 1,2,5", "checks the recordings and proposes masses to hang next; exit code 3 if the recordings are not enough"),
 ]))]
 pub struct CheckJob {
     /// Training recordings to check [default: those of the built-in simulated sensor].
@@ -34,7 +34,8 @@ pub struct CheckJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// Available masses in kg. Then only loads are proposed that one mass makes when it hangs from the sensor in some orientation.
+    /// Available masses in kg. With this option, the proposed loads are those that one of the masses makes when it hangs from the
+    /// sensor in any orientation.
     #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = number_in(Range::Positive))]
     mass: Vec<f64>,
     /// Distances in m from the sensor's origin, along its axes, at which a mass can hang. A mass at the origin is always tried.

@@ -113,6 +113,7 @@ impl Listed for ListedBlocks {
 }
 
 /// Setting of the network or the kernel: a whole number, or a switch (1 is on).
+#[derive(Debug)]
 struct OfLearner {
     setting: &'static Setting,
     learner: Learner,
@@ -139,7 +140,7 @@ const fn of_network(setting: &'static Setting, set: fn(&mut FitSettings, u64)) -
 
 /// Settings of the network and the kernel that the user gave, with their values.
 #[derive(Debug, Default)]
-struct Learning(Vec<(usize, u64)>);
+struct Learning(Vec<(&'static OfLearner, u64)>);
 
 impl Listed for Learning {
     fn arguments() -> Vec<Arg> {
@@ -161,14 +162,15 @@ impl Listed for Learning {
     }
 
     fn take(&mut self, matches: &ArgMatches) {
-        for (at, OfLearner { setting, .. }) in OF_LEARNERS.iter().enumerate() {
+        for own in &OF_LEARNERS {
+            let setting = own.setting;
             let value = match setting.range {
                 Range::Switch => {
                     matches.get_flag(setting.option).then_some(1 - setting.number() as u64)
                 }
                 _ => matches.get_one(setting.option).copied(),
             };
-            self.0.extend(value.map(|value| (at, value)));
+            self.0.extend(value.map(|value| (own, value)));
         }
     }
 }
@@ -334,7 +336,7 @@ fn with_default(setting: &Setting) -> String {
 fn f_th_help() -> String {
     let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
     format!(
-        "{} [in newtons, or with --distance full-scale as a share of it (0.1 is 10 %); default: {newtons} N, or {share} of full scale]",
+        "{} [in newtons, or with --distance full-scale as a share of full scale (0.1 is 10 %); default: {newtons} N, or {share} of full scale]",
         F_TH.help()
     )
 }
@@ -376,11 +378,10 @@ impl ModelArgs {
 
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
-        for (at, _) in &self.choices.learning.0.0 {
-            let own = &OF_LEARNERS[*at];
+        for (own, _) in &self.choices.learning.0.0 {
             if learner != Some(own.learner) {
                 let (option, key) = (own.setting.option, self.regressor.key());
-                say.note(format_args!("--{option} does nothing with --regressor {key}"));
+                say.note(format_args!("--{option} has no effect with --regressor {key}"));
             }
         }
         self.choices.settings(say, recordings, self.regressor)
@@ -395,8 +396,8 @@ impl FitChoices {
         regressor: Regressor,
     ) -> FitSettings {
         let mut settings = FitSettings { regressor, ..self.blocks.settings(say, recordings) };
-        for (at, value) in &self.learning.0.0 {
-            (OF_LEARNERS[*at].set)(&mut settings, *value);
+        for (own, value) in &self.learning.0.0 {
+            (own.set)(&mut settings, *value);
         }
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings

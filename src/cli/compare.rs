@@ -22,8 +22,8 @@ use crate::questions::{
 use crate::recording::Axis;
 use crate::report::{Cell, Table};
 
-const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings repeat \
-    several programmes (paths), further rows use the first one alone: few trajectories (pattern C)";
+const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. If the recordings \
+    repeat several load programmes, further rows use only the first one (pattern C)";
 
 /// Print the paper's table: the errors of each regressor with and without past samples, fitted to all samples and to every tenth.
 #[derive(Debug, Args)]

@@ -77,7 +77,7 @@ fn in_words(error: &(dyn Error + 'static)) -> String {
     known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 
-/// Errors of files have types that name the file. So a bare I/O error is one of standard output.
+/// Converts an error. An I/O error that names no file is one of standard output.
 impl<E: Error + 'static> From<E> for JobError {
     fn from(error: E) -> Self {
         match (Box::new(error) as Box<dyn Error>).downcast() {

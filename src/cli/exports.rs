@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::error::{JobError, failed, usage};
+use super::error::{JobError, failed};
 use super::run::Run;
 use crate::calibration::Calibration;
-use crate::export::{Together, add_calibration, caution, target_endings, target_for};
+use crate::export::{Together, add_calibration, caution, known_target};
 use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::history::coarse_history;
@@ -14,14 +14,7 @@ use crate::recording::identity::Identity;
 
 /// Checks that each file name ending is that of an export format.
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
-    match paths.iter().find(|path| target_for(path).is_none()) {
-        None => Ok(()),
-        Some(path) => usage(format!(
-            "{}: this file name ending is no export format; use one of {}",
-            path.display(),
-            target_endings()
-        )),
-    }
+    paths.iter().try_for_each(|path| known_target(path).map(drop).map_err(JobError::Usage))
 }
 
 /// Checks that the recordings determine the calibration, unless `force`.

@@ -46,7 +46,7 @@ pub struct FitJob {
     #[command(flatten)]
     fit: FitArgs,
     #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
-        "Write the calibration to this file. The ending chooses the format; can be given several times: {}", listed_targets()
+        "Write the calibration to this file. The file name ending selects the format. Can be given several times. Formats: {}", listed_targets()
     ))]
     export: Vec<PathBuf>,
     /// Also print the errors of the manufacturer's calibration, tared on the training recordings (.json, or .cal in ATI's format,
@@ -152,7 +152,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     say.note(footprint);
     let keeps_history = calibration.features.window_secs() > 0.0;
     if footprint.is_large() && keeps_history {
-        say.note("--history-rate 100, or a smaller t_th or lag, takes less memory");
+        say.note("--history-rate 100, or a smaller t_th or lag, needs less memory");
     }
     let play = FitSettings {
         features: FeatureSettings {
@@ -176,7 +176,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     {
         let percent = |error: f64| significant(100.0 * error, 3);
         say.note(format_args!(
-            "play ({}) takes {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
+            "play ({}) needs {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
             play.describe(),
             takes.memory,
             percent(other),

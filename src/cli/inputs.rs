@@ -108,11 +108,13 @@ impl Inputs {
         for own in tests.chunk_by(|first, second| first.folder == second.folder) {
             let folder = own[0].folder.as_deref().unwrap_or(Path::new("")).display();
             let names = listed(&own.iter().map(Input::name).collect::<Vec<_>>());
-            say.note(format_args!("{folder}: files with names test… are {role}: {names}"));
+            say.note(format_args!(
+                "{folder}: files whose names begin with test are {role}: {names}"
+            ));
         }
         if self.recordings.is_empty() && !tests.is_empty() {
             return usage(
-                "all recordings in the folder have names test…, so none is left for training; name the training files",
+                "the names of all recordings in the folder begin with test, so none is left for training; name the training files",
             );
         }
         if self.test.is_empty() {
@@ -160,7 +162,7 @@ fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
             JobError::other(format!("cannot read the folder {}: {error}", path.display()))
         })?;
         if inside.is_empty() {
-            return Err(refused("the folder holds no recordings"));
+            return Err(refused("the folder contains no recordings"));
         }
         opened.extend(
             inside.into_iter().map(|file| Input { path: file, folder: Some(path.clone()) }),

@@ -49,7 +49,7 @@ pub struct InspectJob {
 
 impl Work for InspectJob {
     fn files(&self) -> Files<'_> {
-        // The map of `--columns` is no input that must not be overwritten, because this job may write it with its additions.
+        // `--write-map` may overwrite the file of `--columns`, so that file is not protected like an input.
         let files = Files { recordings: &self.files, ..Files::default() };
         files.writing(&self.write_map, self.force)
     }
@@ -145,25 +145,13 @@ fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_weight(estimate: &WeightEstimate, out: &mut impl Write) -> io::Result<()> {
-    let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
-    writeln!(out, "mass: {:.6} kg, from {} samples", estimate.mass_kg, estimate.n_samples)?;
-    match estimate.centre_m {
-        Some(centre) => writeln!(out, "centre of mass: {} m", list(centre))?,
-        None => writeln!(
-            out,
-            "centre of mass: not found; this needs Mx, My and Mz, and a sensor that is turned about two axes"
-        )?,
+    for sentence in estimate.sentences() {
+        writeln!(out, "{sentence}")?;
     }
-    let offset = list(estimate.force_offset);
-    writeln!(out, "offset of the reference: {offset} N, residual {:.6} N RMS", estimate.force_rms)?;
-    if let (Some(offset), Some(rms)) = (estimate.moment_offset, estimate.moment_rms) {
-        writeln!(out, "offset of its moments: {} N·m, residual {rms:.6} N·m RMS", list(offset))?;
-    }
-    if let Some(centre) = estimate.centre_m {
-        let (mass, centre) = (estimate.mass_kg, list(centre));
+    if let (mass, Some([x, y, z])) = (estimate.mass_kg, estimate.centre_m) {
         writeln!(
             out,
-            "for a column map: \"weight\": {{ \"mass_kg\": {mass:.6}, \"centre_m\": [{centre}] }}"
+            "for a column map: \"weight\": {{ \"mass_kg\": {mass:.6}, \"centre_m\": [{x:.6}, {y:.6}, {z:.6}] }}"
         )?;
     }
     Ok(())
@@ -195,7 +183,7 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     let listed = Table::of(table.columns.iter().take(LISTED))
         .words("column", |own| own.number.to_string())
         .words("name", |own| start(&own.name))
-        .words("is", |own| start(&own.is.to_string()))
+        .words("role", |own| start(&own.is.to_string()))
         .words("unit", |own| start(own.unit.as_deref().unwrap_or_default()))
         .words("first values", |own| start(&own.first.join("  ")))
         .words("range", |own| match (own.min, own.max) {
@@ -219,7 +207,7 @@ fn start(cell: &str) -> String {
 }
 
 fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
-    let of_start = if check.is_sample { ", of the start of the file" } else { "" };
+    let of_start = if check.is_sample { ", from the start of the file" } else { "" };
     if let Some(error) = &check.error {
         writeln!(out, "would not be loaded: {}", message(error))?;
     } else {
@@ -256,7 +244,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     if let Some(offset) = check.clock_offset {
         writeln!(
             out,
-            "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it; {:.2} % without a shift). It is shifted only if the map has \"clock_offset_secs\" under \"join\". Slow gauges look the same as a clock offset",
+            "clocks: the reference fits the gauges best if it is shifted {:.4} s {} (the gauges then explain {:.2} % of the reference, and {:.2} % without a shift). The shift is applied only if the map has \"clock_offset_secs\" under \"join\". Slow gauges look the same as a clock offset",
             offset.offset_secs.abs(),
             if offset.offset_secs < 0.0 { "earlier" } else { "later" },
             100.0 * offset.explained,

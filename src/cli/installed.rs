@@ -12,8 +12,8 @@ use super::run::{Run, Work, examples, make_directory};
 /// Print the script that completes the program's arguments in a shell.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "installs them for one user"),
-    ("loopscope completions zsh > ~/.zfunc/_loopscope", "installs them where ~/.zfunc is in fpath"),
+    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "installs the completions for one user"),
+    ("loopscope completions zsh > ~/.zfunc/_loopscope", "installs the completions, if ~/.zfunc is in fpath"),
 ]))]
 pub struct CompletionsJob {
     /// Shell for which the script is.

@@ -141,8 +141,8 @@ impl MetrologyJob {
         };
         let measured = TableOf::usual(&set);
         let on = match measured.includes(Role::Test) {
-            true => "its training recordings, measured on the others",
-            false => "the recordings it is measured on",
+            true => "the training recordings and measured on the others",
+            false => "the recordings on which it is measured",
         };
         let recordings = (set.entries().iter())
             .filter(|entry| measured.includes(entry.role))

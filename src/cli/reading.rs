@@ -64,7 +64,7 @@ pub struct ReadArgs {
     /// reports clipped gauges.
     #[arg(long)]
     leave_out_faulty: bool,
-    /// Skip unusable files, and return exit code 1 at the end. `check` always does so.
+    /// Skip unusable files, and return exit code 1 at the end. `check` always skips unusable files.
     #[arg(long)]
     pub keep_going: bool,
 }
@@ -95,7 +95,9 @@ fn gauge_range(text: &str) -> Result<GaugeRange, String> {
             let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
             (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
         });
-        ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
+        ends.ok_or_else(|| {
+            format!("{text:?} is not a range such as -32768:32767, with the smaller number first")
+        })
     };
     if !text.contains(',') {
         return ends(text).map(GaugeRange::All);
@@ -255,11 +257,11 @@ impl ReadArgs {
         let parts: Vec<Recording> = parts.collect();
         match parts.len() {
             0 => {
-                let why = "all samples look faulty, so none can be used";
+                let why = "all samples look faulty, so none is left; check the gauge range and the rated loads";
                 return failed(format!("{name}: {why}"));
             }
             more if more > recordings.len() => run.say.note(format_args!(
-                "{name}: {more} segments remain; history does not cross from one to the next"
+                "{name}: {more} segments remain; look-backs do not reach from one segment into another"
             )),
             _ => {}
         }
@@ -273,7 +275,9 @@ impl ReadArgs {
             let (n, of) = (found.n_samples(), recording.n_samples());
             run.say.note(match self.leave_out_faulty {
                 false => {
-                    format!("{name}: looks faulty: {words}; --leave-out-faulty leaves them out")
+                    format!(
+                        "{name}: looks faulty: {words}; --leave-out-faulty leaves these samples out"
+                    )
                 }
                 true => format!("{name}: {n} of {of} samples left out: {words}"),
             });

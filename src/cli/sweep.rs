@@ -352,7 +352,7 @@ fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "\nThresholds at the {}", found.in_words(sweep.map, sweep.by, &f_th))?;
     writeln!(
         out,
-        "  range that is as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
+        "  range of thresholds that are as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
         range_text(&found.f_th_range),
         range_text(&found.t_th_range),
     )?;
@@ -402,7 +402,7 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     if found.rests_on_few() {
         writeln!(
             out,
-            "  Note: fewer than {FEWEST_REVERSALS} reversals are a hint, not a measurement; record more cycles"
+            "  Note: with fewer than {FEWEST_REVERSALS} reversals, the value is uncertain; record more cycles"
         )?;
     }
     Ok(())
@@ -411,7 +411,7 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
 fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()> {
     let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
         [Some(half), Some(most)] => format!(
-            " (half of these at most {} s old, 95 % at most {} s)",
+            " (half of the past samples are at most {} s old, 95 % at most {} s)",
             significant(half, 3),
             significant(most, 3)
         ),
@@ -419,7 +419,7 @@ fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()>
     };
     writeln!(
         out,
-        "At these thresholds, {:.1} % of the training samples find a past sample{ages}; for {:.1} % it is older than t_th",
+        "At these thresholds, {:.1} % of the training samples find a past sample{ages}; for {:.1} % the past sample is older than t_th",
         100.0 * past_ages.share_found(),
         100.0 * past_ages.share_beyond_t_th(),
     )
@@ -433,13 +433,13 @@ fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::R
     if pick.values.is_empty() {
         return writeln!(
             out,
-            "{label}: none of {n} lists beats {without} {unit} without them with 90 % confidence"
+            "{label}: none of {n} lists of values lowers the cross-validation error of {without} {unit} with 90 % confidence"
         );
     }
     let (words, values) = (own.words, listed(&pick.values, ","));
     writeln!(
         out,
-        "{label} ({words}): --{option} {values}: cross-validation {left_out} {unit}, without them {without} {unit}; {n} lists tried"
+        "{label} ({words}): --{option} {values}: cross-validation error {left_out} {unit}, and {without} {unit} without this feature; {n} lists of values tried"
     )
 }
 

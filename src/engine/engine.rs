@@ -20,14 +20,14 @@ use crate::engine::live::{Current, Follow};
 use crate::engine::models::{ModelChange, Models};
 use crate::engine::notice::{Level, Notice};
 use crate::engine::preferences::Preferences;
-use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
+use crate::engine::project::{Edit, Project, SessionFile, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
 use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
-use crate::export::{target_endings, target_for};
+use crate::export::known_target;
 use crate::features::Thresholds;
 use crate::finding::Face;
 use crate::import::map::ColumnMap;
@@ -106,7 +106,7 @@ pub enum Action {
     Train,
     /// Stop training. A network keeps its best state.
     StopTraining,
-    /// Choose the values of a feature block by cross-validation, so that this error becomes smallest.
+    /// Choose the values of a feature block that minimise this cross-validation error.
     ChooseBlock(HistoryBlock, Option<Measure>),
     /// Search for the best model. No further model is started after this time.
     FindBest(Duration),

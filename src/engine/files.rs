@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::calibration::Calibration;
+use crate::engine::project::{Edit, FromFile};
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
 use crate::finding::{Advice, Face, Finding, Id};
@@ -15,12 +15,12 @@ use crate::shown::file_name;
 
 #[derive(Clone, Debug)]
 pub enum Opened {
-    Recordings(Loaded, Option<Box<ColumnMap>>),
-    Calibration(Arc<Calibration>, Vec<String>),
-    Factory(Arc<Calibration>),
+    Recordings(Loaded),
+    /// Calibration to be applied or compared with, with notes for the user.
+    Calibration(Edit, Vec<String>),
     Session(Box<OpenedSession>),
-    /// Recordings whose columns the user must choose, with the reason.
-    WantsMap(String),
+    /// Recordings whose columns the user must choose.
+    WantsMap,
 }
 
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
@@ -60,22 +60,20 @@ fn open(
     remembered: &[ColumnMap],
     progress: &Progress,
 ) -> Result<Opened, String> {
-    let calibration = || {
-        let read = read_with_notes(path).map_err(|error| error.to_string());
-        read.map(|(calibration, notes)| (Arc::new(calibration), notes))
-    };
-    match target_for(path).and_then(|target| target.reader) {
-        Some(_) if !names_gauges(path) => {
-            calibration().map(|(factory, _)| Opened::Factory(factory))
-        }
-        Some(_) if Session::is_at(path) => {
-            let opened = OpenedSession::read(path, progress)?;
-            Ok(Opened::Session(Box::new(opened)))
-        }
-        Some(_) => calibration().map(|(own, notes)| Opened::Calibration(own, notes)),
-        None => open_recordings(path, map.as_ref(), remembered, progress)
-            .map_err(|error| error.text(Face::Window)),
+    if target_for(path).is_none_or(|target| target.reader.is_none()) {
+        let opened = open_recordings(path, map.as_ref(), remembered, progress);
+        return opened.map_err(|error| error.text(Face::Window));
     }
+    if is_calibration(path) && Session::is_at(path) {
+        return Ok(Opened::Session(Box::new(OpenedSession::read(path, progress)?)));
+    }
+    let (calibration, notes) = read_with_notes(path).map_err(|error| error.to_string())?;
+    let own = Some(FromFile { path: path.to_owned(), calibration: Arc::new(calibration) });
+    // A matrix of the manufacturer has no names of gauges.
+    Ok(match names_gauges(path) {
+        true => Opened::Calibration(Edit::Apply(own), notes),
+        false => Opened::Calibration(Edit::Compare(own), Vec::new()),
+    })
 }
 
 fn open_recordings(
@@ -85,16 +83,16 @@ fn open_recordings(
     progress: &Progress,
 ) -> Result<Opened, ReadError> {
     match import::read(path, map, remembered, progress) {
-        Ok(mut loaded) => {
-            let asks = |warning: &&Finding| warning.id == Id::UnnamedLoads;
-            if let Some(unnamed) = loaded.warnings.iter().find(asks).filter(|_| map.is_none()) {
-                return Ok(Opened::WantsMap(unnamed.to_string()));
+        Ok(loaded) => {
+            let asks = |warning: &Finding| warning.id == Id::UnnamedLoads;
+            match map.is_none() && loaded.warnings.iter().any(asks) {
+                true => Ok(Opened::WantsMap),
+                false => Ok(Opened::Recordings(loaded)),
             }
-            let map = loaded.map.take();
-            Ok(Opened::Recordings(loaded, map))
         }
         Err(error) if map.is_none() && error.wants_a_map() => {
-            Ok(Opened::WantsMap(error.to_string()))
+            log::info!("{error}");
+            Ok(Opened::WantsMap)
         }
         Err(error) => Err(error),
     }

@@ -8,7 +8,6 @@ use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
 use crate::questions::question::{Answered, Query, Unanswered, Work};
-use crate::scoring::numbers::significant;
 use crate::shown::{counted, file_name, first};
 
 const MAX_NAMED: usize = 8;
@@ -72,7 +71,7 @@ pub struct Importing {
     pub is_detecting: bool,
     /// Open points of the last proposed map, each with true if the user has decided it.
     pub questions: Vec<(Question, bool)>,
-    /// True if the running inspection proposes a map, and does not only try one.
+    /// True if the running inspection proposes a column map; false if it tries a given one.
     proposes: bool,
     /// Files whose columns are chosen next. Those with the same columns use this map.
     pub waiting: Vec<PathBuf>,
@@ -115,22 +114,6 @@ fn roles_in_words(table: &TableMap) -> String {
     let others = rules().filter(|rule| ![ColumnRole::Gauge, ColumnRole::Ignore].contains(&rule.is));
     let others = others.map(|rule| format!("{} is column {}", rule.is, rule.column));
     others.chain([counted(n_gauges, "gauge")]).collect::<Vec<_>>().join(", ")
-}
-
-pub(super) fn in_words(estimate: &WeightEstimate) -> String {
-    let list = |values: [f64; 3]| values.map(|value| significant(value, 4)).join(", ");
-    let centre = match estimate.centre_m {
-        Some(centre) => format!("centre of mass {} m", list(centre)),
-        None => "centre of mass not found, because this needs Mx, My and Mz, and a sensor that was turned about two axes"
-            .to_owned(),
-    };
-    format!(
-        "Weight estimated from {1} samples: mass {0} kg; {centre}; offset of the reference force {2} N; residual {3} N RMS",
-        significant(estimate.mass_kg, 5),
-        estimate.n_samples,
-        list(estimate.force_offset),
-        significant(estimate.force_rms, 3),
-    )
 }
 
 impl Importing {

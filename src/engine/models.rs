@@ -69,7 +69,7 @@ impl Row {
 pub struct Models {
     /// Rows in the order of their fits.
     pub rows: Vec<Row>,
-    /// Reasons for the recommendation of the last search, and models that it left out.
+    /// Reasons for the recommendation of the last search, and models that the search left out.
     pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,

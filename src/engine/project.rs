@@ -98,7 +98,7 @@ pub struct Project {
     pub lost: Vec<SessionFile>,
 }
 
-// Documents are equal if no edit makes them differ.
+// Fields that no edit changes are not compared.
 same_where!(Project:
     shared(recordings)
     value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity)
@@ -443,7 +443,7 @@ impl Project {
         }
     }
 
-    fn group_by_map(&self, recording: &Recording) -> Option<String> {
+    pub(super) fn group_by_map(&self, recording: &Recording) -> Option<String> {
         let Source::File(path) = recording.source() else {
             return None;
         };

@@ -100,7 +100,7 @@ pub struct Lane<Q: Query> {
     worker: Option<Worker<Q>>,
     asked: Option<Q>,
     newest: u64,
-    /// Answers to this and earlier questions are ignored.
+    /// Number of the last forgotten question. Answers to this and to earlier questions are ignored.
     forgotten: u64,
     shown: Option<Shown<Q>>,
     /// Previous complete answer, kept while `shown` is a partial answer.

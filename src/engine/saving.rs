@@ -27,11 +27,11 @@ pub enum FileContent {
     Traces(Box<OnScreen>),
     /// Table as CSV, with the file name that a dialog suggests.
     Table(&'static str, Box<Table>),
-    /// Map of the errors over both thresholds. Curves show this error.
+    /// Map of the errors over both thresholds, and the error that its curves show.
     Thresholds(Arc<ThresholdMap>, Measure),
     /// Session, the document from which it was made, and the trained calibration to be written beside it.
     Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
-    /// Content as it stands in the file, such as a figure.
+    /// Bytes of the file, such as those of a figure.
     Bytes(Arc<[u8]>),
 }
 

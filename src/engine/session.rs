@@ -174,27 +174,19 @@ impl Session {
                 });
                 files.len() - 1
             });
-            let name = entry.recording.name().to_owned();
-            if let Some(left_out) = entry.recording.left_out() {
-                let (of, judged) = (left_out.of.clone(), left_out.judged.clone());
-                files[at].left_out.insert(of, judged);
-            }
-            let by_map = files[at].columns.as_ref().and_then(|map| map.tare);
-            if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
-                files[at].tares.insert(name.clone(), tare);
-            }
-            let by_map = files[at].columns.as_ref().and_then(|map| map.group.as_ref());
-            let by_map = by_map.and_then(|pattern| pattern.group_of(&entry.recording));
-            let by_map = by_map.or_else(|| entry.recording.group().map(str::to_owned));
-            if let Some(group) =
-                (entry.group.as_ref()).filter(|group| Some(*group) != by_map.as_ref())
-            {
-                files[at].groups.insert(name.clone(), group.clone());
-            }
-            if let Some(day) = entry.recording.entered_day() {
-                files[at].days.insert(name.clone(), day);
-            }
-            files[at].roles.insert(name, entry.role);
+            let (file, recording) = (&mut files[at], &entry.recording);
+            let name = recording.name().to_owned();
+            let left_out = recording.left_out();
+            file.left_out.extend(left_out.map(|own| (own.of.clone(), own.judged.clone())));
+            let by_map = file.columns.as_ref().and_then(|map| map.tare);
+            let tare = recording.tare().filter(|tare| Some(*tare) != by_map);
+            file.tares.extend(tare.map(|tare| (name.clone(), tare)));
+            let by_map = project.group_by_map(recording);
+            let by_map = by_map.or_else(|| recording.group().map(str::to_owned));
+            let group = entry.group.clone().filter(|_| entry.group != by_map);
+            file.groups.extend(group.map(|group| (name.clone(), group)));
+            file.days.extend(recording.entered_day().map(|day| (name.clone(), day)));
+            file.roles.insert(name, entry.role);
         }
         // Missing files stay in the session, so that they can be found later.
         files.extend(project.lost.iter().cloned());

@@ -13,7 +13,7 @@ use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::ImportCommand;
 use crate::engine::models::{ModelChange, Row};
 use crate::engine::notice::{Level, Notice};
-use crate::engine::project::{Edit, Project, SessionFile};
+use crate::engine::project::{Edit, FromFile, Project, SessionFile};
 use crate::engine::query::Background as _;
 use crate::engine::recovery::LeftSession;
 use crate::engine::saving::{Doubt, Existing, FileContent};
@@ -154,7 +154,7 @@ fn read(recording: Recording) -> OpenedFile {
         panic!("not of a file");
     };
     let loaded = Loaded { recordings: vec![recording], ..Loaded::default() };
-    (path, Ok(Opened::Recordings(loaded, None)))
+    (path, Ok(Opened::Recordings(loaded)))
 }
 
 fn open(engine: &mut Engine, names: &[&str]) {
@@ -163,8 +163,9 @@ fn open(engine: &mut Engine, names: &[&str]) {
 }
 
 fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
-    let calibration = Opened::Calibration(Arc::clone(calibration), Vec::new());
-    finish(engine, Done::Opened(vec![("c.json".into(), Ok(calibration))]));
+    let own = FromFile { path: "c.json".into(), calibration: Arc::clone(calibration) };
+    let opened = Opened::Calibration(Edit::Apply(Some(own)), Vec::new());
+    finish(engine, Done::Opened(vec![("c.json".into(), Ok(opened))]));
 }
 
 /// Returns the training recordings `a` and `b` and the test recording `test`, not analysed yet.
@@ -396,7 +397,7 @@ fn warnings_of_a_file_become_notices() {
         warnings: vec![warning],
         ..Loaded::default()
     };
-    let opened = Ok(Opened::Recordings(loaded, None));
+    let opened = Ok(Opened::Recordings(loaded));
     finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
     last_notice(&engine, Level::Warning, "a.csv");
 }
@@ -891,7 +892,7 @@ fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
 
 #[test]
 fn waiting_files_are_imported_one_after_another() {
-    let wants = |path: &str| (path.into(), Ok(Opened::WantsMap("no names".to_owned())));
+    let wants = |path: &str| (path.into(), Ok(Opened::WantsMap));
     let mut engine = engine();
     let files = ["x", "y", "z"].map(wants).to_vec();
     finish(&mut engine, Done::Opened(files));
@@ -914,7 +915,7 @@ fn a_cancelled_queue_of_imports_names_some_files_and_counts_the_rest() {
     let before = engine.project().recordings.clone();
     let wants = |at| {
         let path = format!("/data/{at}.dat").into();
-        (path, Ok(Opened::WantsMap("no names".to_owned())))
+        (path, Ok(Opened::WantsMap))
     };
     finish(&mut engine, Done::Opened((0..40).map(wants).collect()));
     engine.act(Action::Import(ImportCommand::CancelAll));

@@ -38,7 +38,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     /// failure. `None` for questions of a pane, which shows the reason itself.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
-    /// True if the question is about the newest analysis, so that the answer goes when there is no analysis.
+    /// True if the question is about the newest analysis. The answer is then removed when there is no analysis any more.
     const ON_ANALYSIS: bool = false;
 
     fn title(&self) -> String;

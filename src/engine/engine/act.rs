@@ -27,20 +27,31 @@ impl Engine {
             Action::Train => self.train(),
             Action::StopTraining => self.lane::<Train>().cancel(),
             Action::ChooseBlock(block, measure) => self.choose_block(block, measure),
-            Action::FindBest(time_limit) => self.find_best(time_limit),
-            Action::ComparePaper => self.compare(),
-            Action::StopTrying => {
-                self.lane::<TryModels>().cancel();
-            }
+            Action::FindBest(_) | Action::ComparePaper if self.is_trying() => {}
+            Action::FindBest(time_limit) => self.try_models(List::Search(Search {
+                recordings: Arc::clone(&self.project.recordings),
+                settings: self.project.settings.clone(),
+                time_limit,
+                within: WITHIN,
+            })),
+            Action::ComparePaper => match self.models.begin_paper(&self.project) {
+                Some(paper) => self.try_models(List::Paper(paper)),
+                None => self.notice(
+                    Level::Info,
+                    "The list already has a result for each model of the comparison",
+                ),
+            },
+            Action::StopTrying => self.lane::<TryModels>().cancel(),
             Action::Follow(path) => {
                 self.following.cancel();
                 self.following.ask_again(Follow { path, calibration: Arc::clone(&self.current) });
             }
-            Action::StopFollowing => {
-                self.following.cancel();
-                self.following.forget();
-            }
-            Action::KeepModel => self.keep_model(),
+            Action::StopFollowing => self.following.forget(),
+            Action::KeepModel if self.can_keep() => self.list(true),
+            Action::KeepModel => self.notice(
+                Level::Error,
+                "There is no model to keep yet: fit or train with the present settings first",
+            ),
             Action::Model(id, change) => self.models.change(id, change),
             Action::BringBack(id) => {
                 let settings = self.models.row(id).map(|row| Box::new(row.model.settings.clone()));
@@ -131,45 +142,9 @@ impl Engine {
         }
     }
 
-    pub(super) fn find_best(&mut self, time_limit: Duration) {
-        if self.is_trying() {
-            return;
-        }
-        let search = Search {
-            recordings: Arc::clone(&self.project.recordings),
-            settings: self.project.settings.clone(),
-            time_limit,
-            within: WITHIN,
-        };
-        self.try_models(List::Search(search));
-    }
-
     fn try_models(&mut self, list: List) {
         let run = self.models.next_run();
         self.lanes.of_mut().ask_again(TryModels { run, list });
-    }
-
-    pub(super) fn compare(&mut self) {
-        if self.is_trying() {
-            return;
-        }
-        match self.models.begin_paper(&self.project) {
-            Some(paper) => self.try_models(List::Paper(paper)),
-            None => self.notice(
-                Level::Info,
-                "The list already has a result for each model of the comparison",
-            ),
-        }
-    }
-
-    pub(super) fn keep_model(&mut self) {
-        match self.can_keep() {
-            true => self.list(true),
-            false => self.notice(
-                Level::Error,
-                "There is no model to keep yet: fit or train with the present settings first",
-            ),
-        }
     }
 
     pub(super) fn show_left(&mut self, yes: bool) {
@@ -192,25 +167,17 @@ impl Engine {
             self.notice(Level::Error, "There is no calibration to export yet");
             return;
         };
-        if target_for(&path).is_none() {
-            let text = format!(
-                "{}: this file name ending is no export format; use one of {}",
-                path.display(),
-                target_endings()
-            );
+        if let Err(text) = known_target(&path) {
             self.notice(Level::Error, text);
             return;
         }
-        let fitted = self.project.applied.is_none();
-        match &content {
-            FileContent::Calibration(calibration, _) if fitted => {
-                if let Some(undetermined) = calibration.undetermined() {
-                    let doubt = Doubt::Undetermined(undetermined, existing);
-                    self.replacing = Some((content, path, doubt));
-                    return;
-                }
-            }
-            _ => {}
+        // A calibration with a request was fitted here, and not read from a file.
+        if let FileContent::Calibration(calibration, Some(_)) = &content
+            && let Some(undetermined) = calibration.undetermined()
+        {
+            let doubt = Doubt::Undetermined(undetermined, existing);
+            self.replacing = Some((content, path, doubt));
+            return;
         }
         self.save_whole(content, path, existing);
     }

@@ -5,7 +5,7 @@ use super::*;
 impl Engine {
     /// Takes the results of background work. The window calls this before each frame.
     pub fn take(&mut self) {
-        // This is asked before answers are taken, because only the answers of work that has already ended are all there.
+        // Checked before answers are taken: if no search runs now, all its answers are taken below.
         let have_ended = self.lane::<TryModels>().is_idle();
         for failed in self.lanes.take() {
             self.notice(Level::Error, failed);
@@ -40,10 +40,8 @@ impl Engine {
     /// Adds the present fit to the list of models, if the list is not empty and has no model with the present settings.
     fn list_present(&mut self) {
         let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
-        if self.models.rows.is_empty() || is_moving || !self.can_keep() {
-            return;
-        }
-        if !self.models.has_present(&self.project) {
+        let is_wanted = !self.models.rows.is_empty() && !self.models.has_present(&self.project);
+        if is_wanted && !is_moving && self.can_keep() {
             self.list(false);
         }
     }
@@ -159,7 +157,8 @@ impl Engine {
             Done::Weight(path, estimate) => {
                 if self.importing.as_ref().is_some_and(|own| own.path == path) {
                     self.inspect(|own| own.take_weight(&estimate));
-                    self.notice(Level::Info, importing::in_words(&estimate));
+                    let sentences = estimate.sentences().join("; ");
+                    self.notice(Level::Info, format!("Weight estimated: {sentences}"));
                 }
             }
             Done::Restored(path, opened) => self.leave_for(Leaving::Restore(path, opened)),
@@ -236,32 +235,24 @@ impl Engine {
                 self.preferences.remember(&path);
             }
             match opened {
-                Ok(Opened::Recordings(loaded, map)) => {
+                Ok(Opened::Recordings(loaded)) => {
                     for warning in &loaded.warnings {
                         self.notice(Level::Warning, warning.text(Face::Window));
                     }
                     recordings.push(loaded.recordings);
-                    if let Some(map) = map {
+                    if let Some(map) = loaded.map {
                         if self.project.maps.get(&path) != Some(&*map) {
                             by_remembered.push((path.clone(), (*map).clone()));
                         }
                         self.project.maps.insert(path, *map);
                     }
                 }
-                Ok(Opened::Calibration(calibration, notes)) => {
-                    for note in notes {
-                        self.notice(Level::Warning, note);
-                    }
-                    calibrations.push(Edit::Apply(Some(FromFile { path, calibration })));
-                }
-                Ok(Opened::Factory(calibration)) => {
-                    calibrations.push(Edit::Compare(Some(FromFile { path, calibration })));
+                Ok(Opened::Calibration(edit, notes)) => {
+                    notes.into_iter().for_each(|note| self.notice(Level::Warning, note));
+                    calibrations.push(edit);
                 }
                 Ok(Opened::Session(opened)) => session = Some((path, *opened)),
-                Ok(Opened::WantsMap(reason)) => {
-                    log::info!("{reason}");
-                    to_import.push(path);
-                }
+                Ok(Opened::WantsMap) => to_import.push(path),
                 Err(error) => self.notice(Level::Error, error),
             }
         }
