@@ -99,7 +99,7 @@ impl ApplyJob {
         let rated = Rated { by_axis: calibration.rated_loads(), ..Rated::default() };
         let mut all = Vec::new();
         for (at, input) in run.inputs.recordings.iter().enumerate() {
-            let recordings = self.read.read(run, slice::from_ref(input), &rated)?;
+            let recordings = self.read.read(run, slice::from_ref(input), &rated, |_| Ok(()))?;
             let Some(first) = recordings.first() else { continue };
             if !names_gauges {
                 name_gauges(&mut calibration, first.gauge_names());

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::ModelArgs;
-use super::error::{JobError, not_met};
+use super::error::JobError;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
@@ -84,7 +84,9 @@ impl Work for CheckJob {
         run.print(self.json, &report, |out| print(&report, out))?;
         match found.verdict {
             Verdict::Enough | Verdict::Doubtful => Ok(()),
-            Verdict::Insufficient => not_met("the recordings do not determine the model"),
+            Verdict::Insufficient => {
+                Err(JobError::NotMet("the recordings do not determine the model".to_owned()))
+            }
         }
     }
 }

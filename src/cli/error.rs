@@ -30,10 +30,6 @@ pub fn usage<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::Usage(message.into()))
 }
 
-pub fn not_met<T>(message: impl Into<String>) -> Result<T, JobError> {
-    Err(JobError::NotMet(message.into()))
-}
-
 /// Returns an error that is not the fault of an argument.
 pub fn failed<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::other(message.into()))

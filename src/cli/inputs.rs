@@ -14,10 +14,8 @@ use crate::shown::listed;
 pub struct Files<'a> {
     /// Recordings, folders and patterns to read or to train on.
     pub recordings: &'a [PathBuf],
-    /// Test recordings; `None` for jobs that do not distinguish training and test.
+    /// Test recordings; `None` if the job has none, or splits each recording instead.
     pub test: Option<&'a [PathBuf]>,
-    /// True if a part of each recording is its test, so that there are no test recordings.
-    pub is_split: bool,
     pub read: Vec<PathBuf>,
     pub written: Vec<PathBuf>,
     pub force: bool,
@@ -48,7 +46,7 @@ impl Files<'_> {
             test: opened(self.test.unwrap_or_default())?,
             read: self.read.clone(),
         };
-        if self.test.is_some() && !self.is_split {
+        if self.test.is_some() {
             let is_test =
                 |own: &Input| own.folder.is_some() && Role::of_name(&own.name()) == Role::Test;
             let (tests, train) = inputs.recordings.into_iter().partition(is_test);

@@ -113,7 +113,7 @@ impl MetrologyJob {
         notes.iter().for_each(|note| run.say.note(note));
         let rated =
             Rated { full_scale: self.full_scale.clone(), by_axis: calibration.rated_loads() };
-        let recordings = self.read.read(run, &run.inputs.recordings, &rated)?;
+        let recordings = self.read.read(run, &run.inputs.recordings, &rated, |_| Ok(()))?;
         Ok(Subject {
             extents: extents_of(recordings.iter(), &calibration.axes),
             calibration: Arc::new(calibration),

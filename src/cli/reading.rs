@@ -152,16 +152,6 @@ impl ReadArgs {
         }
     }
 
-    /// Reads recordings, and prints warnings on standard error.
-    pub fn read(
-        &self,
-        run: &Run,
-        inputs: &[Input],
-        rated: &Rated,
-    ) -> Result<Vec<Recording>, JobError> {
-        self.read_if(run, inputs, rated, |_| Ok(()))
-    }
-
     /// Reads training and test recordings, which must have a reference load. `entry` completes each of them.
     pub fn read_set(
         &self,
@@ -173,7 +163,7 @@ impl ReadArgs {
         for (inputs, role) in
             [(&run.inputs.recordings, Role::Train), (&run.inputs.test, Role::Test)]
         {
-            let read = self.read_if(run, inputs, rated, has_reference)?;
+            let read = self.read(run, inputs, rated, has_reference)?;
             all.extend(read.into_iter().map(|recording| Entry::new(recording, role)));
         }
         if self.keep_going {
@@ -191,7 +181,8 @@ impl ReadArgs {
         }
     }
 
-    fn read_if(
+    /// Reads recordings that pass a check, and prints warnings on standard error.
+    pub fn read(
         &self,
         run: &Run,
         inputs: &[Input],

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::choices::ModelArgs;
-use super::error::{JobError, not_met, usage};
+use super::error::{JobError, usage};
 use super::inputs::Files;
 use super::reading::{Rated, ReadArgs};
 use super::run::Run;
@@ -42,8 +42,7 @@ impl RecordingArgs {
     pub fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.train,
-            test: Some(&self.test),
-            is_split: self.split.is_some(),
+            test: self.split.is_none().then_some(&self.test[..]),
             ..Files::default()
         }
         .reading(&self.read.columns)
@@ -103,7 +102,7 @@ pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
     match failed.is_empty() {
         true => Ok(()),
-        false => not_met(format!("out of limits: {}", failed.join("; "))),
+        false => Err(JobError::NotMet(format!("out of limits: {}", failed.join("; ")))),
     }
 }
 

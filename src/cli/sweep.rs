@@ -317,8 +317,8 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
     let Thresholds { f_th, t_th_secs } = sweep.suggestion.thresholds;
     let f_unit = f_unit(sweep);
     let (head, at) = match along {
-        Along::F => (format!("F_th{f_unit}"), format!("t_th {t_th_secs} s")),
-        Along::T => ("t_th s".to_owned(), format!("F_th {f_th}{f_unit}")),
+        Along::F => (format!("F_th [{}]", f_unit.trim_start()), format!("t_th {t_th_secs} s")),
+        Along::T => ("t_th [s]".to_owned(), format!("F_th {f_th}{f_unit}")),
     };
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
         .map(|set| (set, map.curve(along, set, measure, sweep.suggestion.at)))

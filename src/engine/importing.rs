@@ -61,7 +61,7 @@ pub enum ImportCommand {
     CancelAll,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Importing {
     pub path: PathBuf,
     /// Description of the file and of the recordings that it would load.
@@ -72,24 +72,9 @@ pub struct Importing {
     /// Open points of the last proposed map, each with true if the user has decided it.
     pub questions: Vec<(Question, bool)>,
     /// True if the running inspection proposes a column map; false if it tries a given one.
-    proposes: bool,
+    pub proposes: bool,
     /// Files whose columns are chosen next. Those with the same columns use this map.
     pub waiting: Vec<PathBuf>,
-}
-
-impl Importing {
-    pub fn of(path: PathBuf, waiting: Vec<PathBuf>) -> Self {
-        Self {
-            path,
-            inspection: None,
-            map: ColumnMap::default(),
-            problem: None,
-            is_detecting: true,
-            questions: Vec::new(),
-            proposes: true,
-            waiting,
-        }
-    }
 }
 
 pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {

@@ -140,17 +140,17 @@ impl Minute {
         };
     }
 
-    /// Reads the next line of the file, if there is one.
-    fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Read, Unanswered> {
+    /// Reads the next line of the file, if there is one. Returns the number of new rows; `None` if the file was replaced.
+    fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Option<usize>, Unanswered> {
         let grown = file.look().map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
             Grown::Line(line) => line,
-            Grown::Nothing => return Ok(Read::Nothing),
+            Grown::Nothing => return Ok(Some(0)),
             Grown::Replaced => {
                 let note =
                     "the file was replaced or shortened, so reading started again at its beginning";
                 self.restart(vec![note.to_owned()]);
-                return Ok(Read::Replaced);
+                return Ok(None);
             }
         };
         self.changed = true;
@@ -197,10 +197,7 @@ impl Minute {
         while self.rows.len() > MAX_SAMPLES || self.rows.front().is_some_and(is_old) {
             self.rows.pop_front();
         }
-        Ok(match n {
-            0 => Read::Nothing,
-            n => Read::Rows(n.min(self.rows.len())),
-        })
+        Ok(Some(n.min(self.rows.len())))
     }
 
     /// Computes the loads of existing and new rows until the calibration changes or the file is replaced. Without a
@@ -274,9 +271,8 @@ impl Minute {
                 return Ok(());
             }
             match self.read(file, &of.path)? {
-                Read::Rows(n) => waiting += n,
-                Read::Nothing => {}
-                Read::Replaced => return Ok(()),
+                Some(n) => waiting += n,
+                None => return Ok(()),
             }
         }
     }
@@ -338,12 +334,6 @@ fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
         }
     }
     (n > 0).then(|| squares.map(|sum: f64| (sum / f64::from(n)).sqrt()))
-}
-
-enum Read {
-    Rows(usize),
-    Nothing,
-    Replaced,
 }
 
 #[cfg(test)]

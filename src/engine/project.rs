@@ -35,7 +35,7 @@ pub struct FromFile {
     pub calibration: Arc<Calibration>,
 }
 
-// A calibration that is opened again counts as another one.
+// A file that is opened twice gives two calibrations that are not equal.
 same_where!(FromFile: shared(calibration) value() besides(path));
 
 /// Recordings that are split in time into a training and a test segment.
@@ -63,7 +63,7 @@ pub struct SessionFile {
     /// Tares that the user applied after reading, by the name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub tares: BTreeMap<String, Tare>,
-    /// Limits by which faulty samples were removed, by the name that the recording had before.
+    /// Limits by which faulty samples were removed, by the name of the recording before the removal.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, Judged>,
     /// Roles of the recordings, by name. A recording without an entry has the role that its name suggests.
@@ -84,7 +84,7 @@ pub struct Project {
     pub measuring: MetrologySettings,
     /// Minimum and maximum reading of the gauges in the logger's unit, if the user entered them.
     pub gauge_range: Option<GaugeRange>,
-    /// Share by which a load may exceed the rated one, if the user entered it.
+    /// Share by which a load may exceed the rated load, if the user entered it.
     pub overload_tolerance: Option<f64>,
     pub hidden_axes: Vec<Axis>,
     /// Calibration of a file that is applied to the recordings; `None` if one is fitted.
@@ -128,7 +128,7 @@ pub enum Edit {
     Days(Vec<Option<Day>>),
     /// Minimum and maximum reading of the gauges.
     GaugeRange(Option<GaugeRange>),
-    /// Share by which a load may exceed the rated one.
+    /// Share by which a load may exceed the rated load.
     OverloadTolerance(f64),
     /// Close the recording with this index.
     Remove(usize),
@@ -507,7 +507,7 @@ impl Project {
             View::One(shown) if shown > at => View::One(shown - 1),
             view => view.within(n_left),
         };
-        // The whole recordings still contain the removed segment.
+        // Otherwise, undoing the split would bring the removed recording back.
         self.split = None;
         Arc::make_mut(&mut self.recordings).remove(at);
     }

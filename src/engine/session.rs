@@ -42,15 +42,15 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// |---|---|
 /// | `notes` | free text |
 /// | `identity` | identity of the sensor, and date, operator and reference of the calibration |
-/// | `built_in` | whether the built-in sensor was open; there are no files then |
-/// | `built_in_lag` | built-in set that distinguishes lag from hysteresis: `lag`, `hysteresis` or `both` |
+/// | `built_in` | true if the recordings of the built-in simulated sensor are open; `files` is then empty |
+/// | `built_in_lag` | set of the built-in sensor that shows a time lag, hysteresis, or both: `lag`, `hysteresis` or `both` |
 /// | `files` | files of the recordings, in the order of opening |
-/// | `cut` | first share of each recording that trains, if recordings are split in time |
+/// | `cut` | share of each recording, from its start, that is used for training, if recordings are split in time |
 /// | `calibration` | file of a calibration that is applied instead of a fit |
 /// | `settings` | settings of the fit |
 /// | `measuring` | settings for loops, dwells and metrology |
 /// | `gauge_range` | minimum and maximum reading of the gauges if entered, for all gauges or a list for each |
-/// | `overload_tolerance` | share by which a load may exceed the rated one, if entered |
+/// | `overload_tolerance` | share by which a load may exceed the rated load, if entered |
 /// | `on_screen` | name of the shown recording; absent for all |
 /// | `hidden_axes` | axes that are hidden |
 /// | `layout` | layout of the panes |
@@ -216,7 +216,7 @@ impl Session {
         }
     }
 
-    /// Returns the session with the present sizes and hashes of its files. Files that cannot be read keep their old ones.
+    /// Returns the session with the present sizes and hashes of its files. Files that cannot be read keep their size and hash.
     pub fn with_hashes(&self) -> Self {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -347,9 +347,9 @@ impl OpenedSession {
             hidden_axes: session.hidden_axes,
             notes: session.notes,
             identity: session.identity,
+            measuring: session.measuring,
             ..Project::default()
         };
-        project.measuring = session.measuring;
         let mut notices = add_parts(&mut project, self.parts);
         let mut say = |level, text: String| notices.push(Notice::new(level, text));
         match session.cut {
@@ -408,7 +408,7 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
         return notices;
     }
     let fraction = project.split.as_ref().map(|split| split.fraction);
-    // Recordings can only be added to whole recordings.
+    // The split is undone here and repeated below, so that the added recordings are split too.
     let mut failed = project.edit(Edit::Unsplit).err();
     let (settings, measuring) = (project.settings.clone(), project.measuring.clone());
     for refused in project.add(read) {

@@ -49,7 +49,7 @@ pub enum Done {
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
     /// Trained calibration of the session, the loaded recordings, and the reason if it was not trained on them.
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
-    /// Model of these recordings for the list of models, and true if the user asked to keep it.
+    /// Recordings, a model that was fitted to them, and true if the user asked to keep the model.
     Listed(Arc<RecordingSet>, Box<Model>, bool),
 }
 
@@ -85,7 +85,7 @@ impl Task {
         })
     }
 
-    /// Simulates the recordings of the built-in sensor, which replace these.
+    /// Simulates the recordings of the built-in sensor, which take the place of `replaced`.
     pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
             let made = match late {

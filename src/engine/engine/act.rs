@@ -80,7 +80,7 @@ impl Engine {
             Action::Discard => self.leave(),
             Action::Cancel => {
                 self.lanes.cancel();
-                // Work that the status line does not show goes on.
+                // Tasks that the status line does not show are not cancelled.
                 let seen = self.tasks.iter().filter(|task| task.is_seen);
                 seen.for_each(|task| task.lane.cancel());
                 self.waiting.clear();
@@ -246,7 +246,7 @@ impl Engine {
             Some(importing) => importing.waiting.extend(paths),
             None => {
                 let path = paths.remove(0);
-                let mut importing = Importing::of(path, paths);
+                let mut importing = Importing { path, waiting: paths, ..Importing::default() };
                 let preview = importing.look(Known::Nothing);
                 self.preview.ask_again(preview);
                 self.importing = Some(importing);

@@ -1,4 +1,4 @@
-//! Opening a session, closing the window, and autosave: what replaces all loaded data, and what protects them.
+//! Actions that discard all loaded data, such as opening a session, and the autosave that protects the data.
 
 use super::*;
 
@@ -14,11 +14,9 @@ impl Engine {
         let (is_built_in, late) = (opened.session.built_in, opened.session.built_in_lag);
         let (project, notices) = opened.into_project();
         notices.into_iter().for_each(|notice| self.show_notice(notice));
-        let maps = std::mem::take(&mut self.project.maps);
-        self.project = project;
-        for (path, map) in maps {
-            self.project.maps.entry(path).or_insert(map);
-        }
+        let mut maps = std::mem::take(&mut self.project.maps);
+        maps.extend(project.maps);
+        self.project = Project { maps, ..project };
         if is_built_in {
             self.await_turn(InTurn::Simulate(late));
         }

@@ -5,7 +5,7 @@ use super::*;
 impl Engine {
     /// Takes the results of background work. The window calls this before each frame.
     pub fn take(&mut self) {
-        // Checked before answers are taken: if no search runs now, all its answers are taken below.
+        // Checked before answers are taken. If no search runs now, no further answer of a search arrives after this call.
         let have_ended = self.lane::<TryModels>().is_idle();
         for failed in self.lanes.take() {
             self.notice(Level::Error, failed);
