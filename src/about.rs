@@ -1,9 +1,9 @@
-//! Information on the program: version, build, licences of the program and its dependencies.
+//! Version, build and licences of the program, and the licences of its dependencies.
 
 use std::sync::LazyLock;
 
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// Licences of the program, one at the user's choice, with their names.
+/// Names and texts of the program's licences, of which the user can choose one.
 pub const OWN_LICENCES: [(&str, &str); 2] =
     [("MIT", include_str!("../LICENSE-MIT")), ("Apache-2.0", include_str!("../LICENSE-APACHE"))];
 /// Dependencies with their licences, as listed by `.ci/licences.py`.
@@ -13,7 +13,7 @@ const COMMIT: &str = env!("LOOPSCOPE_COMMIT");
 const FEATURES: &str = env!("LOOPSCOPE_FEATURES");
 const TARGET: &str = env!("LOOPSCOPE_TARGET");
 
-/// Returns names and values of the build, for display and fault reports.
+/// Returns names and values that describe the build, to be shown and named in bug reports.
 pub fn built() -> [(&'static str, &'static str); 4] {
     let commit = match COMMIT {
         "" if cfg!(debug_assertions) => "not recorded in a debug build",

@@ -1,4 +1,4 @@
-//! The command line, which opens the window, or runs one job for scripts and machines without a display.
+//! The command line. It opens the window, or runs one job without a window, for scripts and machines without a display.
 
 mod apply;
 mod best;
@@ -7,7 +7,6 @@ mod choices;
 mod compare;
 mod demo;
 mod error;
-mod examples;
 mod exports;
 mod fit;
 mod inputs;
@@ -16,7 +15,6 @@ mod installed;
 mod live;
 mod messages;
 mod metrology;
-mod rated;
 mod reading;
 mod recordings;
 mod report;
@@ -35,7 +33,7 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory as _, Parser, Subcommand};
 
-use examples::examples;
+use run::examples;
 
 use crate::about;
 use crate::shown::printable;
@@ -63,10 +61,10 @@ pub struct Cli {
 }
 
 impl Cli {
-    /// Parses the command line; the first word is the program's name.
+    /// Parses the words of the command line, of which the first is the program's name.
     ///
     /// # Errors
-    /// Returns clap's error, with a tip where clap has none, or an error for a word that is neither a command nor a file.
+    /// An error with a tip, if a word is unknown, a value is wrong, or a file does not exist.
     pub fn understood(words: &[OsString]) -> Result<Self, clap::Error> {
         let mut cli = Self::try_parse_from(words)
             .map_err(|error| misspelt(words).unwrap_or_else(|| with_way_out(error, words)))?;
@@ -82,7 +80,7 @@ impl Cli {
     }
 }
 
-/// Returns clap's error for a first word that resembles a command and is not a file.
+/// Returns the error for a misspelt command: a first word that resembles a command and is no file.
 fn misspelt(words: &[OsString]) -> Option<clap::Error> {
     let [program, word, ..] = words else {
         return None;
@@ -92,14 +90,14 @@ fn misspelt(words: &[OsString]) -> Option<clap::Error> {
         return None;
     }
     let command = Cli::command();
-    // The positional FILE argument is left out, because it would accept any word.
+    // The program's own FILE argument is left out, because it would accept any word.
     let jobs = clap::Command::new("loopscope").subcommands(command.get_subcommands().cloned());
     let error = jobs.try_get_matches_from([program, word]).err()?;
     let is_like_one = error.get(ContextKind::SuggestedSubcommand).is_some();
     is_like_one.then_some(error)
 }
 
-/// Adds a tip to clap's error: recordings need `--train`, and numbers are written without a unit.
+/// Adds a tip to clap's error for a number with a unit, and for recordings that are named without `--train`.
 fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     let is_not = match error.source() {
         Some(why) if why.is::<ParseFloatError>() => {
@@ -131,7 +129,8 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     error
 }
 
-/// Defines the enum of jobs. The help text of a job is the doc comment of its arguments.
+/// Defines the enum of jobs. A new job is one file with a `mod` line above and one line in this list. The help text of a job is
+/// the doc comment of its struct.
 macro_rules! jobs {
     ($($name:ident($job:ty)),* $(,)?) => {
         /// Jobs that run without a window.
@@ -167,7 +166,7 @@ jobs! {
     Man(installed::ManJob),
 }
 
-/// Runs a job and prints its errors on standard error, one line each.
+/// Runs a job, and prints its errors on standard error, one line each.
 pub fn run(job: &Job) -> ExitCode {
     run::run(job.work(), Cli::command)
 }

@@ -1,7 +1,8 @@
-//! Findings, which the program reports beside numbers: the observation, its effect on the calibration, and the remedy.
+//! Findings: sentences that the program shows beside numbers. Each names an observation, its effect on the calibration, and a
+//! remedy.
 //!
-//! Guarantees: effect and remedy of each finding are worded here, once. [`Way`] adds how to apply the remedy on the command
-//! line or in the window. The observation is worded where it is made.
+//! Guarantees: effect and remedy of each kind of finding are worded here, once. [`Way`] adds the option or the control that
+//! applies the remedy. The observation is worded by the code that makes it.
 
 use std::cmp::Reverse;
 use std::fmt;
@@ -12,7 +13,7 @@ use strum::IntoStaticStr;
 
 use crate::shown::first_clauses;
 
-/// Maximum number of findings of one kind that are listed.
+/// Maximum number of observations that are listed in one finding. Others are counted.
 const LISTED: usize = 4;
 
 /// Verdict on the recordings of a calibration.
@@ -21,9 +22,9 @@ const LISTED: usize = 4;
 pub enum Verdict {
     /// No problem was found.
     Enough,
-    /// The calibration may be usable; at least one problem was found.
+    /// At least one problem was found, but the calibration may be usable.
     Doubtful,
-    /// The coefficients are determined more by noise than by the sensor.
+    /// The coefficients depend more on noise than on the sensor.
     Insufficient,
 }
 
@@ -38,7 +39,7 @@ impl Verdict {
     }
 }
 
-/// Medium in which a finding is shown.
+/// Place where a finding is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
     /// Text or JSON in a terminal.
@@ -49,7 +50,7 @@ pub enum Face {
     Page,
 }
 
-/// Way to apply a remedy on the command line or in the window.
+/// Option of the command line, and control of the window, by which the user applies a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// Changes the roles of recordings.
@@ -105,12 +106,12 @@ impl Way {
     }
 }
 
-/// A text with a remedy, which each face applies in its own way.
+/// Message that proposes a remedy.
 pub trait Advice: fmt::Display {
-    /// Returns the ways to apply the remedy.
+    /// Returns the options and controls that apply the remedy.
     fn ways(&self) -> &'static [Way];
 
-    /// Returns the text, with the ways of this face.
+    /// Returns the message with the options or controls of this place in parentheses.
     fn text(&self, face: Face) -> String {
         with_ways(self.to_string(), self.ways(), face)
     }
@@ -141,20 +142,21 @@ pub struct Place {
     pub count: u64,
 }
 
-/// A finding: an observation with its effect and remedy.
+/// Observation with its effect on the calibration, and a remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// Kind of the finding.
     pub id: Id,
     /// Best verdict that this finding allows.
     pub severity: Verdict,
-    /// Observation in a few words.
+    /// Observation in a few words; the start of the sentence.
     pub seen: String,
     /// Place in a file; `None` if the finding is not about lines of a file.
     pub place: Option<Place>,
-    /// Figures of the observation; may be empty.
+    /// Figures of the observation, shown in parentheses; may be empty.
     pub figures: String,
-    /// Share of full scale by which the finding makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
+    /// Size of the effect, by which findings are ordered: share of full scale by which errors become larger, or share of the loads
+    /// or samples concerned; 0 if unknown.
     pub cost: f64,
 }
 
@@ -171,7 +173,8 @@ impl Finding {
         Self { cost, ..self }
     }
 
-    /// Returns findings in order: faults of recordings first, then by severity, then by cost. Findings of one kind are merged.
+    /// Returns one finding for each kind and severity: first the faults of recordings, then the others, both by severity and size
+    /// of the effect.
     pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<Vec<Self>> = Vec::new();
         for own in found {
@@ -190,7 +193,7 @@ impl Finding {
         merged
     }
 
-    /// Returns one finding for findings of one kind, the most expensive one first.
+    /// Joins findings of one kind and severity, the one with the largest effect first.
     fn merged(mut own: Vec<Self>) -> Self {
         own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
         if own.len() == 1 {
@@ -215,7 +218,7 @@ impl Finding {
         }
     }
 
-    /// Returns one sentence without its full stop.
+    /// Returns the finding as a sentence without full stop.
     pub fn text(&self, face: Face) -> String {
         let (_, then, ways) = self.id.words();
         let mut text = self.observation();
@@ -317,7 +320,7 @@ pub enum Id {
 }
 
 impl Id {
-    /// Returns true for a fault of recordings, false for its effect on errors and coefficients.
+    /// Returns true if this is a fault of recordings, and false if it is about errors, coefficients or figures.
     pub fn is_cause(self) -> bool {
         matches!(
             self.words().0,
@@ -325,27 +328,30 @@ impl Id {
         )
     }
 
-    /// Returns the category (a constant word), the effect on the calibration with the remedy, and the ways to apply the remedy.
+    /// Returns the category for JSON, the text of effect and remedy, and the options and controls that apply the remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
             Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {
                 ("file", "", &[])
             }
             Self::Assumed | Self::UnnamedLoads => ("file", "", &[Way::Columns]),
-            Self::WithoutReference => ("figures", "they take no part in the figures", &[]),
-            Self::NoFullScale => {
-                ("figures", "none of its figures is in percent; enter the rated load", &[])
+            Self::WithoutReference => {
+                ("figures", "the figures do not include these recordings", &[])
             }
+            Self::NoFullScale => (
+                "figures",
+                "figures in percent of full scale are missing; enter the rated load",
+                &[],
+            ),
             Self::BeyondFullScale => ("figures", "enter the rated load", &[]),
             Self::SmallCycle => (
                 "figures",
-                "record the axis from its smallest to its largest load and back in one run",
+                "record one run in which the axis goes from its smallest to its largest load and back",
                 &[],
             ),
             Self::LagInLoop => (
                 "figures",
-                "this part of the width is no hysteresis; if one clock is late, set its offset where the file is read; if the \
-                 sensor is slow, use a fixed lag, a look-back or a faster amplifier",
+                "this part of the loop width comes from the time lag and is no hysteresis; if the clock of one file is late, set the clock offset in the import; if the sensor is slow, use a fixed lag, a look-back or a faster amplifier",
                 &[],
             ),
             Self::NoTest => (
@@ -356,54 +362,48 @@ impl Id {
             ),
             Self::NoTimes => (
                 "times",
-                "look-backs and all other features with memory are off, and cross-validation leaves out whole load cases, \
-                 so that no row is predicted from its repeats",
+                "look-backs and other features with memory are not used, and cross-validation leaves out all rows of a load together",
                 &[],
             ),
             Self::Undetermined => (
                 "samples",
-                "the fit can match every sample exactly, so its training error is meaningless; record more, or use fewer \
-                 gauges and features",
+                "the fit can match each sample exactly, so the training error says nothing about other loads; record more loads, or use fewer gauges and features",
                 &[Way::Features],
             ),
             Self::NoCrossValidation => ("cross_validation", "", &[]),
             Self::FewRecordings => (
                 "groups",
-                "cross-validation leaves out contiguous blocks, which resemble the rest of their recording, so the \
-                 error on another recording can be far larger; record more",
+                "cross-validation leaves out contiguous blocks of a recording; other blocks of the recording resemble them, so the error on another recording can be far larger; record more recordings",
                 &[],
             ),
             Self::FewGroups => (
                 "groups",
-                "too few groups for cross-validation by group, so it leaves out single recordings; their repeats stay in the fit, \
-                 so the cross-validation error is too small; record more groups, or set the groups",
+                "cross-validation leaves out single recordings instead of groups; repeats of a left-out recording stay in the fit, so the cross-validation error is too small; record more groups, or set the groups",
                 &[Way::Groups],
             ),
             Self::UnusedLoneGroup => (
                 "groups",
-                "cross-validation leaves out single recordings instead of groups; their repeats stay in the fit, so its error is \
-                 too small; load this axis in other groups too, or set the groups",
+                "cross-validation leaves out single recordings instead of groups; repeats of a left-out recording stay in the fit, so the cross-validation error is too small; load this axis in other groups too, or set the groups",
                 &[Way::Groups],
             ),
             Self::LoneGroup => (
                 "groups",
-                "when this group is left out, the fit has no load on the axis; load this axis in other groups too, or change the groups",
+                "when cross-validation leaves out this group, the fit has no load on the axis; load this axis in other groups too, or change the groups",
                 &[Way::Groups],
             ),
             Self::Still => (
                 "still",
-                "the errors of this axis do not apply to a load on it; record loads on it, or remove its \
-                 column",
+                "the errors of this axis do not apply to loads on this axis; record loads on the axis, or remove its column",
                 &[Way::Columns],
             ),
             Self::OutsideTrained => (
                 "outside",
-                "the test error is that of an extrapolation; add these loads to the training, or test smaller loads",
+                "the calibration extrapolates to these loads, so the test error is larger; use these loads for training too, or test smaller loads",
                 &[],
             ),
             Self::FewLoads => (
                 "load_cases",
-                "different fits agree on these loads and differ on other loads; record more loads, or use fewer features or a ridge",
+                "calibrations that agree on these loads can differ on other loads; record more loads, use fewer features, or use a ridge",
                 &[Way::Features, Way::Ridge],
             ),
             Self::Rank => (
@@ -414,13 +414,12 @@ impl Id {
             ),
             Self::WeakestKernelRidge => (
                 "regressor",
-                "held-out errors favour a ridge that is too weak to keep the weights small, so errors on other data may be larger than \
-                 the scores; check the test recordings, or use fewer features",
+                "cross-validation chose the weakest ridge that was tried, so the kernel may follow noise, and errors on other recordings may be larger; check the errors on test recordings, or use fewer features",
                 &[Way::Features],
             ),
             Self::StrongestKernelRidge => (
                 "regressor",
-                "the kernel hardly improves the held-out errors; use another regressor",
+                "the kernel hardly reduces the cross-validation error; use another regressor",
                 &[Way::Regressor],
             ),
             Self::UnknownState => (
@@ -431,29 +430,29 @@ impl Id {
             ),
             Self::ColdStart => (
                 "cold_start",
-                "the features with memory do not know yet what came before; ignore the first loads after a start, or use features with \
-                 a shorter memory",
+                "features with memory need earlier samples, which are missing after a start; ignore the first loads after a start, or use features with a shorter memory",
                 &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",
-                "it does not improve the held-out errors significantly, so only the linear part is used; use a \
-                 linear calibration, or record more",
+                "the network or kernel does not reduce the cross-validation error significantly, so only the linear part is used; use a linear calibration, or record more",
                 &[Way::Regressor],
             ),
             Self::UnusedAuxiliary => ("undetermined", "", &[]),
             Self::NoAuxiliary => ("undetermined", "choose the auxiliary channels", &[Way::Columns]),
-            Self::AuxiliaryBeyond => {
-                ("undetermined", "the effect is extrapolated linearly outside the range", &[])
-            }
+            Self::AuxiliaryBeyond => (
+                "undetermined",
+                "outside the training range, the effect of the channel is extrapolated linearly",
+                &[],
+            ),
             Self::AuxiliaryLeft => (
                 "auxiliary",
-                "the model does not use the auxiliary channels that changed; add them if the sensor depends on them",
+                "these auxiliary channels changed, but the model does not use them; add them if the sensor depends on them",
                 &[Way::Auxiliary],
             ),
             Self::NoGauge => (
                 "no_gauge",
-                "a gauge under changing loads does not behave like this; check its cable, or give the column another role",
+                "a gauge under changing loads does not behave like this; check the cable of the gauge, or give its column another role",
                 &[Way::Columns],
             ),
             Self::TareChanged => (
@@ -491,18 +490,17 @@ impl Id {
             }
             Self::Noisy => (
                 "rig",
-                "the fit gives this recording the same weight as the others; check cables, shields and supply, or exclude it from training",
+                "the fit gives this recording the same weight as other recordings; check cables, shields and supply, or exclude the recording from training",
                 &[Way::Roles],
             ),
             Self::Alternates => (
                 "rig",
-                "such values are often two channels in one column, and the fit uses their mean; check the logger's channel order, \
-                 or give the gauge the role Ignore",
+                "alternating values are often those of two channels in one column, and the fit uses their mean; check the logger's channel order, or give the gauge the role Ignore",
                 &[Way::Columns],
             ),
             Self::Hum => (
                 "rig",
-                "it adds to every error; check shields, grounds and the logger's filter, and record again",
+                "the hum adds to all errors; check shields, grounds and the logger's filter, and record again",
                 &[],
             ),
             Self::Bent => (
@@ -518,19 +516,17 @@ impl Id {
             ),
             Self::Lag => (
                 "lag",
-                "a time lag is not hysteresis, and thresholds or play radii fitted to it describe a filter. If the time stamps are late, set the clock \
-                 offset in the import; if the sensor is slow, add a fixed lag to the features, also for the exported code; \
-                 otherwise use a logger that samples both at the same time",
+                "thresholds and play radii that are fitted to a time lag describe the lag and no hysteresis. If the time stamps are late, set the clock offset in the import; if the sensor is slow, add a fixed lag to the features, also for the exported code; otherwise use a logger that samples sensor and reference at the same time",
                 &[Way::Columns],
             ),
             Self::SameSamples => (
                 "repeated",
-                "each is predicted by a fit to its copy, so the errors are too small; close one of them",
+                "each recording is predicted by a fit to its copy, so the errors are too small; close one of the copies",
                 &[Way::Roles],
             ),
             Self::OneSided => (
                 "reach",
-                "the errors do not apply to the other direction; record loads in that direction, or enter its rated load",
+                "the errors do not apply to loads in the other direction; record loads in that direction, or enter the rated load of the axis",
                 &[],
             ),
             Self::OneAxisAtATime => (
@@ -540,7 +536,7 @@ impl Id {
             ),
             Self::OneProgramme => (
                 "reach",
-                "the expected error does not apply to other load programmes, above all for features with memory; record another programme",
+                "the expected error does not apply to other load programmes, especially with features that have memory; record another programme",
                 &[],
             ),
             Self::Odd => (
@@ -551,18 +547,22 @@ impl Id {
             ),
             Self::Faults => (
                 "faults",
-                "the fit is distorted by them; exclude these samples, reduce the load, or use a smaller gain",
+                "faulty samples distort the fit; exclude them, reduce the load, or use a smaller gain",
                 &[Way::Faulty],
             ),
-            Self::Unusable => {
-                ("files", "left out of this check; mend or remove it before you calibrate", &[])
-            }
+            Self::Unusable => (
+                "files",
+                "the file is left out of this check; correct or remove the file before you calibrate",
+                &[],
+            ),
             Self::WorseOnTest => (
                 "error",
-                "compensation increases the error there; use fewer features, a ridge, or more kinds of motion for training",
+                "compensation increases the error on test recordings; use fewer features, a ridge, or more kinds of motion for training",
                 &[Way::Features, Way::Ridge],
             ),
-            Self::NoBetterThanMean => ("error", "no better than predicting the mean", &[]),
+            Self::NoBetterThanMean => {
+                ("error", "a constant, the mean load, would be as accurate", &[])
+            }
             Self::LargerLeftOut => ("error_ratio", "", &[]),
             Self::MovesTogether => (
                 "correlation",
@@ -571,7 +571,7 @@ impl Id {
                 &[],
             ),
             Self::NotReached => {
-                ("reach", "beyond that the matrix extrapolates; record larger loads", &[])
+                ("reach", "for larger loads the calibration extrapolates; record larger loads", &[])
             }
             Self::LinearOnly => (
                 "regressor",
@@ -585,7 +585,7 @@ impl Id {
             }
             Self::Unreached => (
                 "next",
-                "no proposed load determines them; use other masses, or a mass on an arm",
+                "no proposed load determines these axes; use other masses, or a mass on an arm",
                 &[Way::Arm],
             ),
         }

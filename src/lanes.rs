@@ -1,9 +1,10 @@
-//! Rows of a few numbers. A loop of unknown length spends more time on its preparations than on six numbers.
+//! Arithmetic on short rows of numbers. Each length up to 8 has its own compiled loop, because a loop of unknown length needs more
+//! time for its set-up than for six numbers.
 
-/// Number of rows computed at once. Longer rows have no specialised code.
+/// Length of the longest row with a compiled loop of its own. Longer rows are computed in pieces.
 const LANES: usize = 8;
 
-/// Writes the result of `value` for the numbers at the same index in each of `from`.
+/// Sets each number of `out` to `value` of the numbers at the same index in the rows `from`.
 ///
 /// # Panics
 /// If one of `from` is shorter than `out`.
@@ -34,7 +35,7 @@ pub fn write<const N: usize>(
     }
 }
 
-/// Reads all inputs before it writes, so the compiler need not check for overlap.
+/// Computes a row. All inputs are read before the first write, so that the compiler need not check for overlap.
 #[inline(always)]
 fn row<const WIDTH: usize, const N: usize>(
     out: &mut [f64],

@@ -1,27 +1,27 @@
 //! LoopScope calibrates force/torque sensors and compensates their hysteresis.
 //!
-//! This page describes the modules. They are ordered by the method; each may use the modules above it in this table, never those below.
+//! This page describes the modules, in the order of the method. Each may use the modules above it in this table, but none below.
 //!
 //! | module | contents | start reading at |
 //! |---|---|---|
 //! | [`recording`] | recordings and their roles, axes, units, tare, the simulated sensor | [`recording::Recording`] |
-//! | [`formats`] | files of numbers, one source file for each format: named columns, read and written | [`formats::FORMATS`] |
-//! | [`import`] | columns → recordings: column maps and guessing them, clocks, pauses, loads from a pose | [`import::read`] |
+//! | [`formats`] | files of numbers as named columns, read and written; one source file for each format | [`formats::FORMATS`] |
+//! | [`import`] | columns → recordings: column maps, given or guessed; clocks, pauses, loads from a pose | [`import::read`] |
 //! | [`features`] | feature blocks, one file each: look-back (Eq. 9-12) and the others | [`features::Design`] |
 //! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, and the resulting calibration | [`calibration::Calibration`] |
 //! | [`scoring`] | parts that several questions share: cross-validation, held-out sums, faults, loops, dwells | [`scoring::cross_validation`] |
-//! | [`report`] | tables and figures as plain data, defined once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
-//! | [`export`] | files, each written completely or not at all: calibrations, one source file for each format, exported code, traces | [`export::TARGETS`] |
+//! | [`report`] | tables and figures as plain data, the same for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
+//! | [`export`] | calibrations as files and as code, one source file for each format; traces; each file written completely or not at all | [`export::TARGETS`] |
 //! | [`questions`] | one folder for each question: errors, expected error, thresholds, loops, metrology, models, check | [`questions::analyse`] |
-//! | [`engine`] | the document with its edits and undo, the background computation of answers, sessions | [`engine::Engine`] |
+//! | [`engine`] | the document with its edits and undo, computation in the background, sessions | [`engine::Engine`] |
 //! | [`cli`] | the command line | [`cli::Job`] |
-//! | `ui` | the window (feature `gui`), one file for each pane: panes ask questions, draw answers and send edits | `ui::Shell` |
+//! | `ui` | the window (feature `gui`), one file for each pane, which asks questions, draws answers and sends edits | `ui::Shell` |
 //!
-//! [`finding`] holds the findings that the program reports beside numbers, [`progress`] reports and cancels slow work, and
+//! [`finding`] contains the sentences that the program shows beside numbers. [`progress`] reports and cancels slow work.
 //! [`min_max`] computes ranges of numbers.
 //!
-//! Other programs can read recordings, fit and score a calibration, write it, read it again, and run it sample by sample. All
-//! other items are internal.
+//! Other programs can use what this example shows: read recordings, fit a calibration, compute its errors, write and read it, and
+//! run it sample by sample. All other items are internal.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -33,17 +33,17 @@
 //! use loopscope::recording::{Entry, RecordingSet, simulated};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // Simulated recordings, or those of files.
+//! // Recordings of the built-in simulated sensor.
 //! let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
 //!
-//! // Fit and score: conventional, and compensated by the look-back.
+//! // Fit a conventional calibration, and one that is compensated by a look-back.
 //! let settings = FitSettings { decimation: 10, ..FitSettings::default() };
 //! let analysis = analyse(&Request::fit(recordings, settings), &Progress::default())?;
 //! let quality = &analysis.calibration.quality;
 //! let (conventional, compensated) = (&quality.conventional, &quality.compensated);
 //! assert!(compensated.test_rmse.as_ref().unwrap()[0] < conventional.test_rmse.as_ref().unwrap()[0]);
 //!
-//! // Write it, read it, and run it as a robot would.
+//! // Write the calibration, read it, and compute a load as a robot would.
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("calibration.json");
 //! write_calibration(&analysis.calibration, &path)?;
@@ -53,7 +53,7 @@
 //! let (_, load) = estimator.update(0.0, &[0.0; 6])?;
 //! assert_eq!(load.len(), 6);
 //!
-//! // A recording of a file, understood by the names of its columns.
+//! // Read a recording, whose columns are known by their names.
 //! let path = folder.path().join("press.csv");
 //! std::fs::write(&path, "t [s],S1,S2,Fz [N]\n0,0.1,0.2,1\n0.1,0.2,0.3,2\n0.2,0.3,0.4,3\n")?;
 //! let loaded = read(&path, None, &[], &Progress::default())?;

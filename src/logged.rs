@@ -1,5 +1,5 @@
-//! The program's log. It goes to standard error; `RUST_LOG` chooses what is written. Errors of file dialogs are also kept for
-//! the window, because the library of the dialogs reports them only in the log: a failed dialog looks like a cancelled one.
+//! The program's log on standard error, filtered by `RUST_LOG`. Errors of file dialogs are also kept for the window. The library of
+//! the dialogs reports errors only in the log, and returns the same from a failed dialog as from a cancelled one.
 
 use std::sync::Mutex;
 
@@ -36,7 +36,7 @@ impl Log for Logger {
     }
 }
 
-/// Starts the log. Without it nothing is logged.
+/// Starts the log. Before, nothing is logged.
 pub fn start() {
     let logger = env_logger::Builder::from_default_env().build();
     let level = logger.filter().max(LevelFilter::Error);
@@ -45,7 +45,7 @@ pub fn start() {
     }
 }
 
-/// Returns the newest error of a file dialog, once.
+/// Removes and returns the newest error of a file dialog.
 pub fn take_dialog_error() -> Option<String> {
     let mut kept = locked(&DIALOG_ERROR);
     kept.take()

@@ -1,4 +1,4 @@
-//! Opens the window, or runs one command-line job.
+//! Opens the window, or runs one job of the command line.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -3,9 +3,9 @@
 /// The smallest and the largest of some numbers. NaN does not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MinMax {
-    /// Smallest number; +∞ without one.
+    /// Smallest number; +∞ if there are no numbers.
     pub min: f64,
-    /// Largest number; −∞ without one.
+    /// Largest number; −∞ if there are no numbers.
     pub max: f64,
 }
 
@@ -13,7 +13,7 @@ impl MinMax {
     /// Range of an empty list.
     pub const NONE: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
-    /// Returns the range with one more number.
+    /// Returns the range extended to this number.
     #[inline]
     pub fn with(self, value: f64) -> Self {
         Self { min: self.min.min(value), max: self.max.max(value) }
@@ -25,7 +25,7 @@ impl MinMax {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Returns the part that all ranges have in common; without one, `min` is above `max`.
+    /// Returns the intersection of all ranges. If it is empty, `min` is above `max`.
     pub fn common(all: impl Iterator<Item = Self>) -> Self {
         let part = |a: Self, b: Self| Self { min: a.min.max(b.min), max: a.max.min(b.max) };
         all.reduce(part).unwrap_or(Self::NONE)
@@ -46,7 +46,7 @@ impl MinMax {
         self.min.abs().max(self.max.abs())
     }
 
-    /// Returns the share of the span of `whole` that this range covers, 0 to 1.
+    /// Returns the span of this range divided by the span of `whole`, at most 1.
     pub fn share_of(self, whole: Self) -> f64 {
         (self.span() / whole.span()).clamp(0.0, 1.0)
     }

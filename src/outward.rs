@@ -1,4 +1,4 @@
-//! Bounds in single precision, rounded outwards: half the memory, and never inside the exact bounds.
+//! Rounding of bounds to single precision, which halves their memory. The rounded bounds always include the exact ones.
 
 #[inline(always)]
 pub(crate) fn rounded_down(value: f64) -> f32 {

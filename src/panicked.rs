@@ -1,4 +1,4 @@
-//! Converts a panic, which is a defect, to an error for the caller.
+//! Conversion of a panic to an error. A panic is a defect of the program, or of a library that reads damaged files.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 thread_local! {
-    /// True if a panic of this thread is reported only as an error.
+    /// True if the message of a panic on this thread is not written to standard error.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -16,12 +16,12 @@ pub struct Panicked {
     pub message: String,
 }
 
-/// Returns the content of a mutex, even if a thread that held it has panicked.
+/// Locks a mutex, even if a thread that held its lock has panicked.
 pub(crate) fn locked<T: ?Sized>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does the work, and converts a panic to an error.
+/// Does the work, and returns a panic as an error.
 ///
 /// # Errors
 /// [`Panicked`] with the message of the panic.
@@ -30,7 +30,7 @@ pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
         .map_err(|payload| Panicked { message: panic_message(&*payload) })
 }
 
-/// Does the work like [`caught`], for crates that panic on damaged files. The message is not written to standard error.
+/// Does the work like [`caught`], without a message on standard error, for libraries that panic on damaged files.
 pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

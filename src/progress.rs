@@ -1,11 +1,11 @@
-//! Progress of a long piece of work: the work reports a fraction, and the caller can cancel it.
+//! Progress of slow work. The work reports its progress, and another thread can cancel it.
 //!
-//! Guarantees: clones share one state, nothing blocks, and a cancelled [`Progress`] stays cancelled.
+//! Guarantees: clones share one state, no call waits, and a cancelled [`Progress`] stays cancelled.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// Shared handle on one piece of work.
+/// Progress and cancellation of one piece of work, shared by its clones.
 #[derive(Clone, Debug, Default)]
 pub struct Progress(Arc<Inner>);
 
@@ -22,12 +22,12 @@ struct Inner {
 pub struct Cancelled;
 
 impl Progress {
-    /// Cancels the work; long loops stop at their next [`Progress::check`].
+    /// Cancels the work, which stops at its next [`Progress::check`].
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Returns a handle for a part of the work, which is cancelled with the whole but counts its own steps.
+    /// Returns the progress of a part of the work. The part has steps of its own, and is cancelled with the work.
     pub fn part(&self) -> Self {
         Self(Arc::new(Inner { cancelled: Arc::clone(&self.0.cancelled), ..Inner::default() }))
     }
@@ -45,7 +45,7 @@ impl Progress {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// Adds to the total number of steps (bytes, samples, folds: any unit).
+    /// Adds to the total number of steps. A step can be a byte, a sample or any other unit.
     pub fn add_total(&self, steps: u64) {
         self.0.total.fetch_add(steps, Ordering::Relaxed);
     }
@@ -55,7 +55,7 @@ impl Progress {
         self.0.done.fetch_add(steps, Ordering::Relaxed);
     }
 
-    /// Returns the share done, from 0 to 1, or `None` while the total is unknown.
+    /// Returns the share of steps done, 0 to 1; `None` as long as the total is unknown.
     pub fn fraction(&self) -> Option<f32> {
         let total = self.0.total.load(Ordering::Relaxed);
         let done = self.0.done.load(Ordering::Relaxed);

@@ -1,15 +1,15 @@
-//! Reproducible random numbers: the same seed and keys always give the same stream.
+//! Reproducible random numbers. The same seed and keys always give the same numbers.
 
 use std::f64::consts::TAU;
 
-/// A SplitMix64 stream (Steele, Lea and Flood 2014).
+/// Generator SplitMix64 (Steele, Lea and Flood 2014).
 pub(crate) struct Random {
     state: u64,
     spare_normal: Option<f64>,
 }
 
 impl Random {
-    /// Returns the stream for a seed and a list of keys. Different keys give unrelated streams.
+    /// Returns the generator for a seed and a list of keys. Different keys give independent numbers.
     pub(crate) fn new(seed: u64, keys: &[u64]) -> Self {
         let mut stream = Self { state: seed, spare_normal: None };
         for key in keys {
@@ -42,7 +42,7 @@ impl Random {
         }
     }
 
-    /// Returns an integer in `0..bound`. The integer is the high half of a product, so its bias is below `bound / 2⁶⁴`.
+    /// Returns a uniform integer in `0..bound`, the high half of a product. Its bias is below `bound / 2⁶⁴`.
     fn below(&mut self, bound: usize) -> usize {
         ((u128::from(self.next()) * bound as u128) >> 64) as usize
     }

@@ -1,9 +1,9 @@
-//! Equality of questions and of states of the document.
+//! Equality of types whose large parts are compared by their addresses.
 
 use std::ptr;
 use std::sync::Arc;
 
-/// Shared value that is compared by its address in memory, which is fast for any size.
+/// Shared value that is compared by its address in memory, which takes the same time for any size.
 pub trait Shared {
     fn place(&self) -> *const ();
 }
@@ -20,8 +20,8 @@ impl<T> Shared for Option<Arc<T>> {
     }
 }
 
-/// Defines equality of a type. Fields after `shared` are compared by address, and fields after `value` by value. Fields
-/// after `besides` are ignored. Each field must be in one of the three lists, so that no new field is forgotten.
+/// Defines equality of a type. Fields in `shared` are compared by address, fields in `value` by value, and fields in `besides`
+/// not at all. The compiler requires each field in one of the three lists, so that none is forgotten.
 macro_rules! same_where {
     ($name:ty: shared($($shared:ident),*) value($($value:ident),*) besides($($besides:ident),*)) => {
         impl PartialEq for $name {

@@ -7,7 +7,7 @@ use std::path::Path;
 /// Maximum length of a message in characters. The middle of a longer message is omitted, so that a terminal still shows earlier
 /// messages.
 const MESSAGE_CHARS: usize = 1200;
-/// Number of characters kept before the omitted middle.
+/// Number of characters before the omitted middle.
 const START_CHARS: usize = 900;
 /// Maximum number of names in a message. Further names are counted.
 const LISTED_NAMES: usize = 8;

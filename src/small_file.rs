@@ -1,12 +1,12 @@
-//! Small files: calibrations, column maps, sessions. A pipe or device is refused, because reading it might never end. At most
-//! the limit is read, even if the file system gives a smaller size.
+//! Reading of small files, such as calibrations, column maps and sessions. A pipe or device is rejected, because reading it might
+//! never end. Files over a limit of size are rejected too.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
-    // Checked before opening, because opening a named pipe would wait for its other end.
+    // This is checked before opening, because opening a named pipe waits for a program at its other end.
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
         return Err(io::Error::other("it is a folder and not a file; name a file in it"));
@@ -19,7 +19,7 @@ pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// Returns the content of `what`, a file of limited size in bytes.
+/// Returns the content of a file of limited size. `what` names the kind of file in error messages.
 pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     let mut start = open_regular(path)?.take(limit_bytes + 1);

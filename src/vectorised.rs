@@ -1,4 +1,4 @@
-//! Loops compiled for each instruction set, of which one is chosen when the program runs.
+//! Loops that are compiled for several instruction sets. The program chooses the best one for its processor when it runs.
 
 struct Work<F>(F);
 
@@ -11,8 +11,8 @@ impl<F: FnMut()> pulp::WithSimd for Work<F> {
     }
 }
 
-/// Runs `work` with the instructions of this processor. The closure must be `#[inline(always)]`. It is called by reference:
-/// called by value, as [`pulp::Arch::dispatch`] does, it would be a separate function in which each `mul_add` is a call.
+/// Runs `work` with the instructions of this processor. The closure must be `#[inline(always)]`. It is called by reference,
+/// because a closure that [`pulp::Arch::dispatch`] calls by value becomes a separate function in which each `mul_add` is a call.
 #[inline(always)]
 pub(crate) fn vectorised(work: impl FnMut()) {
     pulp::Arch::new().dispatch(Work(work));

@@ -152,7 +152,7 @@ fn read_parts(path: &Path, parts: &[&str]) -> Result<Loaded, String> {
     let found = inspect(path, Known::Nothing, &Progress::default()).unwrap();
     let mut text = found.map.table.text.clone();
     text.parts = parts.iter().map(|part| (*part).to_owned()).collect();
-    let found = inspect(path, Known::Layout(&text), &Progress::default());
+    let found = inspect(path, Known::Layout(text.clone()), &Progress::default());
     let map = found.map_err(|error| error.to_string())?.map;
     // The map must read back after it was written.
     let mut json = Vec::new();

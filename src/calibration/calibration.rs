@@ -3,6 +3,7 @@
 //! Guarantees: a fitted or read [`Calibration`] has matching shapes and finite numbers, and applies as it was fitted.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
@@ -289,7 +290,13 @@ impl Calibration {
         Self { identity: self.identity.with(identity), ..self.clone() }
     }
 
-    /// Returns the column names of the compensated matrix.
+    /// Returns the full scales that are rated loads entered by the user (N, N·m).
+    pub(crate) fn rated_loads(&self) -> BTreeMap<Axis, f64> {
+        let all = self.axes.iter().zip(&self.full_scale).zip(&self.rated);
+        all.filter(|(_, rated)| **rated).map(|((axis, load), _)| (*axis, *load)).collect()
+    }
+
+    /// Returns the column names of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
     }

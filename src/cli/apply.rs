@@ -6,12 +6,10 @@ use std::slice;
 use clap::Args;
 
 use super::error::{JobError, usage};
-use super::examples::examples;
 use super::inputs::Files;
 use super::live;
-use super::rated::Rated;
-use super::reading::ReadArgs;
-use super::run::{Run, Work, make_directory};
+use super::reading::{Rated, ReadArgs};
+use super::run::{Run, Work, examples, make_directory};
 use super::traces::TraceArgs;
 use super::values::{named_file, number_in, one_of};
 use crate::calibration::Calibration;
@@ -23,40 +21,40 @@ use crate::features::Range;
 use crate::import::live::RowForm;
 use crate::recording::{Recording, Tare};
 
-/// Apply a calibration: Uncompensated and Compensated of each sample as CSV.
+/// Compute the loads of recordings by a calibration: the uncompensated and the compensated load of each sample, as CSV.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope apply sensor.json run.csv --out loads", "loads/run_loads.csv"),
+    ("loopscope apply sensor.json run.csv --out loads", "writes loads/run_loads.csv"),
     ("loopscope apply sensor.json log.csv --follow", "computes the loads of a growing log file"),
 ]))]
 pub struct ApplyJob {
     #[command(flatten)]
     read: ReadArgs,
-    /// Calibration: .json, or an ATI-style .cal, whose gauges are matched by the order of the recording.
+    /// Calibration (.json, or .cal in ATI's format). The gauges of a .cal are taken in the order of the recording.
     #[arg(value_parser = named_file())]
     calibration: PathBuf,
-    /// Recordings with the gauges of the calibration; or - for rows on standard input, each answered at once on standard
-    /// output. The lines "tare", "tare SECONDS" and "reset" between the rows tare the sensor or restart the history.
+    /// Recordings with the gauges of the calibration, or - for rows on standard input. The load of each row is written to standard
+    /// output at once. Between the rows, the lines "tare" and "tare SECONDS" tare the sensor, and "reset" restarts the history.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Folder for the files `<name>_loads.csv`. It is made if it does not exist.
+    /// Folder for the files `<name>_loads.csv`. A missing folder is created.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Add a last column with the status of each sample: ok, filling (the history is still too short), after a gap,
-    /// restarted, beyond (the load is beyond the tested range of the sensor), auxiliary held (the value of an auxiliary
-    /// channel is too old), rejected. Several are joined by +.
+    /// Add a last column with the status of each sample: ok, filling (the history is still too short), after a gap, restarted,
+    /// beyond (the load is outside the tested range of the sensor), auxiliary held (the value of an auxiliary channel is too old),
+    /// rejected. Several statuses are joined by +.
     #[arg(long, requires = "out")]
     status: bool,
-    /// Compute the loads of the one file on standard output, and then of each row that a logger appends to it.
+    /// Write the loads of one file to standard output, and continue with each row that a logger appends to the file.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
-    /// Format of the rows of - or --follow, as the device prints them; by default detected from the first ten lines.
+    /// Format of live rows (- or --follow), as the device prints them [default: detected from the first ten lines].
     #[arg(long, value_name = "FORM", value_parser = one_of(RowForm::ALL))]
     rows: Option<RowForm>,
-    /// Sample rate (Hz) of - or --follow, for rows without a time; by default their time is the clock of this computer.
+    /// Sample rate in Hz of live rows (- or --follow) without a time [default: the time is that of this computer's clock].
     #[arg(long, value_name = "HZ", value_parser = number_in(Range::Positive))]
     rate: Option<f64>,
-    /// Print the loads of - or --follow as JSON lines.
+    /// Print the loads of live rows (- or --follow) as JSON, one object on each line.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     json: bool,
     #[command(flatten)]
@@ -98,10 +96,10 @@ impl ApplyJob {
         }
         run.check_outputs(&written, self.force)?;
         let names_gauges = names_gauges(&self.calibration);
-        let rated = Rated::default().and_of(&calibration);
+        let rated = Rated { by_axis: calibration.rated_loads(), ..Rated::default() };
         let mut all = Vec::new();
         for (at, input) in run.inputs.recordings.iter().enumerate() {
-            let recordings = self.read.read(run, slice::from_ref(input), &rated)?;
+            let recordings = self.read.read(run, slice::from_ref(input), &rated, |_| Ok(()))?;
             let Some(first) = recordings.first() else { continue };
             if !names_gauges {
                 name_gauges(&mut calibration, first.gauge_names());
@@ -110,12 +108,12 @@ impl ApplyJob {
             if first.tare().is_none() {
                 if let Some(tare) = calibration.tare {
                     run.say.note(format_args!(
-                        "{path}: not tared, and the calibration was fitted to gauges minus their mean over {tare}; add --tare"
+                        "{path}: the recording is not tared, but the calibration was fitted to gauges minus their mean over {tare}; add --tare"
                     ));
                 }
                 if !names_gauges {
                     run.say.note(format_args!(
-                        "{path}: not tared, and a calibration in .cal has no offset; add --tare"
+                        "{path}: the recording is not tared, but a .cal calibration has no offset; add --tare"
                     ));
                 }
             }
@@ -141,12 +139,12 @@ impl ApplyJob {
         let writes = self.out.is_some() || self.traces.traces.is_some();
         let ([path], false) = (&self.files[..], writes) else {
             return usage(
-                "standard input or a followed file must be the only input, and the loads go to standard output; name no other file",
+                "live rows (- or --follow) need a single input and no output file, because their loads go to standard output",
             );
         };
         if self.read.tare == Some(Tare::Auto) {
             return usage(
-                "live rows can be tared only over an interval: --tare FROM:TO, in seconds from the first of them",
+                "live rows can be tared only over an interval: --tare FROM:TO, in seconds from the first row",
             );
         }
         if let Some(tare) = calibration.tare.filter(|_| self.read.tare.is_none()) {
@@ -170,7 +168,7 @@ impl ApplyJob {
         }
     }
 
-    /// Returns the reason why there is no calibration, with a hint to swap the arguments if the calibration was named last.
+    /// Returns the error for an unreadable calibration. If another argument is one, the error says to name it first.
     fn swapped(&self, error: ReadCalibrationError) -> JobError {
         let may_be_one =
             |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());
@@ -185,7 +183,7 @@ impl ApplyJob {
         }
     }
 
-    /// Returns the output file for the loads of each input file; none without an output folder.
+    /// Returns the output file for the loads of each input file; empty without an output folder.
     fn load_files(&self, run: &Run) -> Result<Vec<PathBuf>, JobError> {
         let Some(out) = &self.out else {
             return Ok(Vec::new());

@@ -1,4 +1,4 @@
-//! `loopscope best`: tries models and proposes the most accurate one and the smallest one.
+//! `loopscope best`: tries many models, and recommends the most accurate one and the smallest one of nearly the same accuracy.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -10,11 +10,10 @@ use serde::Serialize;
 
 use super::choices::{CommonArgs, fit_arguments};
 use super::error::JobError;
-use super::examples::examples;
 use super::exports::{check_determined, check_endings, export, with_history_that_fits};
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
 use crate::engine::SEARCH_MINUTES;
 use crate::export::{Together, interrupt_stops};
@@ -24,26 +23,26 @@ use crate::questions::thresholds::ScoreSet;
 use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
 use crate::recording::identity::Identity;
 
-/// Find the best model: tries many, cheap ones first, and scores each on recordings that it was not fitted to.
+/// Find the best model: fit many models, the fastest first, and compute their errors on recordings that were left out of the fit.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for five minutes and exports the proposed one"),
+    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for five minutes and exports the recommended one"),
 ]))]
 pub struct BestJob {
     #[command(flatten)]
     recordings: RecordingArgs,
-    /// Time limit in minutes. No further model is started after it, so with a short limit the result depends on the machine.
+    /// Time limit in minutes, after which no further model is started. With a short limit, the result depends on the computer's speed.
     #[arg(long, value_name = "MIN", default_value_t = SEARCH_MINUTES, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
-    /// Largest excess of the smallest model's error over the lowest error, in percent.
+    /// Percent by which the error of the smallest model may exceed the lowest error.
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * WITHIN, value_parser = number_in(Range::NotNegative))]
     within: f64,
     /// Export the smallest model within --within percent of the lowest error, instead of the most accurate one.
     #[arg(long)]
     smallest: bool,
-    /// Fit the proposed model and write it to this file. The file's ending chooses the format, as for `fit`; can be given several times.
+    /// Write the recommended model to this file. The file name ending selects the format, as for `fit`. Can be given several times.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     export: Vec<PathBuf>,
     /// Overwrite existing files.
@@ -73,7 +72,7 @@ impl Work for BestJob {
         let search = Search {
             settings: self.common.settings(&recordings),
             recordings: Arc::clone(&recordings),
-            // A limit that no user reaches and that does not overflow when it is added to a time.
+            // The limit of 30 years keeps the sum of the present time and the limit from overflowing.
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
             within: 0.01 * self.within,
         };
@@ -101,7 +100,7 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
-            // Ctrl-C stopped the search only; the export has its own progress.
+            // Ctrl-C cancels the search only, so the export has its own progress.
             let progress = Progress::default();
             let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;

@@ -1,4 +1,4 @@
-//! `loopscope check`: reports faults of the rig and whether the recordings determine the model.
+//! `loopscope check`: reports faults of the test rig, and whether the recordings determine the model.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -8,11 +8,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::ModelArgs;
-use super::error::{JobError, not_met};
-use super::examples::examples;
+use super::error::JobError;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
 use crate::features::Range;
 use crate::finding::{Face, Verdict};
@@ -21,23 +20,25 @@ use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::check::sufficiency_tables;
 use crate::questions::{HangingMass, Request};
 
-/// Check the recordings: faults of the rig, the loads they cover, whether they determine the model, and what to record next.
+/// Check the recordings: faults of the test rig, the range of the loads, whether the recordings determine the model, and which
+/// loads to record next.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope check day1.csv day2.csv --mass 1,2,5", "checks the recordings and proposes masses to hang next; exit code 3 if they are not enough"),
+    ("loopscope check day1.csv day2.csv --mass 1,2,5", "checks the recordings and proposes masses to hang next; exit code 3 if the recordings are not enough"),
 ]))]
 pub struct CheckJob {
-    /// Training recordings to check. Without files, the built-in simulated sensor's are checked.
+    /// Training recordings to check [default: those of the built-in simulated sensor].
     #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
     files: Vec<PathBuf>,
     #[command(flatten)]
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// Available masses in kg. Only loads that one of them makes, hanging from the sensor in any orientation, are proposed.
+    /// Available masses in kg. With this option, the proposed loads are those that one of the masses makes when it hangs from the
+    /// sensor in any orientation.
     #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = number_in(Range::Positive))]
     mass: Vec<f64>,
-    /// Distances in m from the sensor's origin, along its axes, at which the masses can hang. The origin itself (0) is always tried.
+    /// Distances in m from the sensor's origin, along its axes, at which a mass can hang. A mass at the origin is always tried.
     #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = number_in(Range::NotNegative), requires = "mass")]
     arm: Vec<f64>,
     /// Print one JSON object instead of tables.
@@ -63,7 +64,7 @@ impl Work for CheckJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // A file that cannot be used does not stop the check of the others.
+        // An unusable file is reported, and the other files are still checked.
         let mut recordings = self.recordings.clone();
         recordings.read.keep_going = true;
         let set = recordings.read(run, &self.model.rated())?;
@@ -83,7 +84,9 @@ impl Work for CheckJob {
         run.print(self.json, &report, |out| print(&report, out))?;
         match found.verdict {
             Verdict::Enough | Verdict::Doubtful => Ok(()),
-            Verdict::Insufficient => not_met("the recordings do not determine the model"),
+            Verdict::Insufficient => {
+                Err(JobError::NotMet("the recordings do not determine the model".to_owned()))
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Arguments that several jobs share: features and regressor.
+//! Arguments for features and regressor, which several jobs share.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use clap::builder::TypedValueParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::messages::Messages;
-use super::rated::Rated;
+use super::reading::Rated;
 use super::values::{List, one_of};
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,
@@ -22,7 +22,6 @@ use crate::recording::RecordingSet;
 const HEADING: &str = "Features";
 const REGRESSOR_HEADING: &str = "Regressor";
 
-/// F_th of each look-back; empty for "none".
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookBacks(Vec<f64>);
 
@@ -74,7 +73,7 @@ impl<T: Listed> FromArgMatches for FromList<T> {
 #[derive(Debug, Default)]
 struct ListedBlocks {
     blocks: Blocks,
-    /// True if any block is named, even if only to switch it off.
+    /// True if the user named any block, even to switch it off.
     any_named: bool,
 }
 
@@ -113,14 +112,14 @@ impl Listed for ListedBlocks {
     }
 }
 
-/// A setting of the network or the kernel: a whole number, or a switch (1 is on).
+/// Setting of the network or the kernel: a whole number, or a switch (1 is on).
+#[derive(Debug)]
 struct OfLearner {
     setting: &'static Setting,
     learner: Learner,
     set: fn(&mut FitSettings, u64),
 }
 
-/// The settings of the network and the kernel, one option each.
 static OF_LEARNERS: [OfLearner; 7] = [
     of_network(&UNITS, |settings, n| settings.network.hidden.fill(n as usize)),
     of_network(&EPOCHS, |settings, n| settings.network.epochs = n as usize),
@@ -139,9 +138,9 @@ const fn of_network(setting: &'static Setting, set: fn(&mut FitSettings, u64)) -
     OfLearner { setting, learner: Learner::Network, set }
 }
 
-/// Values of the [`OF_LEARNERS`] that are given on the command line, each with its index there.
+/// Settings of the network and the kernel that the user gave, with their values.
 #[derive(Debug, Default)]
-struct Learning(Vec<(usize, u64)>);
+struct Learning(Vec<(&'static OfLearner, u64)>);
 
 impl Listed for Learning {
     fn arguments() -> Vec<Arg> {
@@ -163,19 +162,20 @@ impl Listed for Learning {
     }
 
     fn take(&mut self, matches: &ArgMatches) {
-        for (at, OfLearner { setting, .. }) in OF_LEARNERS.iter().enumerate() {
+        for own in &OF_LEARNERS {
+            let setting = own.setting;
             let value = match setting.range {
                 Range::Switch => {
                     matches.get_flag(setting.option).then_some(1 - setting.number() as u64)
                 }
                 _ => matches.get_one(setting.option).copied(),
             };
-            self.0.extend(value.map(|value| (at, value)));
+            self.0.extend(value.map(|value| (own, value)));
         }
     }
 }
 
-/// Returns an argument with the option name and the explanation of a setting.
+/// Returns an argument with the option name and the help text of a setting.
 fn described(setting: &'static Setting, heading: &'static str) -> Arg {
     Arg::new(setting.option)
         .long(setting.option)
@@ -184,14 +184,14 @@ fn described(setting: &'static Setting, heading: &'static str) -> Arg {
         .help_heading(heading)
 }
 
-/// Arguments that all models of a sensor share.
+/// Arguments that do not depend on the model.
 #[derive(Debug, Args)]
 pub struct CommonArgs {
-    /// Unit of F_th. Recordings without a force axis always use full-scale.
+    /// Measure of how far the load has moved, and unit of F_th. Recordings without a force axis always use full-scale.
     #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
     pub distance: Distance,
-    /// Full scale (rated load) of each axis in N and N·m, in axis order [default: half the peak-to-peak training reference,
-    /// or its largest magnitude where the load goes one way only].
+    /// Full scale (rated load) of each axis in N and N·m, in axis order [default: half the peak-to-peak reference of the training
+    /// recordings, or its largest magnitude for an axis that is loaded in one direction only].
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
     #[arg(long = OFFSET.option, help = format!("Switch off: {}", OFFSET.help()))]
@@ -205,7 +205,8 @@ pub struct CommonArgs {
 
 impl CommonArgs {
     pub fn rated(&self) -> Rated {
-        Rated::of(self.full_scale.as_ref().map_or(&[], |list| &list.0))
+        let full_scale = self.full_scale.iter().flat_map(|list| &list.0).copied().collect();
+        Rated { full_scale, ..Rated::default() }
     }
 
     /// Returns the settings of a conventional calibration of these recordings.
@@ -225,9 +226,9 @@ impl CommonArgs {
     }
 }
 
-/// Features beside the look-backs, and settings of the linear fit.
+/// Features other than look-backs, and settings of the linear fit.
 ///
-/// Features add up. A feature that is not named is not used.
+/// All named features are used together. A feature that is not named is not used.
 #[derive(Debug, Args)]
 pub struct BlockArgs {
     #[command(flatten)]
@@ -236,8 +237,8 @@ pub struct BlockArgs {
     pub common: CommonArgs,
     #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0], value_parser = ridge, allow_negative_numbers = true, help_heading = REGRESSOR_HEADING)]
     pub ridge: Option<RidgeChoice>,
-    /// Reference value of an auxiliary channel, as in T=22; repeat it for each channel. The exported matrix and offset hold at this
-    /// value [default: the mean over the training recordings].
+    /// Reference value of an auxiliary channel, as in T=22, at which the exported matrix and offset hold. Repeat the option for each
+    /// channel [default: the mean of the channel in the training recordings].
     #[arg(long, value_name = "NAME=VALUE", help_heading = HEADING)]
     pub auxiliary_reference: Vec<AuxiliaryReference>,
 }
@@ -291,9 +292,9 @@ impl BlockArgs {
     }
 }
 
-/// Features and regressor of a fit.
+/// Features and settings of the regressor.
 ///
-/// Features add up. A feature that is not named is not used, but without any feature there is one look-back.
+/// All named features are used together. Without any named feature, one look-back is used.
 #[derive(Debug, Args)]
 pub struct FitChoices {
     #[arg(
@@ -314,7 +315,7 @@ pub struct FitChoices {
         help_heading = HEADING
     )]
     pub t_th: Option<f64>,
-    /// One or more look-backs, one for each F_th; "none" for no look-back.
+    /// F_th of several look-backs, separated by commas; "none" for no look-back.
     #[arg(
         long,
         value_name = "F,…",
@@ -335,7 +336,7 @@ fn with_default(setting: &Setting) -> String {
 fn f_th_help() -> String {
     let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
     format!(
-        "{} [in newtons, or with --distance full-scale as a share of it (0.1 is 10 %); default: {newtons} N, or {share} of full scale]",
+        "{} [in newtons, or with --distance full-scale as a share of full scale (0.1 is 10 %); default: {newtons} N, or {share} of full scale]",
         F_TH.help()
     )
 }
@@ -360,12 +361,12 @@ fn ridge(text: &str) -> Result<RidgeChoice, String> {
     }
 }
 
-/// Features, regressor and decimation of one fit.
+/// Features and regressor of one fit.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
     #[command(flatten)]
     choices: FitChoices,
-    /// Model that computes the load from the features.
+    /// Kind of model that computes the load from the features.
     #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = REGRESSOR_HEADING)]
     regressor: Regressor,
 }
@@ -377,11 +378,10 @@ impl ModelArgs {
 
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
-        for (at, _) in &self.choices.learning.0.0 {
-            let own = &OF_LEARNERS[*at];
+        for (own, _) in &self.choices.learning.0.0 {
             if learner != Some(own.learner) {
                 let (option, key) = (own.setting.option, self.regressor.key());
-                say.note(format_args!("--{option} does nothing with --regressor {key}"));
+                say.note(format_args!("--{option} has no effect with --regressor {key}"));
             }
         }
         self.choices.settings(say, recordings, self.regressor)
@@ -396,8 +396,8 @@ impl FitChoices {
         regressor: Regressor,
     ) -> FitSettings {
         let mut settings = FitSettings { regressor, ..self.blocks.settings(say, recordings) };
-        for (at, value) in &self.learning.0.0 {
-            (OF_LEARNERS[*at].set)(&mut settings, *value);
+        for (own, value) in &self.learning.0.0 {
+            (own.set)(&mut settings, *value);
         }
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings
@@ -419,7 +419,7 @@ impl FitChoices {
     }
 }
 
-/// Returns the arguments of `fit` that stand for these settings.
+/// Returns the arguments of `fit` that give these settings.
 pub fn fit_arguments(settings: &FitSettings) -> String {
     let default = FitSettings::default();
     let features = &settings.features;
@@ -477,7 +477,6 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     words.join(" ")
 }
 
-/// Parses the name of a regressor.
 pub fn regressor() -> impl TypedValueParser<Value = Regressor> {
     one_of(Regressor::ALL.map(|own| (own, own.key(), own.explanation())))
 }

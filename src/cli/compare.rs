@@ -1,4 +1,4 @@
-//! `loopscope compare`: fits every regressor with and without past samples, as the paper does.
+//! `loopscope compare`: fits each regressor with and without past samples, as in the paper's table.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -9,10 +9,9 @@ use serde::Serialize;
 
 use super::choices::{FitChoices, regressor};
 use super::error::JobError;
-use super::examples::examples;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::calibration::{FitSettings, Regressor, Scores};
 use crate::export::write_atomically;
@@ -23,10 +22,10 @@ use crate::questions::{
 use crate::recording::Axis;
 use crate::report::{Cell, Table};
 
-const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings repeat \
-    several programmes (paths), further rows use the first one alone: few trajectories (pattern C)";
+const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. If the recordings \
+    repeat several load programmes, further rows use only the first one (pattern C)";
 
-/// Compare all regressors with and without past samples, on all samples and on every tenth: the paper's table.
+/// Print the paper's table: the errors of each regressor with and without past samples, fitted to all samples and to every tenth.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "compares these two regressors"),
@@ -68,7 +67,6 @@ struct Row<'a> {
     seconds: Option<f64>,
     #[serde(skip)]
     model: &'a Model,
-    /// Features, and amount of data, in words.
     #[serde(skip)]
     words: [String; 2],
 }

@@ -3,16 +3,16 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::TypedValueParser;
 
 use super::error::JobError;
-use super::examples::examples;
-use super::run::{Run, Work, make_directory};
+use super::run::{Run, Work, examples, make_directory};
+use super::values::one_of;
 use crate::export::Together;
 use crate::formats::csv::write_csv;
 use crate::recording::Recording;
-use crate::recording::simulated;
-use crate::recording::simulated::Late;
+use crate::recording::simulated::{self, Late};
 
 const README: &str = "\
 These recordings are simulated by the program's built-in sensor; they are not measured.
@@ -20,44 +20,36 @@ train_*.csv are for fitting, test_*.csv for scoring. lag_*.csv have a low-pass o
 both_*.csv have both. Times in s, gauges in mV/V, forces in N, moments in N·m.
 ";
 
-/// Amount of data of the built-in recordings (the paper's patterns A and B).
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Pattern {
-    /// All samples, 20 Hz.
-    A = 1,
-    /// Every tenth sample, 2 Hz.
-    B = 10,
+fn pattern() -> impl TypedValueParser<Value = usize> {
+    one_of([(1, "a", "All samples, 20 Hz"), (10, "b", "Every tenth sample, 2 Hz")])
 }
 
-/// Sensors that demonstrate the difference between a time lag and hysteresis.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Shown {
-    /// A time lag of 30 ms, and no hysteresis.
-    Lag,
-    /// Hysteresis of 10 % of full scale, and no lag.
-    Hysteresis,
-    /// A time lag of 30 ms, and hysteresis of 10 % of full scale.
-    Both,
+fn late() -> impl TypedValueParser<Value = Late> {
+    one_of([
+        (Late::Lag, "lag", "A time lag of 30 ms, and no hysteresis"),
+        (Late::Hysteresis, "hysteresis", "Hysteresis of 10 % of full scale, and no lag"),
+        (Late::Both, "both", "A time lag of 30 ms, and hysteresis of 10 % of full scale"),
+    ])
 }
 
-/// Write the built-in simulated sensor's recordings as CSV: `train_*.csv` and `test_*.csv`.
+/// Write the recordings of the built-in simulated sensor as CSV: `train_*.csv` and `test_*.csv`.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope demo recordings", "writes simulated recordings to try the other jobs on"),
     ("loopscope demo both --show both", "writes a sensor with a time lag and hysteresis; metrology both/*.csv distinguishes them"),
 ]))]
 pub struct DemoJob {
-    /// Folder to write to. It is made if it does not exist.
+    /// Folder to write to. A missing folder is created.
     dir: PathBuf,
-    /// Amount of data: a is all samples, b every tenth (the paper's patterns).
-    #[arg(long, value_enum, default_value = "a")]
-    pattern: Pattern,
-    /// Seed of the simulation. Another seed makes another sensor of the same kind, and other loads.
+    /// Amount of data (the paper's patterns): a for all samples, b for every tenth.
+    #[arg(long, value_parser = pattern(), default_value = "a")]
+    pattern: usize,
+    /// Seed of the simulation. Another seed gives another sensor of the same kind and other loads.
     #[arg(long, default_value_t = simulated::DEFAULT_SEED)]
     seed: u64,
-    /// Write three recordings of one force and two gauges instead, which demonstrate a time lag, hysteresis, or both.
-    #[arg(long, value_enum, value_name = "WHAT", conflicts_with = "pattern")]
-    show: Option<Shown>,
+    /// Instead, write three recordings of one force and two gauges that show a time lag, hysteresis, or both.
+    #[arg(long, value_parser = late(), value_name = "WHAT", conflicts_with = "pattern")]
+    show: Option<Late>,
     /// Overwrite existing files.
     #[arg(long)]
     force: bool,
@@ -70,11 +62,9 @@ impl Work for DemoJob {
             None => {
                 let set = simulated::recordings(self.seed);
                 let entries = set.entries().iter();
-                entries.map(|entry| entry.recording.decimated(self.pattern as usize)).collect()
+                entries.map(|entry| entry.recording.decimated(self.pattern)).collect()
             }
-            Some(Shown::Lag) => simulated::late(self.seed, Late::Lag),
-            Some(Shown::Hysteresis) => simulated::late(self.seed, Late::Hysteresis),
-            Some(Shown::Both) => simulated::late(self.seed, Late::Both),
+            Some(late) => simulated::late(self.seed, late),
         };
         let n = recordings.len();
         let names = recordings.iter().map(|own| format!("{}.csv", own.name()));

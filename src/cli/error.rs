@@ -1,4 +1,4 @@
-//! Errors of jobs, and their exit codes.
+//! Errors of a job, and its exit codes.
 
 use std::error::Error;
 use std::fmt;
@@ -11,24 +11,17 @@ use crate::import::ReadError;
 use crate::import::map::MapFileError;
 use crate::recording::TareError;
 
-/// Exit code for wrong arguments, the same as clap's.
-const USAGE: u8 = 2;
-/// Exit code for recordings that do not determine the model, and for calibrations that exceed their limits.
-const NOT_MET: u8 = 3;
-
-/// Exit code for live rows whose source broke off.
-const SOURCE_ENDED: u8 = 4;
-
 #[derive(Debug)]
 pub enum JobError {
+    /// An argument is wrong.
     Usage(String),
     /// The recordings do not determine the model, or the calibration exceeds its limits.
     NotMet(String),
-    /// The user stopped the job. The results found so far are written.
+    /// The user stopped the job. The results until then have been printed.
     Interrupted,
-    /// The source of live rows broke off.
+    /// The source of live rows can no longer be read.
     SourceEnded(String),
-    /// Standard output cannot be written to.
+    /// Standard output cannot be written.
     Output(io::Error),
     Other(Box<dyn Error>),
 }
@@ -37,26 +30,21 @@ pub fn usage<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::Usage(message.into()))
 }
 
-pub fn not_met<T>(message: impl Into<String>) -> Result<T, JobError> {
-    Err(JobError::NotMet(message.into()))
-}
-
-/// Returns an error that no argument caused.
+/// Returns an error that is not the fault of an argument.
 pub fn failed<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::other(message.into()))
 }
 
 impl JobError {
-    /// Returns an error with this message that no argument caused.
     pub fn other(message: String) -> Self {
         Self::Other(message.into())
     }
 
     pub fn code(&self) -> ExitCode {
         match self {
-            Self::Usage(_) => ExitCode::from(USAGE),
-            Self::NotMet(_) => ExitCode::from(NOT_MET),
-            Self::SourceEnded(_) => ExitCode::from(SOURCE_ENDED),
+            Self::Usage(_) => ExitCode::from(2), // clap's own code
+            Self::NotMet(_) => ExitCode::from(3),
+            Self::SourceEnded(_) => ExitCode::from(4),
             Self::Interrupted => ExitCode::from(interrupted_code()),
             Self::Output(_) | Self::Other(_) => ExitCode::FAILURE,
         }
@@ -76,7 +64,7 @@ impl fmt::Display for JobError {
     }
 }
 
-/// Converts an error, and words it for the command line.
+/// Returns the message of an error, with the options that help.
 fn in_words(error: &(dyn Error + 'static)) -> String {
     fn of<E: Advice + Error + 'static>(error: &(dyn Error + 'static)) -> Option<String> {
         Some(error.downcast_ref::<E>()?.text(Face::CommandLine))
@@ -85,7 +73,7 @@ fn in_words(error: &(dyn Error + 'static)) -> String {
     known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 
-/// Treats an I/O error without a file name as an error of standard output, because errors of files name their file.
+/// Converts an error. An I/O error that names no file is one of standard output.
 impl<E: Error + 'static> From<E> for JobError {
     fn from(error: E) -> Self {
         match (Box::new(error) as Box<dyn Error>).downcast() {

@@ -1,30 +1,23 @@
-//! `--export` of `fit` and `best`: writes a fitted calibration to files.
+//! Option `--export` of `fit` and `best`: writes a fitted calibration to files.
 
 use std::path::PathBuf;
 
-use super::error::{JobError, failed, usage};
+use super::error::{JobError, failed};
 use super::run::Run;
 use crate::calibration::Calibration;
-use crate::export::{Together, add_calibration, caution, target_endings, target_for};
+use crate::export::{Together, add_calibration, caution, known_target};
 use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::history::coarse_history;
 use crate::questions::{Request, handed_over};
 use crate::recording::identity::Identity;
 
-/// Checks that the ending of each file name is that of an export format.
+/// Checks that each file name ending is that of an export format.
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
-    match paths.iter().find(|path| target_for(path).is_none()) {
-        None => Ok(()),
-        Some(path) => usage(format!(
-            "{}: this file name ending is no export format; use one of {}",
-            path.display(),
-            target_endings()
-        )),
-    }
+    paths.iter().try_for_each(|path| known_target(path).map(drop).map_err(JobError::Usage))
 }
 
-/// Checks that the calibration may be exported. If its samples do not determine it, `force` is needed.
+/// Checks that the recordings determine the calibration, unless `force`.
 pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), JobError> {
     match calibration.undetermined().filter(|_| !force) {
         None => Ok(()),
@@ -35,10 +28,8 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
     }
 }
 
-/// Returns the request with the history rate of [`coarse_history`], and prints the cost of this rate.
-///
-/// # Errors
-/// [`JobError`] if a fit fails.
+/// Lowers the history rate of the request if exported code would otherwise need too much memory, and prints a note about it;
+/// see [`coarse_history`].
 pub fn with_history_that_fits(
     run: &Run,
     mut request: Request,
@@ -51,7 +42,7 @@ pub fn with_history_that_fits(
     Ok(request)
 }
 
-/// Writes the calibration to the chosen `files`, and warns of parts of the model that a format leaves out.
+/// Adds the calibration to `files` in the formats of `paths`. Prints a warning if a format cannot hold a part of it.
 pub fn export(
     run: &Run,
     request: &Request,

@@ -1,4 +1,4 @@
-//! `loopscope fit`: fits one calibration, prints its errors, and exports it.
+//! `loopscope fit`: fits a calibration, prints its errors, and exports it.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -7,14 +7,12 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::ModelArgs;
 use super::error::JobError;
-use super::examples::examples;
 use super::exports::{check_determined, check_endings, export, with_history_that_fits};
 use super::inputs::Files;
 use super::messages::Messages;
-use super::recordings::{LimitsArgs, RecordingArgs, SensorArgs, keep_limits};
-use super::run::{Run, Work};
+use super::recordings::{FitArgs, FitInputs, keep_limits};
+use super::run::{Run, Work, examples};
 use super::traces::TraceArgs;
 use super::values::named_file;
 use crate::calibration::{
@@ -46,26 +44,20 @@ use crate::scoring::numbers::significant;
 ]))]
 pub struct FitJob {
     #[command(flatten)]
-    recordings: RecordingArgs,
-    #[command(flatten)]
-    model: ModelArgs,
-    #[command(flatten)]
-    sensor: SensorArgs,
+    fit: FitArgs,
     #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
-        "Write the calibration to this file. The ending chooses the format; can be given several times: {}", listed_targets()
+        "Write the calibration to this file. The file name ending selects the format. Can be given several times. Formats: {}", listed_targets()
     ))]
     export: Vec<PathBuf>,
-    /// Also print the errors of the calibration that the sensor came with: an ATI-style .cal (gauges in the recordings' order)
-    /// or .json, tared on the training recordings.
+    /// Also print the errors of the manufacturer's calibration, tared on the training recordings (.json, or .cal in ATI's format,
+    /// whose gauges are taken in the order of the recordings).
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
     #[command(flatten)]
     traces: TraceArgs,
-    /// Overwrite existing files, and export even a fit that has more coefficients than samples.
+    /// Overwrite existing files, and export even a calibration that the recordings do not determine.
     #[arg(long)]
     force: bool,
-    #[command(flatten)]
-    limits: LimitsArgs,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -73,21 +65,16 @@ pub struct FitJob {
 
 impl Work for FitJob {
     fn files(&self) -> Files<'_> {
-        let files = self.recordings.files().reading(&self.factory).reading(&self.limits.limits);
-        let files = files.reading(&self.sensor.sensor);
+        let files = self.fit.files().reading(&self.factory);
         files.writing(self.export.iter().chain(&self.traces.traces), self.force)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // Endings are checked first, so that a wrong one does not cost the time of a fit.
+        // File names are checked first, so that an error is reported before the time of a fit is spent.
         check_endings(&self.export)?;
         self.traces.check()?;
-        let sensor = self.sensor.read()?;
-        let limits = self.limits.read()?;
-        let recordings = self.recordings.read(run, &self.model.rated().and(&sensor))?;
+        let FitInputs { recordings, settings, sensor, limits } = self.fit.read(run)?;
         let n_recordings = recordings.entries().len();
-        let mut settings = self.model.settings(&run.say, &recordings);
-        sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
         for path in &self.export {
             if let Some(target) = target_for(path) {
                 let outline = Outline::of_fit(&settings, recordings.layout());
@@ -112,7 +99,7 @@ impl Work for FitJob {
         if !self.export.is_empty() {
             check_determined(&calibration, self.force)?;
         }
-        // Grave findings are also printed on standard error, for users who read the figures alone.
+        // Severe findings are also printed on standard error, because scripts may read only the figures.
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter()).partition(|found| {
                 matches!(found.id, Id::Undetermined | Id::NoCrossValidation | Id::ColdStart)
@@ -153,19 +140,19 @@ impl Work for FitJob {
     }
 }
 
-/// Returns true if this export holds C code.
+/// Returns true if this export contains C code for a controller.
 fn is_for_controllers(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     ending == "h" || ending == "zip"
 }
 
-/// Prints the memory that the exported code takes on a controller, and settings that take less.
+/// Prints the memory that the exported code needs on a controller, and settings that need less.
 fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) {
     let footprint = Footprint::of(calibration);
     say.note(footprint);
     let keeps_history = calibration.features.window_secs() > 0.0;
     if footprint.is_large() && keeps_history {
-        say.note("--history-rate 100, or a smaller t_th or lag, takes less memory");
+        say.note("--history-rate 100, or a smaller t_th or lag, needs less memory");
     }
     let play = FitSettings {
         features: FeatureSettings {
@@ -189,7 +176,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     {
         let percent = |error: f64| significant(100.0 * error, 3);
         say.note(format_args!(
-            "play ({}) takes {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
+            "play ({}) needs {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
             play.describe(),
             takes.memory,
             percent(other),
@@ -213,7 +200,7 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-/// Returns a progress line of a training, whose cross-validation, if any, takes `cost` times as long.
+/// Returns the progress line of a training. Its cross-validation takes `cost` times as long as the training; 0 for none.
 fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
@@ -249,7 +236,7 @@ struct FitReport<'a> {
     distance: Distance,
     blocks: &'a FeatureSettings,
     ridge: &'a [f64],
-    /// Two standard deviations of the prediction, for regressors that know it.
+    /// Two standard deviations of the prediction, for a kernel.
     #[serde(skip_serializing_if = "Option::is_none")]
     band: Option<&'a [f64]>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]

@@ -1,4 +1,4 @@
-//! Input files of a job; patterns and folders are replaced by their recordings.
+//! Input and output files of a job. Patterns and folders are replaced by the recordings that they name.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,10 @@ use crate::shown::listed;
 
 #[derive(Default)]
 pub struct Files<'a> {
-    /// Recordings to read or to train on; may contain folders and patterns.
+    /// Recordings, folders and patterns to read or to train on.
     pub recordings: &'a [PathBuf],
-    /// Test recordings, for jobs that train.
+    /// Test recordings; `None` if the job has none, or splits each recording instead.
     pub test: Option<&'a [PathBuf]>,
-    /// True if a part of each recording is used as test instead.
-    pub is_split: bool,
     pub read: Vec<PathBuf>,
     pub written: Vec<PathBuf>,
     pub force: bool,
@@ -29,7 +27,7 @@ impl Files<'_> {
         self
     }
 
-    /// Adds other files that are written; existing ones are overwritten only with `force`.
+    /// Adds files that are written. Existing files are overwritten only with `force`.
     pub fn writing<'b>(
         mut self,
         paths: impl IntoIterator<Item = &'b PathBuf>,
@@ -40,15 +38,15 @@ impl Files<'_> {
         self
     }
 
-    /// Finds the recordings. Files in a folder whose names begin with `test` are not used for training; they are the test
-    /// recordings unless others are named.
+    /// Finds the recordings. In a folder, files whose names begin with `test` are not used for training. They are the test
+    /// recordings, unless the user names others.
     pub fn opened(&self, say: &Messages) -> Result<Inputs, JobError> {
         let mut inputs = Inputs {
             recordings: opened(self.recordings)?,
             test: opened(self.test.unwrap_or_default())?,
             read: self.read.clone(),
         };
-        if self.test.is_some() && !self.is_split {
+        if self.test.is_some() {
             let is_test =
                 |own: &Input| own.folder.is_some() && Role::of_name(&own.name()) == Role::Test;
             let (tests, train) = inputs.recordings.into_iter().partition(is_test);
@@ -63,7 +61,7 @@ impl Files<'_> {
 #[derive(Clone, Debug)]
 pub struct Input {
     pub path: PathBuf,
-    /// Folder that was named, if the file was found in one.
+    /// Folder that the user named and that contains the file; `None` for a file that the user named.
     folder: Option<PathBuf>,
 }
 
@@ -72,7 +70,7 @@ impl Input {
         self.path.file_name().unwrap_or_default().to_string_lossy().into()
     }
 
-    /// Returns the error of an unusable file. If a folder was named, the error mentions that the file is one of several.
+    /// Returns the error of an unusable file. If the user named a folder, the error says that the file is one of several in it.
     pub fn refused(&self, error: JobError) -> JobError {
         let read = |folder: &PathBuf| import::read(folder, None, &[], &Progress::default()).err();
         match self.folder.as_ref().and_then(read) {
@@ -86,7 +84,6 @@ impl Input {
 
 #[derive(Debug, Default)]
 pub struct Inputs {
-    /// Recordings to read or to train on.
     pub recordings: Vec<Input>,
     pub test: Vec<Input>,
     read: Vec<PathBuf>,
@@ -109,11 +106,13 @@ impl Inputs {
         for own in tests.chunk_by(|first, second| first.folder == second.folder) {
             let folder = own[0].folder.as_deref().unwrap_or(Path::new("")).display();
             let names = listed(&own.iter().map(Input::name).collect::<Vec<_>>());
-            say.note(format_args!("{folder}: files with names test… are {role}: {names}"));
+            say.note(format_args!(
+                "{folder}: files whose names begin with test are {role}: {names}"
+            ));
         }
         if self.recordings.is_empty() && !tests.is_empty() {
             return usage(
-                "all recordings in the folder have names test…, so none is left for training; name the training files",
+                "the names of all recordings in the folder begin with test, so none is left for training; name the training files",
             );
         }
         if self.test.is_empty() {
@@ -122,11 +121,11 @@ impl Inputs {
         Ok(())
     }
 
-    /// Refuses a recording that is named twice, or for both training and test, because the figures would be wrong.
+    /// Checks that no recording is named twice, because its errors would then be too small.
     fn check_distinct(&self) -> Result<(), JobError> {
         let mut seen: HashMap<PathBuf, &PathBuf> = HashMap::new();
         for path in self.recordings() {
-            // A missing file is reported when it is read.
+            // A missing file is reported later, when it is read.
             let Ok(whole) = path.canonicalize() else { continue };
             if let Some(first) = seen.insert(whole, path) {
                 return usage(format!(
@@ -140,12 +139,12 @@ impl Inputs {
     }
 }
 
-/// Returns the files with patterns expanded, because some shells do not expand them.
+/// Replaces each pattern by the files that match it, because some shells do not.
 pub fn expanded(paths: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
     paths.iter().flat_map(|path| import::matching(path).unwrap_or_else(|| vec![path.clone()]))
 }
 
-/// Returns the files with patterns expanded, and in the place of each folder its recordings.
+/// Replaces each pattern by the files that match it, and each folder by the recordings in it.
 fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
     let mut opened = Vec::with_capacity(paths.len());
     for path in expanded(paths) {
@@ -161,7 +160,7 @@ fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
             JobError::other(format!("cannot read the folder {}: {error}", path.display()))
         })?;
         if inside.is_empty() {
-            return Err(refused("the folder holds no recordings"));
+            return Err(refused("the folder contains no recordings"));
         }
         opened.extend(
             inside.into_iter().map(|file| Input { path: file, folder: Some(path.clone()) }),

@@ -1,4 +1,4 @@
-//! `loopscope inspect`: shows the contents of a file and the recordings that it would load, and writes a column map.
+//! `loopscope inspect`: describes a file and the recordings that it would load, and writes a column map.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -6,10 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::error::{JobError, failed, usage};
-use super::examples::examples;
 use super::inputs::Files;
 use super::reading::{ReadArgs, not_recording};
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::export::write_atomically;
 use crate::finding::Face;
@@ -22,7 +21,7 @@ use crate::recording::Axis;
 use crate::report::Table;
 use crate::shown::{and_more, counted, message, printable};
 
-/// Show the contents of a file, the recordings that would be loaded, and any problems; write a column map for it.
+/// Show the columns of a file, the recordings that it would load, and any problems, and write a column map for the file.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope inspect press.csv", "shows the recordings that would be loaded"),
@@ -34,23 +33,23 @@ pub struct InspectJob {
     files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Write the column map of the file, given or detected, to edit it and use it with --columns. Needs a single file.
+    /// Write the given or detected column map of a single file to this file, to edit it and to use it with --columns.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
     /// Overwrite an existing column map.
     #[arg(long, requires = "write_map")]
     force: bool,
-    /// Estimate the weight that the sensor carries, from the poses and measured loads in one file, and show nothing else.
+    /// Only estimate the weight that the sensor carries, from the poses and the measured loads in one file.
     #[arg(long, requires = "columns")]
     estimate_weight: bool,
-    /// Print JSON instead of text: one object, or a list for several files.
+    /// Print JSON instead of text: one object for a single file, an array for several.
     #[arg(long)]
     json: bool,
 }
 
 impl Work for InspectJob {
     fn files(&self) -> Files<'_> {
-        // The map may be overwritten with the additions of this job.
+        // `--write-map` may overwrite the file of `--columns`, so that file is not protected like an input.
         let files = Files { recordings: &self.files, ..Files::default() };
         files.writing(&self.write_map, self.force)
     }
@@ -71,10 +70,10 @@ impl Work for InspectJob {
             let estimate = estimate_weight(&input.path, map, &run.progress)?;
             return run.print(self.json, &estimate, |out| print_weight(&estimate, out));
         }
-        let known = map.as_ref().map_or(Known::Nothing, Known::Map);
+        let known = map.map_or(Known::Nothing, |map| Known::Map(Box::new(map)));
         let (mut all, mut count) = (Vec::new(), 0);
         for (at, input) in inputs.iter().enumerate() {
-            let found = inspect(&input.path, known, &run.progress).map(Some);
+            let found = inspect(&input.path, known.clone(), &run.progress).map(Some);
             let found = found.map_err(|error| self.read.unread(input, error));
             let Some(mut inspection) = self.read.or_left_out(run, found)? else {
                 continue;
@@ -86,7 +85,7 @@ impl Work for InspectJob {
                 }
             }
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
-            // The assumed values are written to the map, where the user can change them.
+            // The assumed gap is written to the map, so that the user can change it.
             inspection.map.gap_secs =
                 (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
             if let Some(path) = &self.write_map {
@@ -110,7 +109,7 @@ impl Work for InspectJob {
                 all => run.print_json(&all)?,
             }
         }
-        // The user asked for a map to correct, and the map is written.
+        // With --write-map, the job has succeeded, because the map is written for the user to correct.
         match count > 0 && self.write_map.is_none() {
             true => failed(format!("{count} of {of} files would not be loaded")),
             false => Ok(()),
@@ -146,25 +145,13 @@ fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_weight(estimate: &WeightEstimate, out: &mut impl Write) -> io::Result<()> {
-    let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
-    writeln!(out, "mass: {:.6} kg, from {} samples", estimate.mass_kg, estimate.n_samples)?;
-    match estimate.centre_m {
-        Some(centre) => writeln!(out, "centre of mass: {} m", list(centre))?,
-        None => writeln!(
-            out,
-            "centre of mass: not found; this needs Mx, My and Mz, and a sensor that is turned about two axes"
-        )?,
+    for sentence in estimate.sentences() {
+        writeln!(out, "{sentence}")?;
     }
-    let offset = list(estimate.force_offset);
-    writeln!(out, "offset of the reference: {offset} N, residual {:.6} N RMS", estimate.force_rms)?;
-    if let (Some(offset), Some(rms)) = (estimate.moment_offset, estimate.moment_rms) {
-        writeln!(out, "offset of its moments: {} N·m, residual {rms:.6} N·m RMS", list(offset))?;
-    }
-    if let Some(centre) = estimate.centre_m {
-        let (mass, centre) = (estimate.mass_kg, list(centre));
+    if let (mass, Some([x, y, z])) = (estimate.mass_kg, estimate.centre_m) {
         writeln!(
             out,
-            "for a column map: \"weight\": {{ \"mass_kg\": {mass:.6}, \"centre_m\": [{centre}] }}"
+            "for a column map: \"weight\": {{ \"mass_kg\": {mass:.6}, \"centre_m\": [{x:.6}, {y:.6}, {z:.6}] }}"
         )?;
     }
     Ok(())
@@ -191,12 +178,12 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    // Longer tables are cut, because they are not readable in a terminal.
+    // Maximum number of columns printed, because a longer table is not readable in a terminal.
     const LISTED: usize = 200;
     let listed = Table::of(table.columns.iter().take(LISTED))
         .words("column", |own| own.number.to_string())
         .words("name", |own| start(&own.name))
-        .words("is", |own| start(&own.is.to_string()))
+        .words("role", |own| start(&own.is.to_string()))
         .words("unit", |own| start(own.unit.as_deref().unwrap_or_default()))
         .words("first values", |own| start(&own.first.join("  ")))
         .words("range", |own| match (own.min, own.max) {
@@ -220,7 +207,7 @@ fn start(cell: &str) -> String {
 }
 
 fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
-    let of_start = if check.is_sample { ", of the start of the file" } else { "" };
+    let of_start = if check.is_sample { ", from the start of the file" } else { "" };
     if let Some(error) = &check.error {
         writeln!(out, "would not be loaded: {}", message(error))?;
     } else {
@@ -257,7 +244,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     if let Some(offset) = check.clock_offset {
         writeln!(
             out,
-            "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it; {:.2} % without a shift). It is shifted only if the map has \"clock_offset_secs\" under \"join\". Slow gauges look the same as a clock offset",
+            "clocks: the reference fits the gauges best if it is shifted {:.4} s {} (the gauges then explain {:.2} % of the reference, and {:.2} % without a shift). The shift is applied only if the map has \"clock_offset_secs\" under \"join\". Slow gauges look the same as a clock offset",
             offset.offset_secs.abs(),
             if offset.offset_secs < 0.0 { "earlier" } else { "later" },
             100.0 * offset.explained,
@@ -269,7 +256,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     }
     Ok(())
 }
-/// Returns the sample rate by the median step, and the mean rate if pauses or bursts make it differ by more than 5 %.
+/// Returns the sample rate by the median step. If pauses or bursts make the mean rate differ by 5 % or more, both are given.
 fn rate(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> String {
     let Some(rate_hz) = rate_hz else { return String::new() };
     let mean_hz = (n_samples.saturating_sub(1)) as f64 / duration_secs;

@@ -1,4 +1,4 @@
-//! `loopscope completions` and `man`: files that a package installs beside the program.
+//! `loopscope completions` and `loopscope man`: print or write files that a package installs with the program.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -7,24 +7,23 @@ use clap::Args;
 use clap_complete::Shell;
 
 use super::error::JobError;
-use super::examples::examples;
-use super::run::{Run, Work, make_directory};
+use super::run::{Run, Work, examples, make_directory};
 
-/// Print the command-line completions of a shell.
+/// Print the script that completes the program's arguments in a shell.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "installs them for one user"),
-    ("loopscope completions zsh > ~/.zfunc/_loopscope", "installs them where ~/.zfunc is in fpath"),
+    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "installs the completions for one user"),
+    ("loopscope completions zsh > ~/.zfunc/_loopscope", "installs the completions, if ~/.zfunc is in fpath"),
 ]))]
 pub struct CompletionsJob {
-    /// Shell to print them for.
+    /// Shell for which the script is.
     #[arg(value_enum)]
     shell: Shell,
 }
 
 impl Work for CompletionsJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // The text is made in memory first, because clap panics where the output is closed.
+        // The text is made in memory first, because clap panics if the output is closed.
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut (run.command)(), "loopscope", &mut text);
         Ok(io::stdout().write_all(&text)?)
@@ -35,7 +34,7 @@ impl Work for CompletionsJob {
 #[derive(Debug, Args)]
 #[command(hide = true)]
 pub struct ManJob {
-    /// Folder to write to. It is made if it does not exist.
+    /// Folder to write to. A missing folder is created.
     dir: PathBuf,
 }
 

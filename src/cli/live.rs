@@ -1,4 +1,4 @@
-//! `loopscope apply CAL -` and `--follow`: computes the load of each sample as it comes.
+//! `loopscope apply` with - or `--follow`: computes the load of each row as it arrives.
 
 use std::fmt;
 use std::io::{self, BufRead as _};
@@ -16,15 +16,12 @@ use crate::import::live::{
 use crate::import::map::ColumnMap;
 use crate::recording::{Axis, Tare, TareError};
 
-/// Status of rows that are averaged for a tare.
+/// Status of a row without load, because the rows are being averaged for a tare.
 const TARING: &str = "taring";
-/// Maximum number of invalid lines that are reported one by one.
+/// Maximum number of unusable lines that are reported one by one. Later ones are counted.
 const REPORTED_ONE_BY_ONE: u64 = 5;
 
-/// Computes the loads of standard input until it ends.
-///
-/// # Errors
-/// [`JobError`] if the input does not begin with a table, lacks gauges, or the output is closed.
+/// Computes the loads of the rows on standard input until the input ends.
 pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
     let mut input = io::stdin().lock();
     let mut lines = ArrivingLines::default();
@@ -48,10 +45,7 @@ pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
     })
 }
 
-/// Computes the loads of a file from its beginning, and then of each appended row, until the user ends the program.
-///
-/// # Errors
-/// As [`standard_input`], or if the file cannot be read.
+/// Computes the loads of the rows of a file, and of each row that is appended, until the user ends the program.
 pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
     let mut file = GrowingFile::open(path)
         .map_err(|error| JobError::other(format!("{}: {error}", path.display())))?;
@@ -76,20 +70,20 @@ fn hung_up(path: &Path, error: &io::Error) -> JobError {
 pub struct Tap<'a> {
     pub say: &'a Messages,
     pub calibration: Calibration,
-    /// True if the calibration names its gauges; otherwise they are matched by order.
+    /// True if the calibration names its gauges. Otherwise they are those of the rows in order.
     pub names_gauges: bool,
     pub map: Option<ColumnMap>,
-    /// Interval of the first rows in which the sensor is unloaded.
+    /// Interval of time in which the sensor is unloaded, from the first row.
     pub tare: Option<Tare>,
     pub form: Option<RowForm>,
-    /// Sample rate of rows without time (Hz).
+    /// Sample rate of rows without a time (Hz).
     pub rate_hz: Option<f64>,
     pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
-    /// Tare by the newest row, or by the mean of the rows of the next seconds.
+    /// Tare by the mean of the rows in the next seconds; with 0, by the newest row.
     Tare(f64),
     Reset,
 }
@@ -105,7 +99,7 @@ impl fmt::Display for Request {
 }
 
 impl Request {
-    /// Returns the command of a line; `None` for a row.
+    /// Returns the command in a line; `None` for a row.
     fn of(line: &str) -> Option<Self> {
         let mut words = line.split_whitespace();
         let request = match (words.next()?, words.next()) {
@@ -122,7 +116,7 @@ impl Request {
 
 #[derive(Debug)]
 struct Taring {
-    /// Seconds after the first row.
+    /// Start and end of the interval, in s after the first row.
     interval: (f64, f64),
     first_secs: Option<f64>,
     sums: Vec<f64>,
@@ -134,12 +128,12 @@ impl Taring {
         Self { interval, first_secs: None, sums: Vec::new(), n: 0 }
     }
 
-    /// Takes a row. Returns the mean of the interval once a row comes after it.
+    /// Takes a row. Returns the mean gauges of the interval at the first row after the interval.
     fn take(&mut self, time: f64, gauges: &[f64]) -> Result<Option<Vec<f64>>, TareError> {
         let (from, to) = self.interval;
         let since = match self.first_secs {
             Some(first) if first <= time => time - first,
-            // The first row, or the first row after a reset of the clock.
+            // This is the first row, or the clock has been reset.
             _ => {
                 *self = Self::new(self.interval);
                 self.sums = vec![0.0; gauges.len()];
@@ -168,10 +162,10 @@ impl Taring {
     }
 }
 
-/// The tare and the count of invalid lines, which outlive a replaced file.
+/// State that stays when the file is replaced: the tare, and the number of unusable lines.
 #[derive(Debug, Default)]
 struct Zero {
-    /// Mean gauges of the unloaded sensor.
+    /// Mean gauges of the unloaded sensor, which are the tare.
     unloaded: Option<Vec<f64>>,
     taring: Option<Taring>,
     n_broken: u64,
@@ -223,7 +217,7 @@ impl Answering<'_, '_> {
         self.say.note(request);
         match request {
             Request::Reset => self.estimator.reset(),
-            // Without a row, there are no gauges to use.
+            // Before the first row, there is nothing to tare by.
             Request::Tare(0.0) => {
                 if let Some(newest) = self.newest.clone() {
                     self.tare(newest)?;
@@ -234,7 +228,7 @@ impl Answering<'_, '_> {
         Ok(())
     }
 
-    /// Takes a line of the table: a row, or a line that is reported and has no load.
+    /// Writes the load of a row. A line that is no row is reported, and its output has no load.
     fn line(&mut self, table: &mut LiveTable, line: &str) -> Result<(), JobError> {
         let rejected = match table.row(line) {
             Ok(row) => return row.map_or(Ok(()), |row| self.row(&row)),
@@ -251,7 +245,7 @@ impl Answering<'_, '_> {
     }
 }
 
-/// Source of lines; `None` at its end.
+/// Function that returns the next line of the source; `None` at its end.
 type Lines<'a> = dyn FnMut() -> Result<Option<Grown>, JobError> + 'a;
 
 impl Tap<'_> {
@@ -315,7 +309,7 @@ impl Tap<'_> {
         Ok(())
     }
 
-    /// Prints the form of the rows and the unit of their times, where they were guessed.
+    /// Prints the format of the rows and the unit of their times, if they were guessed.
     fn note_assumptions(&self, path: &Path, table: &LiveTable) {
         let path = path.display();
         if let Some(found) = table.device() {
@@ -328,7 +322,7 @@ impl Tap<'_> {
         }
     }
 
-    /// Reads up to the first row; `None` if the input ends before.
+    /// Reads lines until the columns are known. Returns the table and its first rows; `None` if the input ends before.
     fn begin(
         &self,
         path: &Path,
@@ -344,7 +338,7 @@ impl Tap<'_> {
             form: self.form,
             rate_hz: self.rate_hz,
         };
-        // The usual advice for files does not apply to live rows.
+        // The advice in a `ReadError` is for files, so the error is shown without it.
         let unread = |error: ReadError| {
             JobError::other(format!("{error}; --rows sets the format of the rows"))
         };
@@ -355,7 +349,7 @@ impl Tap<'_> {
                 None => return Ok(Some(head.end(source).map_err(unread)?)),
                 Some(Grown::Nothing) => {}
                 Some(Grown::Replaced) => head = LiveHead::default(),
-                // Before the first row, there are no gauges for a tare, and there is no history.
+                // Commands before the first row have no effect, because there are no gauges and no history.
                 Some(Grown::Line(line)) if Request::of(&line).is_some() => {}
                 Some(Grown::Line(line)) => {
                     if let Some(begun) = head.push(line, source).map_err(unread)? {

@@ -1,4 +1,4 @@
-//! Messages of a job on standard error, and its progress line where standard error is a terminal.
+//! Messages of a job on standard error, and its progress line if standard error is a terminal.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -9,8 +9,7 @@ use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::shown;
 
-/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them
-/// too.
+/// Writes a message to standard error. A failed write is ignored, because the exit code also reports an error.
 pub fn print_message(message: &dyn Display) {
     let message = shown::message(message);
     let _ = writeln!(io::stderr(), "loopscope: {message}");
@@ -21,7 +20,7 @@ pub struct Messages(Mutex<State>);
 
 #[derive(Debug, Default)]
 struct State {
-    /// The progress line, which each new text replaces.
+    /// Text of the progress line, which is overwritten by the next text.
     line: Option<String>,
     findings: Vec<Finding>,
     left_out: Vec<String>,
@@ -41,7 +40,6 @@ impl Messages {
         self.error(&format_args!("note: {note}"));
     }
 
-    /// Prints a warning.
     pub fn warning(&self, warning: impl Display) {
         self.error(&format_args!("warning: {warning}"));
     }
@@ -75,7 +73,7 @@ impl Messages {
         let mut out = io::stderr();
         let mut state = self.state();
         if out.is_terminal() && state.line.as_deref() != Some(text) {
-            // A progress line that cannot be written is no error.
+            // A progress line that cannot be written is not needed.
             let _ = write!(out, "\r\x1b[K{text}");
             state.line = Some(text.to_owned());
         }

@@ -1,4 +1,4 @@
-//! `loopscope metrology`: hysteresis, nonlinearity, repeatability and more, before and after compensation.
+//! `loopscope metrology`: measures hysteresis, nonlinearity, repeatability and more, before and after compensation.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -8,12 +8,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::error::JobError;
-use super::examples::examples;
 use super::inputs::Files;
-use super::rated::Rated;
-use super::reading::ReadArgs;
+use super::reading::{Rated, ReadArgs};
 use super::recordings::MeasuringArgs;
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
@@ -37,11 +35,11 @@ use crate::shown::counted;
 pub struct MetrologyJob {
     #[command(flatten)]
     read: ReadArgs,
-    /// Recordings to measure, with their reference load. Without files, the built-in simulated sensor is fitted to its
-    /// training recordings and measured on its test and bench recordings.
+    /// Recordings with reference loads, on which the figures are measured. Without files, the built-in simulated sensor is
+    /// fitted to its training recordings and measured on its other recordings.
     #[arg(value_name = "FILE", value_parser = named_file())]
     files: Vec<PathBuf>,
-    /// Calibration to measure (JSON). Without it, one is fitted to the same files.
+    /// Calibration whose figures are measured (JSON) [default: one that is fitted to the files].
     #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
     calibration: Option<PathBuf>,
     /// Full scale of each axis in N and N·m, in axis order [default: that of the calibration].
@@ -49,7 +47,7 @@ pub struct MetrologyJob {
     full_scale: Vec<f64>,
     #[command(flatten)]
     measuring: MeasuringArgs,
-    /// Write the table with definitions and sources to this CSV file.
+    /// Write the table, with definitions and their sources, to this CSV file.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
     /// Overwrite existing files.
@@ -66,7 +64,7 @@ pub struct MetrologyJob {
 struct Subject {
     calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
-    /// Ranges of the loads that the calibration is measured on and was fitted to.
+    /// Range of the loads on each axis.
     extents: Vec<LoadExtent>,
     origin: String,
 }
@@ -83,7 +81,7 @@ impl Work for MetrologyJob {
     fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.files,
-            // If a folder also holds test files, the calibration is measured on the test files instead of its training files.
+            // A calibration fitted here is measured on the test files of a folder, if there are any, and not on its training files.
             test: self.calibration.is_none().then_some(&[]),
             ..Files::default()
         }
@@ -113,8 +111,9 @@ impl MetrologyJob {
     fn measured(&self, run: &Run, path: &Path) -> Result<Subject, JobError> {
         let (calibration, notes) = read_with_notes(path)?;
         notes.iter().for_each(|note| run.say.note(note));
-        let rated = Rated::of(&self.full_scale).and_of(&calibration);
-        let recordings = self.read.read(run, &run.inputs.recordings, &rated)?;
+        let rated =
+            Rated { full_scale: self.full_scale.clone(), by_axis: calibration.rated_loads() };
+        let recordings = self.read.read(run, &run.inputs.recordings, &rated, |_| Ok(()))?;
         Ok(Subject {
             extents: extents_of(recordings.iter(), &calibration.axes),
             calibration: Arc::new(calibration),
@@ -126,7 +125,10 @@ impl MetrologyJob {
     fn fitted(&self, run: &Run) -> Result<Subject, JobError> {
         let set = match self.files.is_empty() {
             true => simulated::demonstration(simulated::DEFAULT_SEED),
-            false => self.read.read_set(run, &Rated::of(&self.full_scale), Ok)?,
+            false => {
+                let full_scale = self.full_scale.clone();
+                self.read.read_set(run, &Rated { full_scale, ..Rated::default() }, Ok)?
+            }
         };
         let distance = Distance::default().effective(&set.layout().axes);
         let settings = FitSettings {
@@ -139,8 +141,8 @@ impl MetrologyJob {
         };
         let measured = TableOf::usual(&set);
         let on = match measured.includes(Role::Test) {
-            true => "its training recordings, measured on the others",
-            false => "the recordings it is measured on",
+            true => "the training recordings and measured on the others",
+            false => "the recordings on which it is measured",
         };
         let recordings = (set.entries().iter())
             .filter(|entry| measured.includes(entry.role))

@@ -1,12 +1,12 @@
-//! Reading recordings, for all jobs.
+//! Reading of recordings, for all jobs.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::error::{JobError, failed, usage};
 use super::inputs::Input;
-use super::rated::Rated;
 use super::run::Run;
 use super::values::{named_file, number_in};
 use crate::engine::Session;
@@ -15,40 +15,62 @@ use crate::features::Range;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
-use crate::recording::{Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange};
+use crate::recording::identity::rate;
+use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange};
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::shown::and_more;
 
-/// Maximum number of faulty recordings of one file that are named; the others are counted.
+/// Maximum number of faulty recordings of one file that are reported one by one. Others are counted.
 const LISTED_FAULTY: usize = 8;
+
+/// Rated loads by the user's arguments and files.
+#[derive(Debug, Default)]
+pub struct Rated {
+    /// Values of `--full-scale`, in axis order.
+    pub full_scale: Vec<f64>,
+    /// Rated loads of `sensor.toml` or a calibration, for axes without a value in `full_scale`.
+    pub by_axis: BTreeMap<Axis, f64>,
+}
+
+impl Rated {
+    /// Returns the rated load of each axis. A wrong value or number of values is ignored here, and reported by the job.
+    fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
+        let is_of_them = self.full_scale.len() <= axes.len();
+        let own = self.full_scale.iter().filter(|_| is_of_them);
+        let mut rated = own.map(|load| Some(*load).filter(|load| *load > 0.0)).collect();
+        rate(&self.by_axis, axes, &mut rated);
+        rated
+    }
+}
 
 /// Arguments of all jobs that read recordings.
 #[derive(Clone, Debug, Args)]
 pub struct ReadArgs {
-    /// Column map (JSON) with the role of each column, for files whose headers do not give it; `inspect --write-map` writes one.
+    /// Column map (JSON) with the role of each column, for files whose column names do not give it. `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     pub columns: Option<PathBuf>,
-    /// Tare each recording by the gauges' mean over an interval: FROM:TO in seconds from its start, or "auto" for the first
-    /// half second without load. A calibration of tared recordings needs tared gauges on the robot, too.
+    /// Tare each recording by the mean of its gauges in an interval: FROM:TO in seconds from its start, or "auto" for the first
+    /// half second without load. A calibration fitted to tared recordings needs tared gauges on the robot, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     pub tare: Option<Tare>,
-    /// Minimum and maximum that the logger can write for a gauge; a sample at either limit counts as clipped. Give one range for
-    /// all gauges, or one for each gauge in order, with nothing between the commas where it is unknown.
+    /// Smallest and largest value that the logger can write for a gauge. A sample with one of these values counts as clipped. Give one
+    /// range for all gauges, or one for each gauge in order, separated by commas; leave an unknown range empty.
     #[arg(long, value_name = "LOW:HIGH,…", value_parser = gauge_range, allow_hyphen_values = true)]
     pub gauge_range: Option<GaugeRange>,
-    /// Percent by which a load may exceed the rated one before it counts as overload [default: 2].
+    /// Percent by which a load may exceed the rated load before it counts as overload [default: 2].
     #[arg(long, value_name = "PERCENT", value_parser = number_in(Range::NotNegative))]
     overload_tolerance: Option<f64>,
-    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, above rated loads. Exported code then reports clipped gauges.
+    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, or loads above the rated load. Exported code then
+    /// reports clipped gauges.
     #[arg(long)]
     leave_out_faulty: bool,
-    /// Skip files that cannot be used; the exit code is then 1. `check` always does so.
+    /// Skip unusable files, and return exit code 1 at the end. `check` always skips unusable files.
     #[arg(long)]
     pub keep_going: bool,
 }
 
-/// Moves the recordings with the most frequent gauges and axes to the front, because the first recording decides which others
-/// can be used. The order is otherwise unchanged.
+/// Moves the recordings with the most frequent gauges and axes to the front, because only recordings with the columns of the
+/// first one can be used. The order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
         let [a, b] = [a, b].map(|own| &own.recording);
@@ -61,7 +83,7 @@ fn usual_columns_first(all: &mut [Entry]) {
             None => kinds.push((own, 1)),
         }
     }
-    // Of several equally frequent kinds, the first counts.
+    // If several kinds are equally frequent, the first is taken.
     let Some((usual, _)) = kinds.into_iter().rev().max_by_key(|(_, n)| *n) else { return };
     let usual = usual.clone();
     all.sort_by_key(|own| !has_columns_of(own, &usual));
@@ -73,7 +95,9 @@ fn gauge_range(text: &str) -> Result<GaugeRange, String> {
             let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
             (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
         });
-        ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
+        ends.ok_or_else(|| {
+            format!("{text:?} is not a range such as -32768:32767, with the smaller number first")
+        })
     };
     if !text.contains(',') {
         return ends(text).map(GaugeRange::All);
@@ -87,7 +111,7 @@ fn gauge_range(text: &str) -> Result<GaugeRange, String> {
 }
 
 impl ReadArgs {
-    /// Returns the limits of the sensor's channels, with these rated loads.
+    /// Returns the limits beyond which a sample counts as faulty, with these rated loads.
     pub fn range(&self, rated: Vec<Option<f64>>) -> ValidRange {
         ValidRange {
             gauges: self.gauge_range.clone(),
@@ -100,12 +124,12 @@ impl ReadArgs {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
 
-    /// Returns the error of a file that could not be read; calibrations and sessions have an error of their own.
+    /// Returns the error of a file that cannot be read. If it is a calibration or a session, the error says so.
     pub fn unread(&self, input: &Input, error: impl Into<JobError>) -> JobError {
         not_recording(&input.path).unwrap_or_else(|| self.refused(input, error.into()))
     }
 
-    /// Returns an error for an unusable file. If there are several files, it mentions the option that skips files.
+    /// Returns the error of an unusable file. If the file is one of several in a folder, the error names `--keep-going`.
     fn refused(&self, input: &Input, error: JobError) -> JobError {
         match self.keep_going {
             true => error,
@@ -113,7 +137,7 @@ impl ReadArgs {
         }
     }
 
-    /// Returns `None` for a file that failed, if the user asked to skip failed files.
+    /// With `--keep-going`, reports an error and returns the default value instead.
     pub fn or_left_out<T: Default>(
         &self,
         run: &Run,
@@ -128,17 +152,7 @@ impl ReadArgs {
         }
     }
 
-    /// Reads files one after another, and prints warnings on standard error.
-    pub fn read(
-        &self,
-        run: &Run,
-        inputs: &[Input],
-        rated: &Rated,
-    ) -> Result<Vec<Recording>, JobError> {
-        self.read_if(run, inputs, rated, |_| Ok(()))
-    }
-
-    /// Reads the recordings that have a reference load, and gives each its role.
+    /// Reads training and test recordings, which must have a reference load. `entry` completes each of them.
     pub fn read_set(
         &self,
         run: &Run,
@@ -149,7 +163,7 @@ impl ReadArgs {
         for (inputs, role) in
             [(&run.inputs.recordings, Role::Train), (&run.inputs.test, Role::Test)]
         {
-            let read = self.read_if(run, inputs, rated, has_reference)?;
+            let read = self.read(run, inputs, rated, has_reference)?;
             all.extend(read.into_iter().map(|recording| Entry::new(recording, role)));
         }
         if self.keep_going {
@@ -167,7 +181,8 @@ impl ReadArgs {
         }
     }
 
-    fn read_if(
+    /// Reads recordings that pass a check, and prints warnings on standard error.
+    pub fn read(
         &self,
         run: &Run,
         inputs: &[Input],
@@ -193,8 +208,8 @@ impl ReadArgs {
         Ok(all)
     }
 
-    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its
-    /// recording. Prints what was done, and what looks wrong, on standard error.
+    /// Tares the recordings of a file and removes faulty samples, if the user asked for it. A long faulty interval splits its
+    /// recording. Prints changes and faults on standard error.
     fn prepared(
         &self,
         run: &Run,
@@ -233,11 +248,11 @@ impl ReadArgs {
         let parts: Vec<Recording> = parts.collect();
         match parts.len() {
             0 => {
-                let why = "all samples look faulty, so none can be used";
+                let why = "all samples look faulty, so none is left; check the gauge range and the rated loads";
                 return failed(format!("{name}: {why}"));
             }
             more if more > recordings.len() => run.say.note(format_args!(
-                "{name}: {more} segments remain; history does not cross from one to the next"
+                "{name}: {more} segments remain; look-backs do not reach from one segment into another"
             )),
             _ => {}
         }
@@ -251,7 +266,9 @@ impl ReadArgs {
             let (n, of) = (found.n_samples(), recording.n_samples());
             run.say.note(match self.leave_out_faulty {
                 false => {
-                    format!("{name}: looks faulty: {words}; --leave-out-faulty leaves them out")
+                    format!(
+                        "{name}: looks faulty: {words}; --leave-out-faulty leaves these samples out"
+                    )
                 }
                 true => format!("{name}: {n} of {of} samples left out: {words}"),
             });

@@ -1,18 +1,19 @@
-//! Arguments that several jobs share: recordings and their roles, the sensor, limits, loops and dwells.
+//! Arguments that several jobs share: recordings and their roles, sensor, limits, and settings of the figures.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::{JobError, not_met, usage};
+use super::choices::ModelArgs;
+use super::error::{JobError, usage};
 use super::inputs::Files;
-use super::rated::Rated;
-use super::reading::ReadArgs;
+use super::reading::{Rated, ReadArgs};
 use super::run::Run;
 use super::values::named_file;
+use crate::calibration::FitSettings;
 use crate::questions::expected_error::limits::{Checked, Limits};
 use crate::questions::metrology::MetrologySettings;
-use crate::recording::identity::SensorFile;
+use crate::recording::identity::{SensorFile, rate};
 use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Recordings with their roles.
@@ -20,19 +21,19 @@ use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated}
 pub struct RecordingArgs {
     #[command(flatten)]
     pub read: ReadArgs,
-    /// Training recordings, or folders of them. Without files, those of the built-in simulated sensor are used. Files in a
-    /// folder whose names begin with "test" are test recordings, unless --test or --split is given.
+    /// Training recordings, or folders of them [default: those of the built-in simulated sensor]. In a folder, files whose names
+    /// begin with "test" are test recordings, unless --test or --split is given.
     #[arg(long, num_args = 1.., value_name = "FILE", value_parser = named_file())]
     train: Vec<PathBuf>,
     /// Test recordings, or folders of them.
     #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
     test: Vec<PathBuf>,
-    /// Share of each recording that is used for training; the rest is used as test, instead of test files.
+    /// Share of each recording, from its start, that is used for training. The remainder is the test, instead of test files.
     #[arg(long, value_name = "FRACTION", conflicts_with = "test", allow_negative_numbers = true)]
     split: Option<f64>,
-    /// Group of each training recording; cross-validation leaves a group out together. A pattern with {file}, {folder}, {recording},
-    /// or a {word} that stands for the number or letter after it, as {mount} in "mount2_a.csv" [default: a column "group" of the file, or found
-    /// from names, folders and files].
+    /// Pattern that gives the group of each training recording. Cross-validation leaves out whole groups. The pattern can contain
+    /// {file}, {folder}, {recording}, and words such as {mount}, which stands for 2 in "mount2_a.csv" [default: the column "group" of
+    /// the file, or else detected from the names].
     #[arg(long, value_name = "PATTERN")]
     group: Option<GroupPattern>,
 }
@@ -41,8 +42,7 @@ impl RecordingArgs {
     pub fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.train,
-            test: Some(&self.test),
-            is_split: self.split.is_some(),
+            test: self.split.is_none().then_some(&self.test[..]),
             ..Files::default()
         }
         .reading(&self.read.columns)
@@ -79,8 +79,7 @@ impl RecordingArgs {
         }
     }
 
-    /// Returns the entry in the group that `--group` or its column map gives it. Only training recordings need a group: nothing
-    /// else is left out.
+    /// Returns the entry with its group by `--group` or by the column map. A recording that is not used for training needs none.
     fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
         let recording = &entry.recording;
         let pattern = self.group.as_ref().or(by_map);
@@ -97,55 +96,61 @@ impl RecordingArgs {
     }
 }
 
-/// Limits that the calibration must not exceed.
-#[derive(Debug, Args)]
-pub struct LimitsArgs {
-    /// Check the calibration against limits: a TOML file like `expected_error = 1.0` (percent of full scale), `rmse = "0.2 N"`,
-    /// `loop_width = { Fx = 0.5 }`. A figure that is unknown does not pass. The exit code is 3 if a limit is not met.
-    #[arg(long, value_name = "LIMITS.toml", value_parser = named_file())]
-    pub limits: Option<PathBuf>,
-}
-
-impl LimitsArgs {
-    /// Reads the limits; without a file there are none.
-    pub fn read(&self) -> Result<Limits, JobError> {
-        let read = self.limits.as_deref().map(Limits::read);
-        Ok(read.transpose()?.unwrap_or_default())
-    }
-}
-
-/// Returns an error if a figure exceeds its limit or is unknown.
+/// Returns an error that names the figures that exceed their limit or are unknown; `Ok` if there are none.
 pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     let failed = limits.iter().filter(|own| !own.pass);
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
     match failed.is_empty() {
         true => Ok(()),
-        false => not_met(format!("out of limits: {}", failed.join("; "))),
+        false => Err(JobError::NotMet(format!("out of limits: {}", failed.join("; ")))),
     }
 }
 
-/// Identity of the sensor.
+/// Arguments of `fit` and `report`: recordings, model, sensor and limits.
 #[derive(Debug, Args)]
-pub struct SensorArgs {
-    /// TOML file with the sensor's identity, operator, date, reference and rated loads. They go into every export and the report.
-    /// `loopscope sensor` prints a template.
+pub struct FitArgs {
+    #[command(flatten)]
+    pub recordings: RecordingArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    /// TOML file with the sensor's identity, operator, date, reference and rated loads, for all exports and the report. `loopscope
+    /// sensor` prints a template.
     #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
-    pub sensor: Option<PathBuf>,
+    sensor: Option<PathBuf>,
+    /// TOML file with limits for the calibration, such as `expected_error = 1.0` (percent of full scale), `rmse = "0.2 N"` and
+    /// `loop_width = { Fx = 0.5 }`. If a figure exceeds its limit or is unknown, the exit code is 3.
+    #[arg(long, value_name = "LIMITS.toml", value_parser = named_file())]
+    limits: Option<PathBuf>,
 }
 
-impl SensorArgs {
-    /// Reads the identity; without a file it is empty.
-    pub fn read(&self) -> Result<SensorFile, JobError> {
-        let read = self.sensor.as_deref().map(SensorFile::read);
-        Ok(read.transpose()?.unwrap_or_default())
+/// Content of the files that [`FitArgs`] names.
+pub struct FitInputs {
+    pub recordings: RecordingSet,
+    pub settings: FitSettings,
+    pub sensor: SensorFile,
+    pub limits: Limits,
+}
+
+impl FitArgs {
+    pub fn files(&self) -> Files<'_> {
+        self.recordings.files().reading(self.sensor.iter().chain(&self.limits))
+    }
+
+    pub fn read(&self, run: &Run) -> Result<FitInputs, JobError> {
+        let sensor = self.sensor.as_deref().map(SensorFile::read).transpose()?.unwrap_or_default();
+        let limits = self.limits.as_deref().map(Limits::read).transpose()?.unwrap_or_default();
+        let rated = Rated { by_axis: sensor.rated_loads.clone(), ..self.model.rated() };
+        let recordings = self.recordings.read(run, &rated)?;
+        let mut settings = self.model.settings(&run.say, &recordings);
+        rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
+        Ok(FitInputs { recordings, settings, sensor, limits })
     }
 }
 
-/// Settings of loops and metrology figures.
 #[derive(Debug, Args)]
 pub struct MeasuringArgs {
-    /// Reversal threshold of each axis in N and N·m, in axis order: the load must turn back by more to count as a reversal
-    /// [default: ten times the noise, and at least 5 % of the range].
+    /// Reversal threshold of each axis in N and N·m, in axis order: distance that the load must turn back to count as a reversal
+    /// [default: ten times the noise, but at least 5 % of the range].
     #[arg(
         long,
         alias = "dead-band",
@@ -154,7 +159,7 @@ pub struct MeasuringArgs {
         allow_negative_numbers = true
     )]
     reversal_threshold: Vec<f64>,
-    /// Shortest dwell, in seconds, that shows creep or a zero.
+    /// Shortest time in seconds for which the load must rest so that creep or a zero is measured.
     #[arg(
         long,
         value_name = "SECONDS",

@@ -1,16 +1,14 @@
-//! `loopscope report`: writes a complete report of one fit as an HTML page.
+//! `loopscope report`: fits a calibration and writes a report as an HTML page.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::ModelArgs;
 use super::error::{JobError, usage};
-use super::examples::examples;
 use super::inputs::Files;
-use super::recordings::{LimitsArgs, MeasuringArgs, RecordingArgs, SensorArgs, keep_limits};
-use super::run::{Run, Work};
+use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits};
+use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::questions::page::{ReportRequest, report, write_report};
 use crate::questions::{Request, read_factory};
@@ -24,22 +22,16 @@ use crate::recording::simulated;
 ]))]
 pub struct ReportJob {
     #[command(flatten)]
-    recordings: RecordingArgs,
-    #[command(flatten)]
-    model: ModelArgs,
-    #[command(flatten)]
-    sensor: SensorArgs,
-    /// HTML file to write. It needs no other file.
+    fit: FitArgs,
+    /// HTML file to write, which contains its figures.
     #[arg(long, value_name = "FILE.html", value_parser = named_file())]
     out: PathBuf,
-    /// Also report the errors of the calibration that the sensor came with (.cal or .json), as `fit --factory` does.
+    /// Also report the errors of the manufacturer's calibration (.cal or .json); see `fit --factory`.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
     #[command(flatten)]
     measuring: MeasuringArgs,
-    #[command(flatten)]
-    limits: LimitsArgs,
-    /// Text under "Notes"; \n begins a new paragraph.
+    /// Text under the head "Notes", in which \n begins a new paragraph.
     #[arg(long, value_name = "TEXT", default_value = "")]
     notes: String,
     /// Overwrite an existing file.
@@ -49,8 +41,7 @@ pub struct ReportJob {
 
 impl Work for ReportJob {
     fn files(&self) -> Files<'_> {
-        let files = self.recordings.files().reading(&self.factory).reading(&self.limits.limits);
-        files.reading(&self.sensor.sensor).writing([&self.out], self.force)
+        self.fit.files().reading(&self.factory).writing([&self.out], self.force)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
@@ -61,19 +52,15 @@ impl Work for ReportJob {
                 self.out.display()
             ));
         }
-        let sensor = self.sensor.read()?;
-        let limits = self.limits.read()?;
-        let mut recordings = self.recordings.read(run, &self.model.rated().and(&sensor))?;
+        let FitInputs { mut recordings, settings, sensor, limits } = self.fit.read(run)?;
         let warnings = run.say.findings();
         if recordings.is_simulated() {
             for entry in simulated::bench(simulated::DEFAULT_SEED) {
                 recordings.push(entry)?;
             }
         }
-        let mut settings = self.model.settings(&run.say, &recordings);
-        sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
         let names = &recordings.layout().gauge_names;
-        let range = self.recordings.read.range(settings.full_scale.clone());
+        let range = self.fit.recordings.read.range(settings.full_scale.clone());
         let factory = self.factory.as_deref().map(|path| read_factory(path, names)).transpose()?;
         let factory = factory.map(Arc::new);
         let asked = ReportRequest {

@@ -1,4 +1,4 @@
-//! Runs a job: finds and checks its files before the work, and prints the result.
+//! Runs a job: checks its files before the work, and prints its result.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ pub trait Work {
         Files::default()
     }
 
-    /// Does the work. The files have been found, and the outputs can be written.
+    /// Does the work. The input files have been found, and the output files can be written.
     fn run(&self, run: &Run) -> Result<(), JobError>;
 }
 
@@ -30,7 +30,7 @@ pub struct Run {
     pub command: fn() -> clap::Command,
 }
 
-/// Runs a job and prints its errors on standard error, one line each.
+/// Runs a job, and prints its errors on standard error, one line each.
 pub fn run(work: &dyn Work, command: fn() -> clap::Command) -> ExitCode {
     let mut run = Run {
         inputs: Inputs::default(),
@@ -40,7 +40,7 @@ pub fn run(work: &dyn Work, command: fn() -> clap::Command) -> ExitCode {
     };
     match run.done(work) {
         Ok(()) => ExitCode::SUCCESS,
-        // A reader that closes the pipe early (`| head`) is no error.
+        // It is no error if the reader of a pipe, such as `head`, closes it early.
         Err(JobError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             ExitCode::SUCCESS
         }
@@ -90,7 +90,7 @@ impl Run {
         Ok(writeln!(out)?)
     }
 
-    /// Prints the result as text, with invisible characters escaped.
+    /// Prints the result as text, in which control characters are replaced by their codes.
     pub fn print_text(
         &self,
         text: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
@@ -108,6 +108,12 @@ impl Run {
     pub fn print_path(&self, path: &Path) -> Result<(), JobError> {
         self.print_text(|out| writeln!(out, "{}", path.display()))
     }
+}
+
+/// Returns the examples at the end of a job's help text. Each is a command and its effect.
+pub fn examples(examples: &[(&str, &str)]) -> String {
+    let lines = examples.iter().map(|(line, effect)| format!("\n  {line}\n      {effect}"));
+    "Examples:".to_owned() + &lines.collect::<String>()
 }
 
 pub fn make_directory(path: &Path) -> Result<(), JobError> {

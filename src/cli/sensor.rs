@@ -1,15 +1,14 @@
-//! `loopscope sensor`: prints a template for the description of a sensor.
+//! `loopscope sensor`: prints a template of `sensor.toml`, the file that describes a sensor.
 
 use std::io::Write as _;
 
 use clap::Args;
 
 use super::error::JobError;
-use super::examples::examples;
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use crate::recording::Item;
 
-/// Print a template for sensor.toml, the description of a sensor.
+/// Print a template of sensor.toml, the file that describes a sensor.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope sensor", "prints a template to fill in and save as sensor.toml"),

@@ -1,4 +1,4 @@
-//! `loopscope sweep`: maps the errors over both thresholds, and suggests thresholds.
+//! `loopscope sweep`: computes the errors at many pairs of thresholds, and suggests a pair.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -11,10 +11,9 @@ use serde::Serialize;
 
 use super::choices::BlockArgs;
 use super::error::JobError;
-use super::examples::examples;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
-use super::run::{Run, Work};
+use super::run::{Run, Work, examples};
 use super::values::{List, named_file, one_of};
 use crate::calibration::Scores;
 use crate::export::Together;
@@ -31,7 +30,7 @@ use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
-/// Fit at every pair of thresholds, print or draw the errors, and suggest thresholds.
+/// Fit a calibration at each pair of thresholds, print or draw the errors, and suggest thresholds.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope sweep --train day1.csv day2.csv --f-th 0:10:0.5 --t-th 1,5,15 --svg map.svg", "draws the map of errors over both thresholds"),
@@ -41,11 +40,11 @@ pub struct SweepJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     blocks: BlockArgs,
-    /// F_th to try, as start:stop:step or with commas, in newtons or as a share of full scale [default: even steps to 1.2 times
-    /// full scale].
+    /// Values of F_th to try, as start:stop:step or separated by commas, in newtons or as shares of full scale [default: even steps
+    /// up to 1.2 times full scale].
     #[arg(long, value_name = "RANGE", allow_negative_numbers = true)]
     f_th: Option<Values>,
-    /// t_th to try, as start:stop:step or with commas, in seconds.
+    /// Values of t_th to try in seconds, as start:stop:step or separated by commas.
     #[arg(
         long,
         value_name = "RANGE",
@@ -53,14 +52,14 @@ pub struct SweepJob {
         allow_negative_numbers = true
     )]
     t_th: Values,
-    /// Error that the suggestion minimises: of an axis, all forces, all moments, or all axes in percent of full scale [default:
-    /// forces, or full-scale without a force axis].
+    /// Error that the suggested thresholds minimise: of one axis, of all forces, of all moments, or of all axes in percent of full scale
+    /// [default: forces, or full-scale without a force axis].
     #[arg(long, value_parser = measure_arg(), value_name = "MEASURE")]
     measure: Option<MeasureArg>,
-    /// Also choose the values of these features by cross-validation, each together with the other features that are named.
+    /// Also choose the values of these features by cross-validation. Each is added to the other features of the command line.
     #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
     pick: Vec<HistoryBlock>,
-    /// Write the errors at every pair to this CSV file.
+    /// Write the errors at all pairs of thresholds to this CSV file.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
     /// Write the map of the cross-validation error to this SVG file.
@@ -115,7 +114,6 @@ impl Values {
     }
 }
 
-/// Error that a suggestion can minimise.
 #[derive(Clone, Copy, Debug)]
 enum MeasureArg {
     Of(Measure),
@@ -163,7 +161,7 @@ impl Work for SweepJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // Ranges are checked before files are read, so that a wrong one does not cost that time.
+        // Values are checked first, so that an error is reported before the time of reading files is spent.
         let given = self.f_th.as_ref().map(|values| values.values("F_th")).transpose()?;
         let t_ths_secs = self.t_th.values("t_th")?;
         let grid = |f_ths| ThresholdGrid::new(f_ths, t_ths_secs.clone());
@@ -228,14 +226,14 @@ impl Work for SweepJob {
     }
 }
 
-/// Default number of F_th to try, beside zero.
+/// Number of nonzero values of F_th that are tried by default.
 const DEFAULT_F_THS: usize = 29;
 
 #[derive(Serialize)]
 struct Sweep<'a> {
     #[serde(skip)]
     map: &'a ThresholdMap,
-    /// Error that the suggestion minimises.
+    /// Error that the suggested thresholds minimise.
     #[serde(skip)]
     by: Measure,
     simulated: bool,
@@ -252,7 +250,7 @@ struct Sweep<'a> {
     points: Vec<ReportedPoint<'a>>,
     suggestion: Suggestion,
     mean_hysteresis: MeanHysteresis,
-    /// Ages at the suggested thresholds.
+    /// Ages of the past samples at the suggested thresholds.
     past_ages: PastAges,
     picks: Vec<BlockSuggestion>,
 }
@@ -303,7 +301,7 @@ fn f_unit(sweep: &Sweep<'_>) -> &'static str {
     }
 }
 
-/// Returns the measures to print: forces, moments, and the one that was asked for.
+/// Returns the errors to print: those of forces and moments, and the one of `--measure`.
 fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
     let mut measures: Vec<Measure> = sweep.map.scale.measures();
     measures.retain(|measure| {
@@ -312,15 +310,15 @@ fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
     measures
 }
 
-/// Writes the errors over one threshold, with the other at its suggestion.
+/// Returns the table of errors over one threshold. The other threshold has its suggested value.
 fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
     let map = sweep.map;
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
     let Thresholds { f_th, t_th_secs } = sweep.suggestion.thresholds;
     let f_unit = f_unit(sweep);
     let (head, at) = match along {
-        Along::F => (format!("F_th{f_unit}"), format!("t_th {t_th_secs} s")),
-        Along::T => ("t_th s".to_owned(), format!("F_th {f_th}{f_unit}")),
+        Along::F => (format!("F_th [{}]", f_unit.trim_start()), format!("t_th {t_th_secs} s")),
+        Along::T => ("t_th [s]".to_owned(), format!("F_th {f_th}{f_unit}")),
     };
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
         .map(|set| (set, map.curve(along, set, measure, sweep.suggestion.at)))
@@ -354,7 +352,7 @@ fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "\nThresholds at the {}", found.in_words(sweep.map, sweep.by, &f_th))?;
     writeln!(
         out,
-        "  range that is as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
+        "  range of thresholds that are as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
         range_text(&found.f_th_range),
         range_text(&found.t_th_range),
     )?;
@@ -404,7 +402,7 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     if found.rests_on_few() {
         writeln!(
             out,
-            "  Note: fewer than {FEWEST_REVERSALS} reversals are a hint, not a measurement; record more cycles"
+            "  Note: with fewer than {FEWEST_REVERSALS} reversals, the value is uncertain; record more cycles"
         )?;
     }
     Ok(())
@@ -413,7 +411,7 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
 fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()> {
     let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
         [Some(half), Some(most)] => format!(
-            " (half of these at most {} s old, 95 % at most {} s)",
+            " (half of the past samples are at most {} s old, 95 % at most {} s)",
             significant(half, 3),
             significant(most, 3)
         ),
@@ -421,7 +419,7 @@ fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()>
     };
     writeln!(
         out,
-        "At these thresholds, {:.1} % of the training samples find a past sample{ages}; for {:.1} % it is older than t_th",
+        "At these thresholds, {:.1} % of the training samples find a past sample{ages}; for {:.1} % the past sample is older than t_th",
         100.0 * past_ages.share_found(),
         100.0 * past_ages.share_beyond_t_th(),
     )
@@ -435,13 +433,13 @@ fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::R
     if pick.values.is_empty() {
         return writeln!(
             out,
-            "{label}: none of {n} lists beats {without} {unit} without them with 90 % confidence"
+            "{label}: none of {n} lists of values lowers the cross-validation error of {without} {unit} with 90 % confidence"
         );
     }
     let (words, values) = (own.words, listed(&pick.values, ","));
     writeln!(
         out,
-        "{label} ({words}): --{option} {values}: cross-validation {left_out} {unit}, without them {without} {unit}; {n} lists tried"
+        "{label} ({words}): --{option} {values}: cross-validation error {left_out} {unit}, and {without} {unit} without this feature; {n} lists of values tried"
     )
 }
 

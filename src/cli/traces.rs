@@ -1,4 +1,4 @@
-//! `--traces` of `fit` and `apply`: writes loads and errors over time as one table.
+//! Option `--traces` of `fit` and `apply`: writes loads and errors over time as one table.
 
 use std::path::PathBuf;
 
@@ -12,15 +12,14 @@ use crate::progress::Progress;
 use crate::questions::intervals_within;
 use crate::recording::Recording;
 
-/// File of the traces, and their time range.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
     #[arg(long, help = traces_help(), value_name = "FILE", value_parser = named_file())]
     pub traces: Option<PathBuf>,
-    /// Start time of the traces in s, on each recording's own clock.
+    /// Start of the traces in seconds, on the clock of each recording.
     #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// End time of the traces in s, on each recording's own clock.
+    /// End of the traces in seconds, on the clock of each recording.
     #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     to: Option<f64>,
 }
@@ -57,7 +56,7 @@ impl TraceArgs {
         (self.from.unwrap_or(f64::NEG_INFINITY), self.to.unwrap_or(f64::INFINITY))
     }
 
-    /// Checks, before any fit, that the time range holds samples.
+    /// Checks before the fit that there are samples in the time range.
     pub fn check_intervals<'a>(
         &self,
         recordings: impl Iterator<Item = &'a Recording>,

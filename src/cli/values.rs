@@ -1,4 +1,4 @@
-//! Parsers of single values on the command line.
+//! Parsers of values on the command line.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, Typ
 
 use crate::features::Range;
 
-/// Returns a parser of file names that refuses "-".
+/// Returns a parser of file names that rejects "-", which stands for standard input or output.
 pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
         true => Err("standard input and output cannot be used here; name a file"),
@@ -47,7 +47,7 @@ impl FromStr for List {
     }
 }
 
-/// Returns a parser of names. Each entry is a value, its name, and its explanation.
+/// Returns a parser of names. Each entry of `all` is a value, its name, and its explanation for the help text.
 pub fn one_of<T: Copy + Send + Sync + 'static>(
     all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
 ) -> impl TypedValueParser<Value = T> {

@@ -1,7 +1,7 @@
-//! The program behind the window: document, undo, questions about the document, and work with files.
+//! The program without its window: the document, undo, results computed from the document, and work with files.
 //!
-//! Guarantees: only [`Engine::act`] changes the document, and each edit is one step of undo. Results follow the
-//! document automatically ([`Engine::follow`]). Wrong files never replace loaded data.
+//! Guarantees: only [`Engine::act`] and [`Engine::take`] change the document. Each edit is one step of undo. A changed document
+//! is analysed again automatically ([`Engine::follow`]). A file that cannot be read never replaces loaded data.
 
 mod act;
 mod leave;
@@ -12,39 +12,34 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::calibration::{Calibration, FitSettings};
+use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
-use crate::engine::importing;
-use crate::engine::importing::ImportCommand;
-use crate::engine::importing::{Importing, Preview};
+use crate::engine::importing::{self, ImportCommand, Importing, Preview};
 use crate::engine::lanes::Lanes;
-use crate::engine::live::{Current, Follow, Followed};
+use crate::engine::live::{Current, Follow};
 use crate::engine::models::{ModelChange, Models};
 use crate::engine::notice::{Level, Notice};
 use crate::engine::preferences::Preferences;
-use crate::engine::project::SessionFile;
-use crate::engine::project::{Edit, FromFile, Project, Split};
+use crate::engine::project::{Edit, Project, SessionFile, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
 use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
-use crate::export::{target_endings, target_for};
-use crate::features::{Distance, Thresholds};
+use crate::export::known_target;
+use crate::features::Thresholds;
 use crate::finding::Face;
 use crate::import::map::ColumnMap;
 use crate::panicked::locked;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
-use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
 use crate::questions::loops::{LookRequest, Question};
 use crate::questions::models::asked::{OnTrained, Train, Trained, TryModels};
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
-use crate::questions::thresholds::Measure;
-use crate::questions::thresholds::ShownFTh;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
+use crate::questions::thresholds::{Measure, ShownFTh};
 use crate::questions::{
     Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
 };
@@ -60,12 +55,12 @@ struct Begun {
     lane: Lane<Task>,
 }
 
-/// Requests that create recordings. The requests run one after another, because each starts from the result of the previous
-/// one, and to limit memory.
+/// Work that creates or replaces recordings. Only one runs at a time, because each starts from the recordings that the
+/// previous one left, and because several at once would need too much memory.
 #[derive(Clone)]
 enum InTurn {
     Read(Files),
-    /// Recordings instead of indices, because indices may change while the request waits.
+    /// The recordings are named by value, because their indices may change before this work starts.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
     Simulate(Option<Late>),
@@ -82,7 +77,7 @@ impl InTurn {
 
 pub(super) const MAX_NOTICES: usize = 200;
 
-/// Action requested by the user.
+/// Action of the user.
 #[derive(Clone, Debug)]
 pub enum Action {
     /// Change the document.
@@ -95,25 +90,25 @@ pub enum Action {
     Show(View),
     /// Open recordings, calibrations, a session, or folders of them.
     Open(Vec<PathBuf>),
-    /// Replace the loaded recordings by the built-in sensor, or by the set that distinguishes lag from hysteresis.
+    /// Replace the loaded recordings by those of the built-in simulated sensor; `Some` selects a set that shows time lag, hysteresis, or both.
     OpenBuiltIn(Option<Late>),
-    /// Tare these recordings.
+    /// Tare the recordings with these indices.
     Tare(Vec<usize>, Tare),
-    /// Leave out the faulty samples of all recordings.
+    /// Remove the faulty samples of all recordings.
     LeaveOutFaulty,
     /// Write a file.
     Save(FileContent, PathBuf, Existing),
-    /// Write the calibration.
+    /// Write the calibration in the format that the file name ending selects.
     Export(PathBuf, Existing),
-    /// Answer to [`Engine::replacing`]: write the file or not.
+    /// Answer to the question of [`Engine::replacing`]: true writes the file.
     Replace(bool),
-    /// Train the network or kernel of the settings.
+    /// Train the network or kernel that the settings describe.
     Train,
     /// Stop training. A network keeps its best state.
     StopTraining,
-    /// Choose the values of a block by cross-validation, with the chosen error measure.
+    /// Choose the values of a feature block that minimise this cross-validation error.
     ChooseBlock(HistoryBlock, Option<Measure>),
-    /// Search for the best model; start no further model after this time.
+    /// Search for the best model. No further model is started after this time.
     FindBest(Duration),
     /// Fit all models of the paper's comparison.
     ComparePaper,
@@ -121,13 +116,13 @@ pub enum Action {
     Follow(PathBuf),
     /// Stop following the file.
     StopFollowing,
-    /// Stop the search or comparison of models; finished models stay.
+    /// Stop the search or comparison of models. Finished models stay in the list.
     StopTrying,
     /// Add the present fit to the list of models.
     KeepModel,
-    /// Change a row in the list of models.
+    /// Change the row with this number in the list of models.
     Model(u64, ModelChange),
-    /// Use the settings of this row in the list of models.
+    /// Use the settings of the row with this number in the list of models.
     BringBack(u64),
     /// Command of the import window.
     Import(ImportCommand),
@@ -135,23 +130,23 @@ pub enum Action {
     Restore(PathBuf),
     /// Discard this autosaved session.
     DropLeft(PathBuf),
-    /// Show autosaved sessions of other windows, or hide them; hidden sessions are kept.
+    /// Show or hide the list of autosaved sessions. Hidden sessions are kept.
     ShowLeft(bool),
-    /// Location of a missing file of the session, or of the folder with the missing files.
+    /// Search for the missing files of the session at this path: one of them, or their folder.
     Locate(PathBuf),
-    /// Continue without this missing file.
+    /// Remove the missing file with this index from the session.
     Forget(usize),
     /// Close the window.
     Close,
-    /// Cancel the action that would discard unsaved changes.
+    /// Do not do [`Engine::leaving`], and keep the unsaved changes.
     Stay,
-    /// Do the action and discard unsaved changes.
+    /// Do [`Engine::leaving`], and discard the unsaved changes.
     Discard,
     /// Cancel background work.
     Cancel,
     /// Show a notice.
     Notice(Notice),
-    /// Dismiss notice `n`.
+    /// Dismiss the notice with this index.
     Dismiss(usize),
     /// Dismiss all notices.
     DismissAll,
@@ -159,7 +154,7 @@ pub enum Action {
     Prefer(Preferences),
 }
 
-/// Action that would discard all loaded data, so that the user is asked first whether to save.
+/// Action that discards all loaded data. If there are unsaved changes, the user is first asked whether to save.
 #[derive(Clone, Debug)]
 pub enum Leaving {
     Close,
@@ -168,30 +163,30 @@ pub enum Leaving {
 }
 
 /// State of the program behind the window.
+#[derive(Default)]
 pub struct Engine {
     project: Project,
-    history: History,
-    /// Document as it was saved or opened last.
+    pub(crate) history: History,
+    /// Document as it was last saved or opened, to detect unsaved changes.
     saved: Option<Project>,
-    /// Number of the gesture that makes edits, such as a drag of a slider.
+    /// Number of the gesture (such as a drag of a slider) whose edits are one step of undo.
     pub gesture: Option<u64>,
     /// File of the session, if it has one.
     pub session: Option<PathBuf>,
-    /// Trained calibration that was last saved beside the session.
+    /// Trained calibration in the file beside the session.
     saved_trained: Option<Arc<Calibration>>,
-    /// Trained calibration of the opened session, until all recordings of the session are loaded.
+    /// Trained calibration of the opened session, until it has been compared with all recordings of the session.
     unproven: Option<Arc<Calibration>>,
-    /// Layout of the panes in the session that was just opened.
+    /// Layout of the panes from the session that was just opened, to be applied by the window.
     pub layout: Option<serde_json::Value>,
-    default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
-    /// Thresholds in use while the minimum of cross-validation is searched for new recordings.
+    /// Recordings and thresholds at the start of the automatic search for thresholds.
     first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,
-    /// True if thresholds are searched when recordings are opened.
-    finds_thresholds: bool,
+    /// True if thresholds are chosen automatically whenever recordings are opened.
+    pub(crate) finds_thresholds: bool,
     /// Notices.
     pub notices: Vec<Notice>,
     n_notices: u64,
-    /// File for which the user must confirm writing.
+    /// File that is written only after the user confirms it.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// File in the import window.
     pub importing: Option<Importing>,
@@ -200,10 +195,10 @@ pub struct Engine {
     /// True if the autosaved sessions are shown.
     pub shows_left: bool,
     recovery: Recovery,
-    /// Document that was last given to the autosave.
+    /// Document as it was last passed to the autosave.
     kept: Option<Project>,
     restored: Vec<PathBuf>,
-    /// Action that waits for the user's answer about unsaved changes.
+    /// Action that waits until the user has decided about unsaved changes.
     pub leaving: Option<Leaving>,
     /// True if the window must close now.
     pub closes: bool,
@@ -212,56 +207,22 @@ pub struct Engine {
     /// List of models.
     pub models: Models,
     lanes: Lanes,
-    following: Lane<Follow>,
+    pub(crate) following: Lane<Follow>,
     current: Current,
     preview: Lane<Preview>,
     tasks: Vec<Begun>,
     waiting: VecDeque<InTurn>,
     datasets: Datasets,
-    notify: Notify,
 }
 
 impl Engine {
-    /// Searches for the best thresholds whenever recordings are opened from now on.
-    pub fn find_thresholds_after_opening(&mut self) {
-        self.finds_thresholds = true;
-    }
-
     /// Creates an engine with an empty document. `notify` is called from other threads when there are new results.
     pub fn new(notify: Notify) -> Self {
         Self {
-            project: Project::default(),
-            history: History::default(),
-            saved: None,
-            gesture: None,
-            session: None,
-            saved_trained: None,
-            unproven: None,
-            layout: None,
-            default_thresholds: None,
-            first_thresholds: None,
-            finds_thresholds: false,
-            notices: Vec::new(),
-            n_notices: 0,
-            replacing: None,
-            importing: None,
-            recoverable: Vec::new(),
-            shows_left: false,
-            recovery: Recovery::default(),
-            kept: None,
-            restored: Vec::new(),
-            leaving: None,
-            closes: false,
-            preferences: Preferences::default(),
-            models: Models::default(),
-            lanes: Lanes::new(&notify),
-            following: Lane::new(&notify),
-            current: Current::default(),
-            preview: Lane::new(&notify),
-            tasks: Vec::new(),
-            waiting: VecDeque::new(),
-            datasets: Datasets::default(),
-            notify,
+            following: Lane::new(Some(Arc::clone(&notify))),
+            preview: Lane::new(Some(Arc::clone(&notify))),
+            lanes: Lanes::new(notify),
+            ..Self::default()
         }
     }
 
@@ -275,12 +236,7 @@ impl Engine {
         self.project.recordings.entries()
     }
 
-    /// Returns the history for undo and redo.
-    pub fn history(&self) -> &History {
-        &self.history
-    }
-
-    /// Returns the newest analysis of the loaded recordings, also while the next one runs.
+    /// Returns the newest analysis of the loaded recordings, even if a newer one is being computed.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
         let of = &of.0.recordings;
@@ -290,7 +246,7 @@ impl Engine {
         self.lane::<Analyse>().answer().filter(|_| fits)
     }
 
-    /// Returns the result for a recording in the newest analysis that contains it.
+    /// Returns the result of the recording with this index, if the newest analysis contains the recording.
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
         let own = &self.entries().get(at)?.recording;
         let of = self.lane::<Analyse>().answered()?.0.recordings.entries();
@@ -300,7 +256,7 @@ impl Engine {
         self.analysis()?.recordings.get(place)
     }
 
-    /// Returns true if the analysis is that of the present document.
+    /// Returns true if the newest analysis is that of the present document.
     pub fn is_current(&self) -> bool {
         self.lane::<Analyse>().is_current()
     }
@@ -310,12 +266,7 @@ impl Engine {
         self.lane::<Analyse>().problem()
     }
 
-    /// Returns the progress or the result of the last training.
-    pub fn trained(&self) -> Option<&Trained> {
-        self.lane::<Train>().answer()
-    }
-
-    /// Returns the newest analysis that is not a preview, with its request.
+    /// Returns the newest complete analysis with its request. Partial answers do not count.
     pub fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
         self.analysis()?;
         let (Analyse(request), analysis) = self.lane::<Analyse>().whole()?;
@@ -329,21 +280,18 @@ impl Engine {
     }
 
     fn fitted_last(&self) -> Option<&Arc<Calibration>> {
-        let (settings, _, calibration) = self.last_training()?;
-        let mut settings = settings.clone();
+        let (Train { request: of, .. }, trained) = self.lane::<Train>().whole()?;
+        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
+        let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
+        let mut settings = of.settings.clone();
         settings.network.cross_validate = self.project.settings.network.cross_validate;
         (settings == self.project.settings).then_some(calibration)
     }
 
-    /// Returns true if the present fit can be added to the list of models: it has the present recordings and settings.
+    /// Returns true if the newest fit has the present recordings and settings, so that it can be added to the list of models.
     pub fn can_keep(&self) -> bool {
         let learns = self.project.settings.regressor.learner().is_some();
         self.is_current() && self.project.applied.is_none() && (!learns || self.fitting().is_some())
-    }
-
-    /// Returns the running training.
-    pub fn training(&self) -> Option<Running> {
-        self.lane::<Train>().running()
     }
 
     /// Returns true if a search or comparison of models runs.
@@ -351,26 +299,15 @@ impl Engine {
         !self.lane::<TryModels>().is_idle()
     }
 
-    /// Returns the running fit.
-    pub fn refit(&self) -> Option<Running> {
-        self.lane::<Analyse>().running()
-    }
-
-    /// Returns other running tasks that are shown to the user.
+    /// Returns the running work that the status line shows, other than the fit.
     pub fn running(&self) -> Vec<Running> {
         let seen = self.tasks.iter().filter(|task| task.is_seen);
         let tasks = seen.filter_map(|task| task.lane.running());
         tasks.chain(self.lanes.running()).collect()
     }
 
-    /// Returns the default thresholds for the recordings.
-    pub fn default_thresholds(&self) -> Thresholds {
-        let own = self.default_thresholds.as_ref();
-        own.map_or_else(|| self.project.default_thresholds(), |own| own.2)
-    }
-
-    /// Returns the share of samples with a past sample of the first look-back, over training samples, or over all
-    /// samples without any. `None` without look-back.
+    /// Returns the share of training samples for which the first look-back finds a past sample. Without training samples, all
+    /// samples count. `None` without a look-back.
     pub fn share_with_past(&self) -> Option<f64> {
         let entries = self.entries();
         let share = |is_asked: &dyn Fn(Role) -> bool| {
@@ -385,32 +322,17 @@ impl Engine {
         share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
-    /// Returns the file that is followed.
-    pub fn followed_file(&self) -> Option<&Path> {
-        self.following.asked().map(|follow| &*follow.path)
-    }
-
-    /// Returns the newest minute of the followed file.
-    pub fn followed(&self) -> Option<&Followed> {
-        self.following.answer()
-    }
-
-    /// Returns the reason why following a file ended.
-    pub fn following_problem(&self) -> Option<&str> {
-        self.following.problem()
-    }
-
-    /// Returns the lane of a question: the last question of its kind, and its answer.
+    /// Returns the last question of this kind and its answer.
     pub fn lane<Q: Query>(&self) -> &Lane<Q> {
         self.lanes.of()
     }
 
-    /// Asks a question, unless it was the last one asked.
+    /// Asks a question in the background, unless it equals the last question of its kind.
     pub fn ask<Q: Query>(&mut self, question: Q) {
         self.lanes.of_mut().ask(question);
     }
 
-    /// Returns true if any work runs or waits.
+    /// Returns true if any background work runs or waits, except following a file.
     pub fn is_busy(&self) -> bool {
         !self.lanes.are_idle() || !self.tasks.is_empty() || !self.preview.is_idle()
     }
@@ -426,18 +348,10 @@ impl Engine {
         is_changed || trained.is_some() && trained != self.saved_trained.as_ref().map(Arc::as_ptr)
     }
 
-    /// Returns the trained calibration to be saved beside the session, if the settings have a network or kernel.
+    /// Returns the trained network or kernel to be saved beside the session.
     fn trained_to_save(&self) -> Option<&Arc<Calibration>> {
         let learns = self.project.settings.regressor.learner().is_some();
         self.unproven.as_ref().or_else(|| self.fitting().filter(|_| learns))
-    }
-
-    /// Returns the last training, if it used the present recordings.
-    fn last_training(&self) -> Option<(&FitSettings, &Trained, &Arc<Calibration>)> {
-        let (Train { request: of, .. }, trained) = self.lane::<Train>().whole()?;
-        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
-        let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
-        Some((&of.settings, trained, calibration))
     }
 
     /// Returns the title of the window: the name of the session, with a star if there are unsaved changes.
@@ -457,8 +371,7 @@ impl Engine {
         FileContent::Session(session, Box::new(self.project.clone()), trained)
     }
 
-    /// Returns the content of the calibration file. An applied calibration is saved as it was opened, without the
-    /// scores on these recordings.
+    /// Returns the content of the calibration file. An applied calibration is saved as it was opened.
     pub fn calibration_content(&self) -> Option<FileContent> {
         let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
@@ -483,7 +396,7 @@ impl Engine {
         }))
     }
 
-    /// Returns the content of a file with the traces in this interval of time.
+    /// Returns the content of a file with loads and errors in this interval of time (s).
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
         let (of, analysis) = self.exact()?;
         Some(FileContent::Traces(Box::new(OnScreen::of(of, analysis, visible))))
@@ -495,47 +408,34 @@ impl Engine {
     }
 
     fn follow(&mut self) {
-        let (own, distance) = (&self.project.recordings, self.project.settings.features.distance);
-        let holds = self
-            .default_thresholds
-            .as_ref()
-            .is_some_and(|(of, measured, _)| Arc::ptr_eq(of, own) && *measured == distance);
-        if !holds {
-            let default = self.project.default_thresholds();
-            self.default_thresholds = Some((Arc::clone(own), distance, default));
-        }
-        // Without recordings there is nothing to ask.
+        // Without recordings there is nothing to analyse. Closing the last recording removes all answers.
         let asked = self.lane::<Analyse>().asked();
         if !self.entries().is_empty() {
             self.ask(Analyse(self.request()));
         } else if asked.is_some_and(|asked| !asked.0.recordings.entries().is_empty()) {
-            self.lanes.forget_shown();
+            self.lanes.forget(|lane| !lane.is_begun_by_user());
             self.ask(Analyse(self.request()));
         }
         let calibration = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
         *locked(&self.current) = calibration;
         if self.analysis().is_none() {
-            self.lanes.of_mut::<AskLoops>().forget();
-            self.lanes.of_mut::<AskFigures>().forget();
-            self.lanes.of_mut::<AskVerdict>().forget();
-            self.lanes.of_mut::<AskPredicted>().forget();
-            self.lanes.of_mut::<AskResidual>().forget();
+            self.lanes.forget(|lane| lane.is_on_analysis());
         }
     }
 
-    /// Returns the faults of each recording of the document, once they are known.
+    /// Returns the faulty samples of each recording, once they are known.
     pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
         let faults = self.lane::<FindFaults>();
         let is_own = Arc::ptr_eq(&faults.answered()?.recordings, &self.project.recordings);
         faults.answer().filter(|_| is_own).map(Vec::as_slice)
     }
 
-    /// Returns the faults of one recording, if they are known.
+    /// Returns the faulty samples of one recording, once they are known.
     pub fn faults_of(&self, at: usize) -> Option<&Arc<FaultyRecording>> {
         self.all_faults()?.get(at)
     }
 
-    /// Returns the request of a pane for the loops of the newest analysis, in this interval of time.
+    /// Returns the request for loops, dwells or figures of the newest analysis, in this interval of time (s).
     pub fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookRequest> {
         let (of, analysis) = self.exact()?;
         Some(LookRequest {
@@ -558,8 +458,7 @@ impl Engine {
         }
     }
 
-    /// Shows a notice.
-    pub fn notice(&mut self, level: Level, text: impl Into<String>) {
+    pub(crate) fn notice(&mut self, level: Level, text: impl Into<String>) {
         self.show_notice(Notice::new(level, text));
     }
 

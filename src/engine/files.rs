@@ -1,9 +1,9 @@
-//! Detection of file types: session, calibration, manufacturer's matrix, or recordings.
+//! Reading of files that the user opens: sessions, calibrations, manufacturers' matrices, and recordings.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::calibration::Calibration;
+use crate::engine::project::{Edit, FromFile};
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
 use crate::finding::{Advice, Face, Finding, Id};
@@ -15,23 +15,24 @@ use crate::shown::file_name;
 
 #[derive(Clone, Debug)]
 pub enum Opened {
-    Recordings(Loaded, Option<Box<ColumnMap>>),
-    Calibration(Arc<Calibration>, Vec<String>),
-    Factory(Arc<Calibration>),
+    Recordings(Loaded),
+    /// Calibration to be applied or compared with, with notes for the user.
+    Calibration(Edit, Vec<String>),
     Session(Box<OpenedSession>),
-    /// Recordings that need a column map, with the reason.
-    WantsMap(String),
+    /// Recordings whose columns the user must choose.
+    WantsMap,
 }
 
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
-/// Returns true if the file name is that of a calibration or session.
+/// Returns true if the file name ending is that of a calibration or a session.
 pub fn is_calibration(path: &Path) -> bool {
     target_for(path).is_some_and(|target| target.reader.is_some()) && names_gauges(path)
 }
 
-/// Reads files one after another, each by its map if it has one. After cancellation, files read so far are kept.
-/// Folders are replaced by their files. `remembered` are maps for files whose column names are not sufficient.
+/// Reads files one after another, each by its column map if it has one. Folders are replaced by their files.
+/// The maps in `remembered` are tried for files whose column names are not sufficient. If the work is cancelled, the files
+/// read so far are returned.
 pub fn open_all(
     files: &[(PathBuf, Option<ColumnMap>)],
     remembered: &[ColumnMap],
@@ -39,7 +40,7 @@ pub fn open_all(
 ) -> Vec<OpenedFile> {
     let files = with_folders_opened(files);
     for (path, _) in &files {
-        // A file whose size cannot be read is reported later.
+        // A file that cannot be read is reported later.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
     }
     let mut read = Vec::new();
@@ -59,22 +60,20 @@ fn open(
     remembered: &[ColumnMap],
     progress: &Progress,
 ) -> Result<Opened, String> {
-    let calibration = || {
-        let read = read_with_notes(path).map_err(|error| error.to_string());
-        read.map(|(calibration, notes)| (Arc::new(calibration), notes))
-    };
-    match target_for(path).and_then(|target| target.reader) {
-        Some(_) if !names_gauges(path) => {
-            calibration().map(|(factory, _)| Opened::Factory(factory))
-        }
-        Some(_) if Session::is_at(path) => {
-            let opened = OpenedSession::read(path, progress)?;
-            Ok(Opened::Session(Box::new(opened)))
-        }
-        Some(_) => calibration().map(|(own, notes)| Opened::Calibration(own, notes)),
-        None => open_recordings(path, map.as_ref(), remembered, progress)
-            .map_err(|error| error.text(Face::Window)),
+    if target_for(path).is_none_or(|target| target.reader.is_none()) {
+        let opened = open_recordings(path, map.as_ref(), remembered, progress);
+        return opened.map_err(|error| error.text(Face::Window));
     }
+    if is_calibration(path) && Session::is_at(path) {
+        return Ok(Opened::Session(Box::new(OpenedSession::read(path, progress)?)));
+    }
+    let (calibration, notes) = read_with_notes(path).map_err(|error| error.to_string())?;
+    let own = Some(FromFile { path: path.to_owned(), calibration: Arc::new(calibration) });
+    // A matrix of the manufacturer has no names of gauges.
+    Ok(match names_gauges(path) {
+        true => Opened::Calibration(Edit::Apply(own), notes),
+        false => Opened::Calibration(Edit::Compare(own), Vec::new()),
+    })
 }
 
 fn open_recordings(
@@ -84,22 +83,22 @@ fn open_recordings(
     progress: &Progress,
 ) -> Result<Opened, ReadError> {
     match import::read(path, map, remembered, progress) {
-        Ok(mut loaded) => {
-            let asks = |warning: &&Finding| warning.id == Id::UnnamedLoads;
-            if let Some(unnamed) = loaded.warnings.iter().find(asks).filter(|_| map.is_none()) {
-                return Ok(Opened::WantsMap(unnamed.to_string()));
+        Ok(loaded) => {
+            let asks = |warning: &Finding| warning.id == Id::UnnamedLoads;
+            match map.is_none() && loaded.warnings.iter().any(asks) {
+                true => Ok(Opened::WantsMap),
+                false => Ok(Opened::Recordings(loaded)),
             }
-            let map = loaded.map.take();
-            Ok(Opened::Recordings(loaded, map))
         }
         Err(error) if map.is_none() && error.wants_a_map() => {
-            Ok(Opened::WantsMap(error.to_string()))
+            log::info!("{error}");
+            Ok(Opened::WantsMap)
         }
         Err(error) => Err(error),
     }
 }
 
-/// Replaces folders by the files in them, sorted by name, without hidden files.
+/// Replaces each folder by the files in it, sorted by name. Hidden files are left out.
 fn with_folders_opened(
     files: &[(PathBuf, Option<ColumnMap>)],
 ) -> Vec<(PathBuf, Option<ColumnMap>)> {

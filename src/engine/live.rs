@@ -1,4 +1,4 @@
-//! Following a file that a logger writes: shows the newest minute with the loads of the present calibration.
+//! Follows a file that a logger writes, and computes the loads of its newest minute by the present calibration.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -17,10 +17,10 @@ use crate::scoring::series::Series;
 const SHOWN_SECS: f64 = 60.0;
 const PERIOD: Duration = Duration::from_millis(100);
 const COLUMNS: f64 = 1000.0;
-/// Maximum number of samples in the history, at any sample rate.
+/// Maximum number of samples of the newest minute, at any sample rate.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// Calibration with which a file is followed; sliders change it while they are moved.
+/// Calibration that computes the loads of the followed file. It changes while the user moves a slider.
 pub type Current = Arc<Mutex<Option<Arc<Calibration>>>>;
 
 #[derive(Clone, Debug)]
@@ -31,35 +31,34 @@ pub struct Follow {
 
 same_where!(Follow: shared(calibration) value(path) besides());
 
-/// Newest minute of the file.
+/// Newest minute of the followed file.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
     pub axes: Vec<(Axis, LiveTraces)>,
-    /// First and last time on the clock of the file (s).
+    /// First and last time of the minute on the clock of the file (s).
     pub span: (f64, f64),
-    /// Number of rows, and number of lines that are not rows.
+    /// Number of rows since the start, and number of lines that are no rows.
     pub counts: (u64, u64),
     /// Status of the newest sample.
     pub status: String,
     pub notes: Vec<String>,
 }
 
-/// Traces of one axis as points of time and load. A refused sample has no point.
+/// Traces of one axis as points of time (s) and load. A rejected sample has no point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveTraces {
     pub conventional: Vec<[f64; 2]>,
-    /// Compensated load, with history and regressor.
     pub compensated: Vec<[f64; 2]>,
     /// Reference load; empty if the file has none.
     pub reference: Vec<[f64; 2]>,
-    /// Root mean square errors of uncompensated and compensated load, if there is a reference.
+    /// Root mean square errors of the uncompensated and the compensated load, if there is a reference.
     pub rms_errors: Option<[f64; 2]>,
 }
 
 impl Query for Follow {
     type Answer = Followed;
     type Cache = ();
-    // Nothing else redraws a followed file, so parts are shown more often.
+    // The default of one second is too slow for a moving plot.
     const PARTS_INTERVAL: Duration = Duration::from_millis(90);
 
     fn title(&self) -> String {
@@ -71,11 +70,7 @@ impl Query for Follow {
         let mut file = GrowingFile::open(&self.path).map_err(unreadable)?;
         let mut minute = Minute::default();
         loop {
-            let calibration = self.current();
-            match &calibration {
-                None => minute.wait(&mut file, progress, show, self)?,
-                Some(calibration) => minute.run(calibration, &mut file, progress, show, self)?,
-            }
+            minute.run(self.current().as_ref(), &mut file, progress, show, self)?;
         }
     }
 }
@@ -90,7 +85,7 @@ impl Follow {
     }
 }
 
-/// Rows of the newest minute, and earlier rows within the window of the calibration.
+/// Rows of the newest minute, and earlier rows to which the calibration looks back.
 #[derive(Default)]
 struct Minute {
     head: LiveHead,
@@ -99,9 +94,9 @@ struct Minute {
     kept_secs: f64,
     counts: (u64, u64),
     notes: Vec<String>,
-    /// Reason why the file cannot be used until another file replaces it.
+    /// Reason why the file cannot be used. It holds until another file replaces it.
     refused: Option<String>,
-    /// Sampling step of the calibration with which the table was started (s).
+    /// Sampling step of the calibration (s) from which the unit of the file's times was guessed.
     step_secs: Option<f64>,
     /// Gauges of the calibration, and the auxiliary channels that it needs.
     channels: [Vec<String>; 2],
@@ -113,7 +108,7 @@ struct Taken {
     loads: [Vec<f64>; 3],
 }
 
-/// Passes a row to the estimator, and returns the status in words and the loads.
+/// Passes a row to the estimator, and returns the status of the sample and its loads.
 fn taken_of(
     calibration: &Calibration,
     estimator: &mut Estimator<'_>,
@@ -133,7 +128,7 @@ fn taken_of(
 }
 
 impl Minute {
-    /// Starts again with the file.
+    /// Forgets all rows of the file.
     fn restart(&mut self, notes: Vec<String>) {
         *self = Self {
             kept_secs: self.kept_secs,
@@ -145,16 +140,17 @@ impl Minute {
         };
     }
 
-    /// Reads a line, if there is one, and returns whether the line is a row.
-    fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Read, Unanswered> {
+    /// Reads the next line of the file, if there is one. Returns the number of new rows; `None` if the file was replaced.
+    fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Option<usize>, Unanswered> {
         let grown = file.look().map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
             Grown::Line(line) => line,
-            Grown::Nothing => return Ok(Read::Nothing),
+            Grown::Nothing => return Ok(Some(0)),
             Grown::Replaced => {
-                let note = "the file was replaced or shortened: followed from its beginning";
+                let note =
+                    "the file was replaced or shortened, so reading started again at its beginning";
                 self.restart(vec![note.to_owned()]);
-                return Ok(Read::Replaced);
+                return Ok(None);
             }
         };
         self.changed = true;
@@ -201,83 +197,61 @@ impl Minute {
         while self.rows.len() > MAX_SAMPLES || self.rows.front().is_some_and(is_old) {
             self.rows.pop_front();
         }
-        Ok(match n {
-            0 => Read::Nothing,
-            n => Read::Rows(n.min(self.rows.len())),
-        })
+        Ok(Some(n.min(self.rows.len())))
     }
 
-    /// Waits for a calibration and only shows that samples arrive.
-    fn wait(
-        &mut self,
-        file: &mut GrowingFile,
-        progress: &Progress,
-        show: &(dyn Fn(Followed) + Sync),
-        of: &Follow,
-    ) -> Result<(), Unanswered> {
-        self.kept_secs = SHOWN_SECS;
-        let mut shown = Instant::now();
-        while of.is_current(None) {
-            progress.check()?;
-            self.read(file, &of.path)?;
-            if shown.elapsed() >= PERIOD {
-                shown = Instant::now();
-                show(Followed {
-                    counts: self.counts,
-                    status: "no calibration yet".to_owned(),
-                    notes: self.notes(None),
-                    ..Followed::default()
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// Runs the calibration on existing and new rows until the calibration or the file changes.
+    /// Computes the loads of existing and new rows until the calibration changes or the file is replaced. Without a
+    /// calibration, only the number of rows is shown.
     fn run(
         &mut self,
-        calibration: &Arc<Calibration>,
+        calibration: Option<&Arc<Calibration>>,
         file: &mut GrowingFile,
         progress: &Progress,
         show: &(dyn Fn(Followed) + Sync),
         of: &Follow,
     ) -> Result<(), Unanswered> {
-        self.kept_secs = SHOWN_SECS + calibration.features.window_secs().min(10.0 * SHOWN_SECS);
-        let design = calibration.design();
         let because = |error: &dyn ToString| Unanswered::Because(error.to_string());
-        let mut estimator =
-            Estimator::new(calibration, &design).map_err(|error| because(&error))?;
-        let channels = [calibration.gauges.clone(), calibration.features.auxiliary_names()];
-        if self.step_secs != calibration.step_secs() || self.channels != channels {
-            self.step_secs = calibration.step_secs();
-            self.channels = channels;
-            // The unit of time may be wrong, so the file is read again.
-            *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
-            self.restart(Vec::new());
-            self.counts = (0, 0);
+        let design = calibration.map(|own| own.design());
+        let (mut estimator, mut status) = (None, "no calibration yet".to_owned());
+        self.kept_secs = SHOWN_SECS;
+        if let Some((own, design)) = calibration.zip(design.as_ref()) {
+            estimator = Some(Estimator::new(own, design).map_err(|error| because(&error))?);
+            "no row yet".clone_into(&mut status);
+            self.kept_secs += own.features.window_secs().min(10.0 * SHOWN_SECS);
+            let channels = [own.gauges.clone(), own.features.auxiliary_names()];
+            if self.step_secs != own.step_secs() || self.channels != channels {
+                self.step_secs = own.step_secs();
+                self.channels = channels;
+                // The unit of the times was guessed for another calibration, so the file is read again.
+                *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
+                self.restart(Vec::new());
+                self.counts = (0, 0);
+            }
         }
         let mut taken: VecDeque<Taken> = VecDeque::new();
-        let mut status = "nothing has come yet".to_owned();
         let mut places: Option<Result<Places, String>> = None;
         let mut waiting = self.rows.len();
         let mut shown: Option<Instant> = None;
+        self.changed = true;
         loop {
             progress.check()?;
-            if let Some(table) = &self.table {
+            if let (Some(table), Some((own, estimator))) =
+                (&self.table, calibration.zip(estimator.as_mut()))
+            {
                 let [gauges, auxiliary] = &self.channels;
                 let places = places.get_or_insert_with(|| {
-                    let unfit = |why| format!("{why}; waiting for another file in its place");
+                    let unfit =
+                        |why| format!("{why}; the file is not used until another one replaces it");
                     table.places(gauges, auxiliary).map_err(unfit)
                 });
                 if places.is_err() {
-                    status = "not used".to_owned();
+                    "not used".clone_into(&mut status);
                 }
                 if let Ok(places) = places {
                     let new = self.rows.len() - waiting..self.rows.len();
                     for row in self.rows.range(new) {
-                        let (now, sample) =
-                            taken_of(calibration, &mut estimator, table, places, row);
-                        status = now;
+                        let sample;
+                        (status, sample) = taken_of(own, estimator, table, places, row);
                         taken.push_back(sample);
                     }
                 }
@@ -293,43 +267,32 @@ impl Minute {
                 shown = Some(Instant::now());
                 show(self.followed(calibration, &taken, &status, places.as_ref()));
             }
-            if !of.is_current(Some(calibration)) {
-                self.changed = true;
+            if !of.is_current(calibration) {
                 return Ok(());
             }
             match self.read(file, &of.path)? {
-                Read::Rows(n) => waiting += n,
-                Read::Nothing => {}
-                Read::Replaced => {
-                    self.changed = true;
-                    return Ok(());
-                }
+                Some(n) => waiting += n,
+                None => return Ok(()),
             }
         }
     }
 
-    /// Returns remarks on the file, and the reason why it cannot be used.
-    fn notes(&self, places: Option<&Result<Places, String>>) -> Vec<String> {
-        let unfit = places.and_then(|places| places.as_ref().err());
-        let all = self.notes.iter().chain(&self.refused).chain(unfit);
-        all.cloned().collect()
-    }
-
     fn followed(
         &self,
-        calibration: &Calibration,
+        calibration: Option<&Arc<Calibration>>,
         taken: &VecDeque<Taken>,
         status: &str,
         places: Option<&Result<Places, String>>,
     ) -> Followed {
         let times: Vec<f64> = taken.iter().map(|taken| taken.time).collect();
-        // After a clock reset, the screen starts again.
+        // After a reset of the clock, only the rows since the reset are shown.
         let back = (1..times.len()).rev().find(|at| times[*at] < times[at - 1]);
         let shown = back.unwrap_or(0)..times.len();
         let times = &times[shown.clone()];
         let span = times.first().copied().zip(times.last().copied()).unwrap_or_default();
         let column_secs = (span.1 - span.0) / COLUMNS;
-        let axes = calibration.axes.iter().enumerate().map(|(at, axis)| {
+        let axes = calibration.map_or(&[][..], |own| &own.axes).iter().enumerate();
+        let axes = axes.map(|(at, axis)| {
             let [conventional, compensated, reference] = [0, 1, 2].map(|kind| {
                 let values = taken.range(shown.clone()).map(|taken| taken.loads[kind][at]);
                 Series::new(values.collect())
@@ -348,12 +311,14 @@ impl Minute {
             };
             (*axis, traces)
         });
+        let unfit = places.and_then(|places| places.as_ref().err());
+        let notes = self.notes.iter().chain(&self.refused).chain(unfit);
         Followed {
             axes: axes.collect(),
             span,
             counts: self.counts,
             status: status.to_owned(),
-            notes: self.notes(places),
+            notes: notes.cloned().collect(),
         }
     }
 }
@@ -369,12 +334,6 @@ fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
         }
     }
     (n > 0).then(|| squares.map(|sum: f64| (sum / f64::from(n)).sqrt()))
-}
-
-enum Read {
-    Rows(usize),
-    Nothing,
-    Replaced,
 }
 
 #[cfg(test)]

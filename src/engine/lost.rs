@@ -1,21 +1,22 @@
-//! Search for missing files of a session in a folder. A found file is assigned to at most one missing file, and only if the
-//! assignment is unambiguous.
+//! Searches a folder for the missing files of a session. Each found file stands for at most one missing file, and only if no
+//! other missing file fits equally well.
 
 use std::collections::BTreeSet;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::engine::project::SessionFile;
-use crate::engine::session::is_another;
+use crate::export::sha256;
 
 struct Claim {
     of: usize,
     path: PathBuf,
-    /// Quality of the match: equal content, and number of equal path components from the file name up.
+    /// Whether the content is equal, and the number of equal path components, counted from the file name.
     fits: (bool, usize),
 }
 
-/// Returns the new paths of missing files. `place` is one of the files or their folder. Files are recognised by their
-/// names and relative folders. Files in `others` are excluded.
+/// Returns the indices of the missing files that were found, with their new paths. `place` is one of the files or their folder.
+/// Files are recognised by name, by folder and by content. Files in `others` are excluded.
 pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usize, PathBuf)> {
     let place = std::path::absolute(place).unwrap_or_else(|_| place.to_owned());
     let folder = match place.is_file() {
@@ -30,7 +31,7 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         for root in old.ancestors().skip(1) {
             places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
         }
-        // The folder of another missing file keeps its name, so files beside it are searched there.
+        // If `folder` ends like the folder of another missing file, that folder was moved, and this file with it.
         for other in &parents {
             let n_same = common_tail(other, folder);
             let roots = other.ancestors().nth(n_same);
@@ -42,7 +43,7 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         }
     }
     if place.is_file() && !places.iter().any(|(_, path)| *path == place) {
-        // The file was renamed.
+        // The user named the file, so it may have been renamed.
         let is_same = |of: &usize| lost.len() == 1 || holds_the_same(&lost[*of], &place);
         places.extend((0..lost.len()).find(is_same).map(|of| (of, place.clone())));
     }
@@ -57,12 +58,12 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
     choose(lost, places.into_iter().map(claim).collect())
 }
 
-/// Returns the best path for each missing file, if it is unambiguous.
+/// Returns the best path for each missing file, unless two files fit equally well.
 fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)> {
     let meets = |a: &Claim, b: &Claim| a.of == b.of || a.path == b.path;
     for at in 0..claims.len() {
         let own = &claims[at];
-        // Only competing matches need their content compared.
+        // The content is compared only where several files compete.
         if claims.iter().filter(|other| meets(own, other)).count() > 1 {
             claims[at].fits.0 = holds_the_same(&lost[own.of], &own.path);
         }
@@ -85,7 +86,7 @@ fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)>
     found
 }
 
-/// Returns true if the content of the file is known to equal that of the missing file.
+/// Returns true if the content of the file equals that of the missing file by the hash in the session.
 fn holds_the_same(lost: &SessionFile, path: &Path) -> bool {
     lost.sha256.is_some() && !is_another(lost, path)
 }
@@ -99,12 +100,20 @@ fn common_tail(one: &Path, other: &Path) -> usize {
     both.take_while(|(one, other)| one == other).count()
 }
 
+/// Returns true if the length or the hash of the file differs from the session's entry.
+pub fn is_another(file: &SessionFile, found: &Path) -> bool {
+    let bytes = fs::metadata(found).ok().map(|metadata| metadata.len());
+    let other_length = file.bytes.is_some() && bytes.is_some() && file.bytes != bytes;
+    let other_content = || {
+        let hash = file.sha256.as_ref().zip(sha256(found).ok());
+        hash.is_some_and(|(then, now)| *then != now)
+    };
+    other_length || other_content()
+}
+
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
-    use crate::export::sha256;
 
     fn lost(path: &str) -> SessionFile {
         SessionFile { absolute: path.into(), ..SessionFile::default() }

@@ -1,8 +1,8 @@
-//! The program without its window: a document, questions about it, and work with files.
+//! The program without its window: the document, the results computed from the document, and work with files.
 //!
-//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change and one step of undo. A result is the answer
-//! to a [`Query`](crate::questions::question::Query), computed on a [`Lane`](query::Lane) off the window's thread. The
-//! [`Engine`] keeps the document, asks the questions that follow from it, and does the work with files.
+//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change of it and one step of undo. A result is the
+//! answer to a [`Query`](crate::questions::question::Query), computed on the thread of a [`Lane`](query::Lane), so that the window
+//! never waits. The [`Engine`] keeps the document, asks for the results, and reads and writes files.
 
 #[expect(clippy::module_inception, reason = "the room's centre bears its name")]
 mod engine;

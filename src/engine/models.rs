@@ -1,6 +1,7 @@
-//! List of models: origin, result, and whether a model belongs to the present recordings.
+//! List of the models that were tried or kept, with their errors.
 //!
-//! Guarantees: results stay when a run is cancelled. A run replaces results of the previous run, except pinned ones.
+//! Guarantees: models stay in the list when their search is cancelled. A new search replaces the models of the previous search,
+//! except pinned ones.
 
 use std::sync::{Arc, Weak};
 
@@ -14,12 +15,12 @@ use crate::questions::{
 use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};
 
-/// Default time (min) after which a search starts no further model.
+/// Default time limit of a search (min), after which no further model is started.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
 #[derive(Clone, Debug)]
 pub enum ModelChange {
-    /// Pin or unpin: a pinned row stays when other models are tried.
+    /// Pin or unpin the row.
     Pin(bool),
     Name(String),
     Remove,
@@ -27,9 +28,9 @@ pub enum ModelChange {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
-    /// A search and the index of the candidate.
+    /// Number of the search, and index of the model in it.
     Search(u64, usize),
-    /// A comparison and the index of the candidate.
+    /// Number of the comparison as in the paper, and index of the model in it.
     Paper(u64, usize),
     Kept,
     Present,
@@ -39,12 +40,12 @@ enum Origin {
 pub struct Row {
     pub id: u64,
     pub name: String,
-    /// A pinned row stays when other models are tried.
+    /// True if the row stays when other models are tried.
     pub is_pinned: bool,
     pub model: Model,
-    /// Recommendation of the search.
+    /// Recommendation of the search for this model.
     pub mark: Mark,
-    /// Amount of data as named in the paper; empty if it follows from the settings.
+    /// Amount of data, named as in the paper; empty for models that the paper does not compare.
     data: String,
     origin: Origin,
     recordings: Weak<RecordingSet>,
@@ -56,7 +57,7 @@ impl Row {
         !std::ptr::eq(self.recordings.as_ptr(), Arc::as_ptr(&project.recordings))
     }
 
-    /// Returns true if the document has the settings of this row; full scales belong to the sensor and do not count.
+    /// Returns true if the document has the settings of this row. Full scales are not compared, because they belong to the sensor.
     pub fn is_present(&self, project: &Project) -> bool {
         let own = project.with_full_scale(self.model.settings.clone());
         project.applied.is_none() && own == project.settings
@@ -68,11 +69,11 @@ impl Row {
 pub struct Models {
     /// Rows in the order of their fits.
     pub rows: Vec<Row>,
-    /// Reasons for the proposal of a search, and candidates that it left out.
+    /// Reasons for the recommendation of the last search, and models that the search left out.
     pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
-    /// Run whose first answer was taken, and the positions of its candidates that were taken.
+    /// Number of the last search or comparison, and indices of its models that were added to the list.
     taken: (u64, Vec<usize>),
 }
 
@@ -121,7 +122,7 @@ impl Models {
         }
     }
 
-    /// Takes the progress of a run.
+    /// Adds the models that a running search or comparison has finished.
     pub(super) fn take(&mut self, asked: &TryModels, found: &Best) {
         let run = asked.run;
         if self.taken.0 != run {
@@ -139,7 +140,7 @@ impl Models {
             let known = self.rows.iter_mut().find(|row| row.origin == origin);
             let row = match known {
                 Some(row) => row,
-                // Rows that the user removed are not added again.
+                // The user has removed the row.
                 None if self.taken.1.contains(&tried.at) => continue,
                 None => {
                     self.taken.1.push(tried.at);
@@ -157,11 +158,18 @@ impl Models {
         }
     }
 
-    /// Returns the models of the paper's comparison that have no valid result, and removes the invalid ones; `None` if all have one.
+    /// Returns the models of the paper's comparison that still have to be fitted; `None` if there are none. Models of other
+    /// recordings or settings are removed.
     pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Comparison> {
         const LEARNERS: [Regressor; 3] =
             [Regressor::Linear, Regressor::Network, Regressor::HybridNetwork];
-        let settings = shared_settings(&project.settings);
+        // Settings that all candidates share.
+        let settings = FitSettings {
+            features: Default::default(),
+            regressor: Regressor::Linear,
+            decimation: 1,
+            ..project.settings.clone()
+        };
         let mut candidates = paper_candidates(&project.recordings, &project.settings, &LEARNERS);
         let holds = |row: &Row, candidate: &Candidate| {
             matches!(row.origin, Origin::Paper(..))
@@ -184,12 +192,12 @@ impl Models {
         self.push(format!("Kept {number}"), Origin::Kept, model, recordings).is_pinned = true;
     }
 
-    /// Returns true if the present settings have a row with the present recordings.
+    /// Returns true if the list has a model with the present settings and recordings.
     pub(super) fn has_present(&self, project: &Project) -> bool {
         self.rows.iter().any(|row| row.is_present(project) && !row.is_stale(project))
     }
 
-    /// Replaces the row of earlier present settings by the model of the present settings.
+    /// Adds the model of the present settings, and removes the model that was added for earlier settings.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
         self.push("Present settings".to_owned(), Origin::Present, model, recordings);
@@ -201,30 +209,19 @@ impl Models {
         self.rows.iter().filter(holds).rev().find_map(|row| row.model.trained.as_ref())
     }
 
-    /// Returns the table of all rows in order: errors on these samples, and cost.
+    /// Returns the table of all models with their errors on these kinds of samples, and their cost.
     pub fn table(&self, project: &Project, sets: &[ScoreSet]) -> Table {
-        let rows = self.rows.iter().map(|row| row.of_table(project));
+        let rows = self.rows.iter().map(|row| ModelRow {
+            mark: match row.is_stale(project) {
+                true => Cell::words("others").about(
+                    "Stale: fitted to other recordings, roles or groups than the present ones",
+                ),
+                false => row.mark.cell(),
+            },
+            name: &row.name,
+            data: &row.data,
+            model: &row.model,
+        });
         model_table(project.axes(), sets, rows)
-    }
-}
-
-impl Row {
-    fn of_table(&self, project: &Project) -> ModelRow<'_> {
-        let mark = match self.is_stale(project) {
-            true => Cell::words("others")
-                .about("Stale: fitted to other recordings, roles or groups than the present ones"),
-            false => self.mark.cell(),
-        };
-        ModelRow { mark, name: &self.name, data: &self.data, model: &self.model }
-    }
-}
-
-/// Returns the settings that all candidates of a comparison share.
-fn shared_settings(settings: &FitSettings) -> FitSettings {
-    FitSettings {
-        features: Default::default(),
-        regressor: Regressor::Linear,
-        decimation: 1,
-        ..settings.clone()
     }
 }

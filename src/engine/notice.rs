@@ -1,31 +1,31 @@
-//! Notices: errors, warnings and information, kept until they are dismissed.
+//! Notices of the window: errors, warnings and information, kept until the user dismisses them.
 
 use crate::shown::message;
 
 /// Severity of a notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// An action succeeded.
+    /// The action succeeded.
     Info,
-    /// Input was interpreted differently from how it was written.
+    /// The action succeeded, but something needs the user's attention.
     Warning,
-    /// An action failed.
+    /// The action failed.
     Error,
 }
 
-/// One notice.
+/// Message to the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Notice {
     /// Severity.
     pub level: Level,
     /// Text of one or two sentences.
     pub text: String,
-    /// Number of the notice, counted from one; zero before it is shown.
+    /// Number of the notice since the start of the program, from 1; 0 until it is shown.
     pub number: u64,
 }
 
 impl Notice {
-    /// Creates a notice. Control characters in the text are shown by their codes.
+    /// Creates a notice. Control characters in the text are replaced by their codes.
     pub fn new(level: Level, text: impl Into<String>) -> Self {
         let text = message(&text.into());
         Self { level, text, number: 0 }

@@ -1,6 +1,7 @@
-//! Preferences of the user, independent of the loaded recordings.
+//! Preferences of the user, which do not depend on the loaded recordings.
 //!
-//! Guarantees: the file is always complete. Changes by another window are kept, unless this window changed the same preference.
+//! Guarantees: the file is always complete. If several windows are open, each keeps the changes of the others. The window that
+//! writes last decides a preference that several windows have changed.
 
 use std::fs::File;
 use std::io;
@@ -28,10 +29,10 @@ pub enum Theme {
 
 const MAX_RECENT: usize = 12;
 const MAX_MAPS: usize = 40;
-/// Maximum size of the file in bytes. A larger file contains something else.
+/// Maximum size of a file of preferences (bytes). A larger file contains something else.
 const BYTES_LIMIT: u64 = 16 << 20;
 
-/// Reads one preference, or its default if it cannot be read, so that the others are kept.
+/// Reads one preference, or returns its default if it cannot be read. The other preferences are still read.
 fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
     from: D,
 ) -> Result<T, D::Error> {
@@ -39,14 +40,14 @@ fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
     Ok(serde_json::from_value(value).unwrap_or_default())
 }
 
-/// Reads a list as [`one_by_one`] for each entry, and skips entries that cannot be read.
+/// Reads a list, and skips entries that cannot be read.
 fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T>, D::Error> {
     let values: Vec<serde_json::Value> = one_by_one(from)?;
     let values = values.into_iter();
     Ok(values.filter_map(|value| serde_json::from_value(value).ok()).collect())
 }
 
-/// Preferences kept between runs. Unknown or missing entries get their defaults.
+/// Preferences kept between runs of the program. A missing entry has its default.
 ///
 /// | name | default | range |
 /// |---|---|---|
@@ -69,7 +70,7 @@ pub struct Preferences {
     /// Recently opened recordings, calibrations and sessions, newest first.
     #[serde(deserialize_with = "each")]
     pub recent: Vec<PathBuf>,
-    /// Column maps by which files were read, newest first.
+    /// Column maps that were used to read files, newest first.
     #[serde(deserialize_with = "each")]
     pub maps: Vec<ColumnMap>,
     /// Layout of the panes.
@@ -97,10 +98,10 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// Range of [`Self::text_scale`].
+    /// Permitted range of [`Self::text_scale`].
     pub const TEXT_SCALES: std::ops::RangeInclusive<f32> = 0.5..=3.0;
 
-    /// Reads preferences. Entries that cannot be read get their defaults.
+    /// Reads preferences from JSON. Entries that cannot be read have their defaults.
     pub fn from_json(text: &str) -> Self {
         Self::understood(text.as_bytes()).unwrap_or_default()
     }
@@ -131,7 +132,7 @@ impl Preferences {
     pub fn remember_map(&mut self, map: &ColumnMap) {
         let is_other = |other: &ColumnMap| {
             let (other, this) = (&other.table, &map.table);
-            // Without a header row, the text layout also distinguishes kinds of files.
+            // Files without a header row are distinguished by their text layout too.
             let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
             other.shape != this.shape || !is_cut_so
         };
@@ -140,7 +141,7 @@ impl Preferences {
         self.maps.truncate(MAX_MAPS);
     }
 
-    /// Returns the preferences of the file with the changes made here since `known`.
+    /// Returns the preferences in `file` with the changes from `known` to `self`.
     fn onto(&self, known: &Self, mut file: Self) -> Self {
         fn take<T: Clone + PartialEq>(own: &T, known: &T, file: &mut T) {
             if own != known {
@@ -164,7 +165,7 @@ impl Preferences {
     }
 }
 
-/// Returns the entries that were put first since `before`.
+/// Returns the entries at the front of the list that were added since `before`.
 fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     let mut left = before.iter().rev();
     let is_left = |item: &&T| left.any(|other| other == *item);
@@ -172,17 +173,17 @@ fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     &now[..now.len() - n_old]
 }
 
-/// Returns the entries that were removed since `before`, except entries pushed out of a full list.
+/// Returns the entries that the user removed since `before`. Entries pushed out of a full list do not count.
 fn forgotten<'a, T: PartialEq>(now: &[T], before: &'a [T], most: usize) -> Vec<&'a T> {
     let is_gone = |item: &&T| now.len() < most && !now.contains(*item);
     before.iter().filter(is_gone).collect()
 }
 
-/// File in which all windows of a user keep their preferences.
+/// File with the preferences, which all windows of a user share.
 #[derive(Debug)]
 pub struct PreferencesFile {
     path: PathBuf,
-    /// Preferences that this window read or wrote last, to find its own changes.
+    /// Preferences that this window last read or wrote, from which its own changes follow.
     known: Preferences,
 }
 
@@ -201,12 +202,12 @@ impl PreferencesFile {
         Self::read_at(&Self::path_in(folder))
     }
 
-    /// Creates the access to the file for a window that starts with `known`.
+    /// Returns the file in `folder` for a window that starts with the preferences `known`.
     pub fn new(folder: &Path, known: Preferences) -> Self {
         Self { path: Self::path_in(folder), known }
     }
 
-    /// Writes the changes made in this window to the file.
+    /// Writes the changes of this window to the file.
     ///
     /// # Errors
     /// [`WriteError`] if the file cannot be written. The next call tries again.
@@ -223,7 +224,7 @@ impl PreferencesFile {
             .append(true)
             .open(self.path.with_extension("writing"))
             .map_err(at)?;
-        // Windows write one after another, except where the file system has no locks. The lock ends with the file handle.
+        // The lock makes windows write one after another, if the file system has locks. It ends when `lock` is dropped.
         let _ = lock.lock();
         let kept = Self::read_at(&self.path).unwrap_or_else(|| self.known.clone());
         let merged = own.onto(&self.known, kept);

@@ -1,7 +1,7 @@
 //! The document: everything that a session saves, and every change of it.
 //!
-//! Guarantees: no results and no window state. A refused change changes nothing. Data that do not fit new recordings
-//! (an applied calibration, a split, entered full scales) are removed with the old recordings.
+//! Guarantees: the document contains no results and no state of the window. A refused change changes nothing. Closing all
+//! recordings also removes the applied calibration, the split and the entered full scales.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,6 +15,7 @@ use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
 use crate::questions::metrology::MetrologySettings;
 use crate::questions::{BlockSuggestion, Datasets, Request, View};
+use crate::recording::identity::rate;
 use crate::recording::{
     Axis, Day, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
     ValidRange, load_ranges,
@@ -22,9 +23,10 @@ use crate::recording::{
 use crate::same::same_where;
 use crate::scoring::numbers::round_step;
 
-/// Default F_th as a share of the range of the force: the ratio of the paper's 3 N to the 22 N range of its sensor.
+/// Default F_th as a share of the range of the force, near the paper's 3 N of 22 N.
 const USUAL_SHARE: f64 = 0.125;
-/// Shares at which F_th has an effect. Larger values find almost no past sample; smaller values find only the previous samples.
+/// Range of F_th as a share of the range of the force. A larger F_th finds almost no past sample, and a smaller one finds only
+/// neighbouring samples.
 const SENSIBLE_SHARES: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 #[derive(Clone, Debug)]
@@ -33,15 +35,15 @@ pub struct FromFile {
     pub calibration: Arc<Calibration>,
 }
 
-// Equal calibrations that were opened twice are different.
+// A file that is opened twice gives two calibrations that are not equal.
 same_where!(FromFile: shared(calibration) value() besides(path));
 
-/// Recordings split in time into training and test.
+/// Recordings that are split in time into a training and a test segment.
 #[derive(Clone, Debug)]
 pub struct Split {
     /// Recordings before the split.
     pub whole: Arc<RecordingSet>,
-    /// First share of each recording, which trains.
+    /// Share of each recording, from its start, that is used for training.
     pub fraction: f64,
 }
 
@@ -58,13 +60,13 @@ pub struct SessionFile {
     pub sha256: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnMap>,
-    /// Tares applied after reading, by the name of the recording.
+    /// Tares that the user applied after reading, by the name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub tares: BTreeMap<String, Tare>,
-    /// Settings by which faulty samples were left out, by the earlier name of the recording.
+    /// Limits by which faulty samples were removed, by the name of the recording before the removal.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, Judged>,
-    /// Roles of the recordings, by name. A recording that is not listed gets the role that its name suggests.
+    /// Roles of the recordings, by name. A recording without an entry has the role that its name suggests.
     pub roles: BTreeMap<String, Role>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
@@ -73,7 +75,7 @@ pub struct SessionFile {
     pub days: BTreeMap<String, Day>,
 }
 
-/// Everything that a session saves. Recordings are shared, so copying is cheap.
+/// Everything that a session saves. A copy is cheap, because copies share the recordings.
 #[derive(Clone, Debug, Default)]
 pub struct Project {
     pub recordings: Arc<RecordingSet>,
@@ -82,72 +84,71 @@ pub struct Project {
     pub measuring: MetrologySettings,
     /// Minimum and maximum reading of the gauges in the logger's unit, if the user entered them.
     pub gauge_range: Option<GaugeRange>,
-    /// Share by which a load may exceed the rated one, if the user entered it.
+    /// Share by which a load may exceed the rated load, if the user entered it.
     pub overload_tolerance: Option<f64>,
     pub hidden_axes: Vec<Axis>,
-    /// Calibration that is applied instead of a fit.
+    /// Calibration of a file that is applied to the recordings; `None` if one is fitted.
     pub applied: Option<FromFile>,
     pub factory: Option<FromFile>,
     pub notes: String,
-    /// Identity of the sensor, and date, operator and reference of the calibration.
     pub identity: Identity,
     pub view: View,
     pub maps: BTreeMap<PathBuf, ColumnMap>,
-    /// Missing files of the session.
+    /// Files of the session that were not found.
     pub lost: Vec<SessionFile>,
 }
 
-// Documents are equal if nothing was edited in between.
+// Fields that no edit changes are not compared.
 same_where!(Project:
     shared(recordings)
     value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity)
     besides(view, maps, lost)
 );
 
-/// One change of the document, which is one step of undo.
+/// Change of the document, which is one step of undo.
 #[derive(Clone, Debug)]
 pub enum Edit {
     /// Settings of the fit.
     Settings(FitSettings),
     /// Settings for loops, dwells and metrology.
     Measuring(MetrologySettings),
-    /// Settings of a model. An applied calibration is removed; the full scales do not change.
+    /// Use the settings of another model. An applied calibration is removed, and the full scales stay.
     Model(Box<FitSettings>),
-    /// Thresholds of the first look-back. Other look-backs keep their F_th.
+    /// Thresholds of the first look-back. Other look-backs have the same t_th, and keep their F_th.
     Thresholds(Thresholds),
-    /// Values of a block.
+    /// Values of a feature block, chosen by cross-validation.
     Block(BlockSuggestion),
-    /// Role of one recording.
+    /// Role of the recording with this index.
     Role(usize, Role),
     /// Role of all recordings with a reference.
     AllRoles(Role),
-    /// Group of every recording in order; `None` means that the group follows from the name.
+    /// Group of each recording in order; `None` for the group that follows from its file or name.
     Groups(Vec<Option<String>>),
-    /// Day of every recording in order; `None` means that the day follows from the file.
+    /// Day of each recording in order; `None` for the day that follows from its file.
     Days(Vec<Option<Day>>),
     /// Minimum and maximum reading of the gauges.
     GaugeRange(Option<GaugeRange>),
-    /// Share by which a load may exceed the rated one.
+    /// Share by which a load may exceed the rated load.
     OverloadTolerance(f64),
-    /// Close one recording.
+    /// Close the recording with this index.
     Remove(usize),
     /// Close all recordings.
     CloseAll,
-    /// Replace these recordings, for example by tared ones.
+    /// Use these recordings, for example tared ones, instead of the present ones.
     Replace(Arc<RecordingSet>),
-    /// Split each recording in time: this first share trains, the rest tests.
+    /// Split each recording in time. This share, from its start, is used for training and the remainder as test.
     Split(f64),
-    /// Undo the split.
+    /// Use whole recordings again.
     Unsplit,
     /// Show or hide an axis.
     ShowAxis(Axis, bool),
-    /// Free text.
+    /// Notes of the user.
     Notes(String),
     /// Identity of the sensor, and date, operator and reference of the calibration.
     Identity(Identity),
-    /// Apply this calibration, or fit again.
+    /// Apply this calibration to the recordings; `None` fits one again.
     Apply(Option<FromFile>),
-    /// Compare with this manufacturer's matrix, or with none.
+    /// Show the errors of this manufacturer's matrix beside those of the calibration; `None` for none.
     Compare(Option<FromFile>),
 }
 
@@ -158,23 +159,23 @@ pub enum EditError {
     )]
     NothingToSplit,
     #[error(
-        "{}: made for the gauges {}, but the loaded recordings have {}; open recordings of the same sensor first",
+        "{}: the calibration is for the gauges {}, but the loaded recordings have {}; first open recordings of the same sensor",
         .path.display(), .own.join(" "), .loaded.join(" ")
     )]
     OtherGauges { path: PathBuf, own: Vec<String>, loaded: Vec<String> },
-    #[error("{}: made for {own} gauges, but the loaded recordings have {}", .path.display(), .loaded.join(" "))]
+    #[error("{}: the matrix was made for {own} gauges, but the loaded recordings have {}", .path.display(), .loaded.join(" "))]
     OtherFactoryGauges { path: PathBuf, own: usize, loaded: Vec<String> },
 }
 
 impl Project {
-    /// Makes one change.
+    /// Changes the document.
     ///
     /// # Errors
-    /// [`EditError`] if the change is refused; nothing is changed then.
+    /// [`EditError`] if the change is refused. The document is then unchanged.
     pub fn edit(&mut self, edit: Edit) -> Result<(), EditError> {
         let axes = self.axes().to_vec();
         let edited = self.make(edit);
-        // The reversal thresholds were in the units of the old axes.
+        // The reversal thresholds were entered for the old axes.
         if *self.axes() != axes {
             self.measuring.reversal_thresholds.clear();
         }
@@ -269,7 +270,8 @@ impl Project {
         Ok(())
     }
 
-    /// Returns this document with the edits of `other`; state that is not edited stays.
+    /// Returns the document `other` with the view, the column maps and the missing files of this document, which undo does not
+    /// change.
     pub fn with_edits_of(&self, other: Self) -> Self {
         Self {
             view: self.view.within(other.recordings.entries().len()),
@@ -294,7 +296,7 @@ impl Project {
         }
     }
 
-    /// Returns the settings with the full scales of the document.
+    /// Returns the settings of a model with the full scales of this document.
     pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
         let full_scale = self.settings.full_scale.clone();
         FitSettings { full_scale, ..settings }
@@ -304,7 +306,7 @@ impl Project {
         !self.hidden_axes.contains(&axis)
     }
 
-    /// Returns the thresholds of the first look-back, or the default.
+    /// Returns the thresholds of the first look-back, or the default thresholds without a look-back.
     pub fn thresholds(&self) -> Thresholds {
         let features = &self.settings.features;
         let distance = features.distance.effective(self.axes());
@@ -312,8 +314,8 @@ impl Project {
         first.unwrap_or_else(|| Thresholds::default_for(distance))
     }
 
-    /// Returns the default thresholds. If the paper's F_th has no effect on the loaded recordings, F_th is the same
-    /// share of the range of the force.
+    /// Returns the default thresholds. If the paper's F_th of 3 N does not suit the range of the force, F_th is a share of
+    /// this range.
     pub fn default_thresholds(&self) -> Thresholds {
         let chosen = self.settings.features.distance;
         // Without recordings, the axes are not known.
@@ -335,7 +337,7 @@ impl Project {
         }
     }
 
-    /// Returns the largest range of force among the axes; `None` if no force changes.
+    /// Returns the largest range among the force axes (N); `None` if no force changes.
     fn largest_force_range(&self) -> Option<f64> {
         let layout = self.recordings.layout();
         let entries = self.recordings.entries().iter();
@@ -354,7 +356,7 @@ impl Project {
         })
     }
 
-    /// Returns the request for an analysis. `trained` is a calibration trained on these recordings.
+    /// Returns the request for an analysis of this document. `trained` is a network or kernel trained on the recordings.
     pub fn request(&self, trained: Option<&Arc<Calibration>>) -> Request {
         let trained = trained.filter(|_| self.applied.is_none()).cloned();
         let applied = self.applied.as_ref().map(|own| &own.calibration);
@@ -370,24 +372,11 @@ impl Project {
         }
     }
 
-    /// Adds recordings with the role of `role_of` or of their name, and returns a message for each that does not fit.
-    pub fn add(
-        &mut self,
-        files: Vec<Vec<Recording>>,
-        role_of: impl Fn(&Recording) -> Option<Role>,
-    ) -> Vec<String> {
-        self.add_known(files, role_of, |_| None)
-    }
-
-    /// Adds recordings as [`add`](Self::add), with the group of `group_of` or of the column maps.
-    pub fn add_known(
-        &mut self,
-        files: Vec<Vec<Recording>>,
-        role_of: impl Fn(&Recording) -> Option<Role>,
-        group_of: impl Fn(&Recording) -> Option<String>,
-    ) -> Vec<String> {
+    /// Adds the recordings of files. Roles follow from names, groups from column maps. Returns a message for each file whose
+    /// columns differ from those of the loaded recordings.
+    pub fn add(&mut self, files: Vec<Vec<Recording>>) -> Vec<String> {
         let mut refused = Vec::new();
-        // Real recordings replace the built-in sensor, which was only an example.
+        // Recordings of files replace those of the built-in sensor, which are only an example.
         let mut set = match self.recordings.is_simulated() {
             true => RecordingSet::default(),
             false => RecordingSet::clone(&self.recordings),
@@ -396,13 +385,10 @@ impl Project {
         let had_default = self.settings.features.look_backs == [self.default_thresholds()];
         for recordings in files {
             for recording in recordings {
-                let group = group_of(&recording).or_else(|| self.group_by_map(&recording));
-                let entry = match role_of(&recording) {
-                    Some(role) => Entry::new(recording, role),
-                    None => Entry::with_default_role(recording),
-                };
-                let entry = Entry { group: group.or(entry.group), ..entry };
-                if let Err(error) = set.push(entry) {
+                let group = self.group_by_map(&recording);
+                let entry = Entry::with_default_role(recording);
+                let group = group.or_else(|| entry.group.clone());
+                if let Err(error) = set.push(Entry { group, ..entry }) {
                     refused.push(error.to_string());
                     break; // the other runs of this file have the same columns
                 }
@@ -412,7 +398,7 @@ impl Project {
             return refused;
         }
         let split = self.split.take().map(|mut split| {
-            // Existing segments keep their roles; new recordings are split in the same way.
+            // Existing segments keep their roles. New recordings are split in the same way.
             let mut fresh = RecordingSet::default();
             let whole = Arc::make_mut(&mut split.whole);
             for entry in &set.entries()[before..] {
@@ -429,7 +415,7 @@ impl Project {
             }
             split
         });
-        // An applied calibration stays, because recordings are opened to apply it.
+        // An applied calibration stays, because the user opens recordings to apply it to them.
         refused.extend(self.take_set(set).err().map(|error| error.to_string()));
         self.split = split;
         self.view = View::One(before);
@@ -440,7 +426,7 @@ impl Project {
         refused
     }
 
-    /// Copies the days of the segments to the recordings before the split.
+    /// Copies the days of the segments to the whole recordings, so that they stay when the split is undone.
     fn keep_days_of_parts(&mut self) {
         let Some(split) = &mut self.split else { return };
         let whole = Arc::make_mut(&mut split.whole);
@@ -457,17 +443,17 @@ impl Project {
         }
     }
 
-    fn group_by_map(&self, recording: &Recording) -> Option<String> {
+    pub(super) fn group_by_map(&self, recording: &Recording) -> Option<String> {
         let Source::File(path) = recording.source() else {
             return None;
         };
         self.maps.get(path)?.group.as_ref()?.group_of(recording)
     }
 
-    /// Replaces the recordings. Settings for the old axes and data made from the old recordings are removed.
+    /// Replaces the recordings. The split is removed, and if the axes change, so are full scales and reversal thresholds.
     ///
     /// # Errors
-    /// [`EditError`] if the manufacturer's matrix does not fit; it is then removed.
+    /// [`EditError`] if the manufacturer's matrix is for other gauges. The matrix is then removed.
     pub fn take_set(&mut self, set: RecordingSet) -> Result<(), EditError> {
         if set.layout().axes != self.recordings.layout().axes {
             self.settings.full_scale.clear();
@@ -481,7 +467,8 @@ impl Project {
         self.name_factory_gauges()
     }
 
-    /// Shows the first test recording in which every axis changes, else the first test recording, else the first.
+    /// Shows the first test recording in which every axis changes. Without one, shows the first test recording, or else the
+    /// first recording.
     pub fn show_first_test(&mut self) {
         let entries = self.recordings.entries();
         let first = |wanted: &dyn Fn(&Entry) -> bool| entries.iter().position(wanted);
@@ -490,7 +477,7 @@ impl Project {
         self.view = View::One(shown.unwrap_or(0));
     }
 
-    /// Sets the norm of the load difference to all axes if there is no force axis.
+    /// Makes the look-backs compare all axes in shares of full scale if the recordings have no force axis.
     fn choose_distance(&mut self) {
         let axes = &self.recordings.layout().axes;
         let features = &mut self.settings.features;
@@ -520,7 +507,7 @@ impl Project {
             View::One(shown) if shown > at => View::One(shown - 1),
             view => view.within(n_left),
         };
-        // The recordings before the split no longer match.
+        // Otherwise, undoing the split would bring the removed recording back.
         self.split = None;
         Arc::make_mut(&mut self.recordings).remove(at);
     }
@@ -538,23 +525,14 @@ impl Project {
         Ok(())
     }
 
-    /// Takes the rated loads of a calibration for axes without an entered one, so that they are entered only once.
+    /// Takes the rated loads of a calibration for the axes without an entered one, so that the user enters each once.
     fn take_rated_loads(&mut self, calibration: &Calibration) {
-        let axes = self.recordings.layout().axes.clone();
-        let own = &mut self.settings.full_scale;
-        own.resize(axes.len(), None);
-        for (own, axis) in own.iter_mut().zip(&axes) {
-            let at = calibration.axes.iter().position(|other| other == axis);
-            let rated = at.filter(|at| calibration.rated.get(*at) == Some(&true));
-            *own = own.or_else(|| rated.map(|at| calibration.full_scale[at]));
-        }
-        if own.iter().all(Option::is_none) {
-            own.clear();
-        }
+        let axes = &self.recordings.layout().axes;
+        rate(&calibration.rated_loads(), axes, &mut self.settings.full_scale);
     }
 
-    /// Gives the manufacturer's matrix the names of the loaded gauges if it has only their order. A matrix for another
-    /// number of gauges is removed.
+    /// Gives the manufacturer's matrix the names of the loaded gauges if its file has no names. A matrix for other gauges is
+    /// removed.
     fn name_factory_gauges(&mut self) -> Result<(), EditError> {
         let names = &self.recordings.layout().gauge_names;
         let Some(factory) = self.factory.as_mut().filter(|_| !names.is_empty()) else {
@@ -609,8 +587,8 @@ mod tests {
     fn a_recording_without_a_reference_is_always_off() {
         let mut project = Project::default();
         let files = vec![vec![of_file("a", &GAUGES, &[]), of_file("b", &GAUGES, &[])]];
-        let refused = project.add(files, |own| (own.name() == "a").then_some(Role::Train));
-        assert!(refused.is_empty());
+        assert!(project.add(files).is_empty());
+        project.edit(Edit::Role(0, Role::Train)).unwrap();
         assert_eq!(roles(&project), [Role::Off; 2]);
     }
 
@@ -657,7 +635,7 @@ mod tests {
         let mut project = with_files();
         project.edit(Edit::Split(0.25)).unwrap();
         project.edit(Edit::Role(1, Role::Off)).unwrap();
-        let refused = project.add(vec![vec![of_file("later", &GAUGES, &FORCES)]], |_| None);
+        let refused = project.add(vec![vec![of_file("later", &GAUGES, &FORCES)]]);
         assert_eq!(refused, Vec::<String>::new());
         let entries = project.recordings.entries();
         let of = |at: usize| (entries[at].recording.n_samples(), entries[at].role);
@@ -685,7 +663,7 @@ mod tests {
     fn other_gauges_are_refused_and_nothing_is_lost() {
         let mut project = with_files();
         let before = project.clone();
-        let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
+        let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]]);
         assert!(refused[0].contains("other: the gauges are G1"), "{refused:?}");
         assert_eq!(refused.len(), 1);
         assert!(project == before);
@@ -714,7 +692,7 @@ mod tests {
         assert_eq!(project.factory, Some(own));
         project.edit(Edit::CloseAll).unwrap();
         assert!(project.factory.is_some(), "the matrix stays until other recordings are opened");
-        let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]], |_| None);
+        let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]]);
         assert!(refused[0].contains("made for 3 gauges"), "{refused:?}");
         assert!(project.factory.is_none());
         assert_eq!(names(&project), ["a"]);
@@ -769,16 +747,16 @@ mod tests {
             .unwrap()
         };
         let mut project = Project::default();
-        project.add(vec![vec![scaled("a", 1.0)]], |_| None);
+        project.add(vec![vec![scaled("a", 1.0)]]);
         assert_eq!(project.thresholds().f_th, 3.0);
         project.edit(Edit::CloseAll).unwrap();
-        project.add(vec![vec![scaled("small", 0.4)]], |_| None);
+        project.add(vec![vec![scaled("small", 0.4)]]);
         assert_eq!(project.thresholds().f_th, 0.5, "F_th is an eighth of 4 N");
-        project.add(vec![vec![scaled("large", 1000.0)]], |_| None);
+        project.add(vec![vec![scaled("large", 1000.0)]]);
         assert_eq!(project.thresholds().f_th, 2000.0, "F_th is an eighth of 10 kN, rounded up");
         let chosen = Thresholds { f_th: 3.0, t_th_secs: 4.0 };
         project.edit(Edit::Thresholds(chosen)).unwrap();
-        project.add(vec![vec![scaled("more", 0.4)]], |_| None);
+        project.add(vec![vec![scaled("more", 0.4)]]);
         assert_eq!(project.thresholds(), chosen);
     }
 

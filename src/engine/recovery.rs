@@ -1,8 +1,8 @@
-//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. The thread
-//! also runs while the window is hidden and draws nothing.
+//! Autosave: a thread writes unsaved changes every half minute, and a trained calibration at once. The thread also runs while
+//! the window is hidden and draws nothing.
 //!
-//! Each window has its own file and a lock that ends with its process. A file whose lock no process holds is from a
-//! window that crashed.
+//! Each window writes its own file, and holds a lock that ends with its process. If no process holds the lock of a file, the
+//! window that wrote the file has crashed.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -19,7 +19,7 @@ use crate::recording::RecordingSet;
 use crate::same::same_where;
 
 const EVERY: Duration = Duration::from_secs(30);
-/// Beginning of the names of autosaved sessions and their locks.
+/// Beginning of the file names of autosaved sessions and their locks.
 const PREFIX: &str = "autosave-";
 
 /// Autosaved session of a window that crashed.
@@ -42,7 +42,7 @@ pub struct Recovery {
 struct Own {
     session: PathBuf,
     lock: PathBuf,
-    /// Lock that is held until the process ends.
+    /// Open lock file, whose lock ends with the process.
     _held: File,
 }
 
@@ -51,16 +51,16 @@ pub struct Unsaved {
     pub session: Session,
     /// Trained calibration that is written beside the session.
     pub trained: Option<Arc<Calibration>>,
-    /// Recordings of the training.
+    /// Recordings on which the calibration was trained.
     pub of: Arc<RecordingSet>,
 }
 
 same_where!(Unsaved: shared(trained) value(session) besides(of));
 
 impl Unsaved {
-    fn has_same_training(&self, other: &Self) -> bool {
-        let trained = |own: &Self| own.trained.as_ref().map(Arc::as_ptr);
-        trained(self) == trained(other)
+    /// Returns true if `trained` is the trained calibration of this state, or if both are `None`.
+    fn is_training(&self, trained: Option<&Arc<Calibration>>) -> bool {
+        self.trained.as_ref().map(Arc::as_ptr) == trained.map(Arc::as_ptr)
     }
 
     fn write(&self, path: &Path) -> bool {
@@ -77,11 +77,11 @@ struct Desk {
     newest: Unsaved,
     /// True if the user has saved the newest document.
     is_saved: bool,
-    /// State in the file; `None` without file.
+    /// State that the file contains; `None` without a file.
     written: Option<Unsaved>,
-    /// Restored files of other windows, to be removed once their content is written or saved here.
+    /// Restored files of crashed windows. Each is removed when this window has written or saved its content.
     restored: Vec<PathBuf>,
-    /// True if the next write must happen at once.
+    /// True if the newest state is written without waiting for the end of the interval.
     is_urgent: bool,
     ended: bool,
 }
@@ -92,10 +92,10 @@ impl Desk {
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 
-    /// Removes the own file, and restored files of other windows, once everything is saved.
+    /// If the user has saved everything, removes the file of this window and the restored files.
     fn tidy(&mut self, path: Option<&Path>) {
         if self.is_saved {
-            // Restoring the file would go back to an older state.
+            // The file contains an older state than the one that the user saved.
             if let (Some(_), Some(path)) = (self.written.take(), path) {
                 remove_pair(path);
             }
@@ -113,13 +113,13 @@ impl Autosave {
         self.0.1.notify_all();
     }
 
-    /// Returns true if the newest state is on the disk.
+    /// Returns true if the file contains the newest state.
     #[cfg(test)]
     pub fn is_written(&self) -> bool {
         !self.lock().is_due()
     }
 
-    /// Writes a calibration as soon as it is trained, even if the window has not taken it.
+    /// Makes the thread write a calibration as soon as it is trained, even if the window is hidden.
     pub fn take_trained(
         &self,
         recordings: &Arc<RecordingSet>,
@@ -136,7 +136,7 @@ impl Autosave {
         }
     }
 
-    /// Writes changes until the window ends.
+    /// Writes changes to `path` until the window ends, at intervals of at least `every`.
     fn run(&self, path: &Path, every: Duration) {
         let mut last: Option<Instant> = None;
         let mut desk = self.lock();
@@ -160,7 +160,7 @@ impl Autosave {
                         desk.restored.retain(|own| !restored.contains(own));
                         drop_all(restored);
                     }
-                    // A folder that cannot be written is not the user's error. The next turn tries again.
+                    // A failed write is not reported, because the user did not ask for it. It is tried again after the interval.
                     false => {
                         let waited = self.0.1.wait_timeout(desk, every);
                         desk = waited.unwrap_or_else(PoisonError::into_inner).0;
@@ -173,14 +173,14 @@ impl Autosave {
 }
 
 impl Recovery {
-    /// Creates the autosave in `folder`. If the folder cannot be used, nothing is written.
+    /// Starts the autosave in `folder`. If the folder cannot be used, nothing is written.
     pub fn begin(folder: &Path) -> Self {
         Self::begin_every(folder, EVERY)
     }
 
     pub fn begin_every(folder: &Path, every: Duration) -> Self {
         let own = Own::new(folder);
-        // Removes temporary files of a killed window, whose names are not used again.
+        // A killed window leaves temporary files behind.
         clean_up_in(folder);
         let autosave = Autosave::default();
         autosave.lock().is_saved = true;
@@ -197,30 +197,30 @@ impl Recovery {
 
     /// Returns the sessions of crashed windows, oldest first.
     pub fn left(&self) -> Vec<LeftSession> {
-        // Files that are being removed are not listed.
+        // Restored files are about to be removed, so they are not listed.
         let desk = self.autosave.lock();
         let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
         left.retain(|left| !desk.restored.contains(&left.path));
         left
     }
 
-    /// Returns true if the thread has this trained calibration and this saved state.
+    /// Returns true if the thread already has this trained calibration and this value of `is_saved`.
     pub fn has(&self, trained: Option<&Arc<Calibration>>, is_saved: bool) -> bool {
         let desk = self.autosave.lock();
-        desk.is_saved == is_saved
-            && desk.newest.trained.as_ref().map(Arc::as_ptr) == trained.map(Arc::as_ptr)
+        desk.is_saved == is_saved && desk.newest.is_training(trained)
     }
 
-    /// Gives the document to the thread. `is_saved` is true if the user has saved it.
+    /// Passes the newest document to the thread. `is_saved` is true if the user has saved it.
     pub fn keep(&self, newest: Unsaved, is_saved: bool) {
         let mut desk = self.autosave.lock();
-        desk.is_urgent |= newest.trained.is_some() && !newest.has_same_training(&desk.newest);
+        let trained = newest.trained.as_ref();
+        desk.is_urgent |= trained.is_some() && !desk.newest.is_training(trained);
         (desk.newest, desk.is_saved) = (newest, is_saved);
         desk.tidy(self.own.as_ref().map(|own| &*own.session));
         self.autosave.wake();
     }
 
-    /// Removes these restored files of other windows once their content is written or saved here.
+    /// Removes these restored files of crashed windows when this window has written or saved their content.
     pub fn take_over(&self, restored: Vec<PathBuf>) {
         if !restored.is_empty() {
             let mut desk = self.autosave.lock();
@@ -230,7 +230,7 @@ impl Recovery {
         }
     }
 
-    /// Ends the thread and removes the file.
+    /// Ends the thread, and removes the file of this window.
     pub fn end(&mut self) {
         self.stop();
         if let Some(own) = self.own.take() {
@@ -248,7 +248,7 @@ impl Recovery {
     }
 }
 
-/// A window that ends without [`Recovery::end`] leaves its file.
+/// Without [`Recovery::end`], the file stays to be restored.
 impl Drop for Recovery {
     fn drop(&mut self) {
         self.stop();
@@ -258,7 +258,7 @@ impl Drop for Recovery {
 impl Own {
     fn new(folder: &Path) -> Option<Self> {
         fs::create_dir_all(folder).ok()?;
-        // A process may have the same number as one that left its session.
+        // A crashed process may have had the number of this process.
         for number in std::process::id().. {
             let lock = folder.join(format!("{PREFIX}{number}.lock"));
             let session = lock.with_extension("json");
@@ -270,7 +270,7 @@ impl Own {
                 created => created.ok()?,
             };
             held.lock().ok()?;
-            // Another process may have locked and removed the file first.
+            // Another process may have removed the file before it was locked here.
             if lock.exists() {
                 return Some(Self { session, lock, _held: held });
             }
@@ -279,14 +279,14 @@ impl Own {
     }
 }
 
-/// Returns the lock file if no other process holds it. The lock is held until the file is closed.
+/// Locks the file and returns it, unless another process holds the lock.
 fn free(lock: &Path) -> Option<File> {
     let file = File::open(lock).ok()?;
     file.try_lock().ok()?;
     Some(file)
 }
 
-/// Returns the sessions of ended processes, oldest first, and removes locks without session.
+/// Returns the sessions of ended processes, oldest first. Lock files without a session are removed.
 fn left_in(folder: &Path) -> Vec<LeftSession> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();
@@ -321,7 +321,7 @@ fn left_in(folder: &Path) -> Vec<LeftSession> {
     left
 }
 
-/// Removes an autosaved session of another window.
+/// Removes the autosaved session of a crashed window, with its lock file.
 pub fn drop_left(session: &Path) {
     remove_pair(session);
     let _ = fs::remove_file(session.with_extension("lock"));

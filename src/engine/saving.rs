@@ -1,43 +1,37 @@
-//! Content of files, and writing it.
+//! Contents of the files that the window writes.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, Undetermined};
 use crate::engine::project::Project;
-use crate::engine::session::Session;
-use crate::engine::session::write_session;
+use crate::engine::session::{Session, write_session};
 use crate::export::{
     FileFormat, TARGETS, TRACE_FORMATS, Together, WriteError, caution, write_atomically,
     write_calibration, write_traces,
 };
 use crate::progress::Progress;
-use crate::questions::metrology::Metrology;
-use crate::questions::metrology::figure_records;
 use crate::questions::page::{ReportRequest, report, write_report};
-use crate::questions::thresholds::{MAP_FORMATS, map_format};
-use crate::questions::thresholds::{Measure, ThresholdMap};
+use crate::questions::thresholds::{MAP_FORMATS, Measure, ThresholdMap, map_format};
 use crate::questions::{OnScreen, Request, handed_over};
 use crate::report::Table;
 
-/// Content of a file. If there are several formats, the ending of the file name selects one.
+/// Content of a file to be written. If there are several formats, the file name ending selects one.
 #[derive(Clone, Debug)]
 pub enum FileContent {
-    /// Calibration, with the request of the fit if it was fitted here.
+    /// Calibration, with the request of its fit unless it was read from a file.
     Calibration(Arc<Calibration>, Option<Box<Request>>),
-    /// Report on a request, with the notes.
+    /// HTML report.
     Report(Box<ReportRequest>),
-    /// Loads and errors over time.
+    /// Table of loads and errors over time.
     Traces(Box<OnScreen>),
-    /// The list of models as CSV.
-    Models(Box<Table>),
-    /// The metrology table as CSV.
-    Metrology(Arc<Metrology>),
-    /// Map of thresholds with its curves.
+    /// Table as CSV, with the file name that a dialog suggests.
+    Table(&'static str, Box<Table>),
+    /// Map of the errors over both thresholds, and the error that its curves show.
     Thresholds(Arc<ThresholdMap>, Measure),
-    /// Session, with its document, and the trained calibration beside it.
+    /// Session, the document from which it was made, and the trained calibration to be written beside it.
     Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
-    /// Complete file, such as a figure.
+    /// Bytes of the file, such as those of a figure.
     Bytes(Arc<[u8]>),
 }
 
@@ -50,7 +44,7 @@ pub enum Existing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
     IsThere,
-    /// The fit is undetermined. The second value is the treatment of an existing file.
+    /// The recordings do not determine the calibration. The second value says what to do with an existing file.
     Undetermined(Undetermined, Existing),
 }
 
@@ -61,8 +55,7 @@ impl FileContent {
             Self::Calibration(..) => "calibration.json",
             Self::Report(..) => "report.html",
             Self::Traces(_) => "traces.csv",
-            Self::Models(_) => "models.csv",
-            Self::Metrology(_) => "metrology.csv",
+            Self::Table(name, _) => name,
             Self::Thresholds(..) => "thresholds.csv",
             Self::Session(..) => "session.json",
             Self::Bytes(bytes) if bytes.starts_with(b"\x89PNG") => "picture.png",
@@ -70,7 +63,7 @@ impl FileContent {
         }
     }
 
-    /// Returns the formats with their endings; empty if there is no choice.
+    /// Returns the names of the possible formats with their file name endings; empty if there is only one format.
     pub fn formats(&self) -> Vec<(&'static str, Vec<&'static str>)> {
         fn named<W>(all: &[FileFormat<W>]) -> Vec<(&'static str, Vec<&'static str>)> {
             all.iter().map(|own| (own.name, vec![own.ending])).collect()
@@ -86,7 +79,7 @@ impl FileContent {
         }
     }
 
-    /// Returns a description of the parts of the loads that this format leaves out.
+    /// Returns a warning if this format cannot hold a part of the calibration.
     pub fn caution(&self, path: &Path) -> Option<String> {
         match self {
             Self::Calibration(calibration, _) => caution(calibration, path),
@@ -94,12 +87,12 @@ impl FileContent {
         }
     }
 
-    /// Returns true if writing takes long enough to be shown and cancelled.
+    /// Returns true if writing can take seconds, so that the user sees it and can cancel it.
     pub fn takes_long(&self) -> bool {
         matches!(self, Self::Report(..) | Self::Traces(_))
     }
 
-    /// Returns the files that are written together under this name.
+    /// Returns the files that are written for this file name.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self {
             Self::Thresholds(..) => (map_format(path).write.files)(path),
@@ -110,7 +103,7 @@ impl FileContent {
     /// Writes the file completely or not at all.
     ///
     /// # Errors
-    /// The reason as a sentence.
+    /// The reason in words.
     pub fn write(&self, path: &Path, progress: &Progress) -> Result<(), String> {
         let mut files = Together::default();
         let written: Result<(), WriteError> = match self {
@@ -129,13 +122,9 @@ impl FileContent {
             Self::Thresholds(map, measure) => {
                 (map_format(path).write.write)(map, *measure, path, &mut files)
             }
-            Self::Models(table) => write_atomically(path, |out| table.write_csv(out)),
-            Self::Metrology(table) => {
-                write_atomically(path, |out| figure_records(table).write_csv(out))
-            }
+            Self::Table(_, table) => write_atomically(path, |out| table.write_csv(out)),
             Self::Session(session, project, trained) => {
-                let trained = trained.as_deref();
-                write_session(&session.with_hashes(), trained, &project.recordings, path)
+                write_session(&session.with_hashes(), trained.as_deref(), &project.recordings, path)
             }
             Self::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),
         };

@@ -1,4 +1,4 @@
-//! Background tasks that run once: reading and writing files, and changing recordings.
+//! Background work that runs once: reading and writing files, and changing recordings.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::questions::Model;
-use crate::questions::question::{Answered, Query, Work};
+use crate::questions::question::{Answered, Query, Unanswered, Work};
 use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
@@ -25,7 +25,7 @@ use crate::shown::file_name;
 #[derive(Clone)]
 pub struct Task {
     title: String,
-    /// True if the task is shown and can be cancelled.
+    /// True if the status line shows the task, so that the user can cancel it.
     pub is_seen: bool,
     run: Arc<Run>,
 }
@@ -35,25 +35,22 @@ type Run = dyn Fn(&Progress) -> Answered<Task> + Send + Sync;
 #[derive(Debug)]
 pub enum Done {
     Opened(Vec<OpenedFile>),
-    /// Recordings before and after a change (tared, or without faulty samples), with warnings.
-    Changed(Arc<RecordingSet>, Result<RecordingSet, String>, Vec<String>),
-    /// Recordings to be replaced, and the built-in recordings.
+    /// Recordings before and after taring or removing faulty samples, with warnings.
+    Changed(Arc<RecordingSet>, RecordingSet, Vec<String>),
+    /// Recordings to be replaced, and the recordings of the built-in sensor that replace them.
     Simulated(Arc<RecordingSet>, RecordingSet),
-    /// Written file, or the reason why it could not be written.
-    Written(FileContent, PathBuf, Result<(), String>),
-    /// File that already exists; the user is asked whether to replace it.
+    Written(FileContent, PathBuf),
+    /// Content that was not written, because a file with this name exists.
     IsThere(FileContent, PathBuf),
-    Map(Result<Box<ColumnMap>, String>),
-    Weight(PathBuf, Result<Box<WeightEstimate>, String>),
-    Restored(PathBuf, Result<Box<OpenedSession>, String>),
-    /// Missing files of the session that were found at this place, each with its entry in the session.
+    Map(Box<ColumnMap>),
+    Weight(PathBuf, Box<WeightEstimate>),
+    Restored(PathBuf, Box<OpenedSession>),
+    /// Path that was searched for missing files of the session, and the entries of the found files with their contents.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
-    /// Trained calibration of the session with its recordings, or the reason why they do not match.
+    /// Trained calibration of the session, the loaded recordings, and the reason if it was not trained on them.
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
-    /// Model of these recordings to be listed.
-    Kept(Arc<RecordingSet>, Box<Model>),
-    /// Model of the present settings, for these recordings.
-    Present(Arc<RecordingSet>, Box<Model>),
+    /// Recordings, a model that was fitted to them, and true if the user asked to keep the model.
+    Listed(Arc<RecordingSet>, Box<Model>, bool),
 }
 
 impl Task {
@@ -64,7 +61,7 @@ impl Task {
         Self { title: title.into(), is_seen: true, run: Arc::new(run) }
     }
 
-    /// Reads files, each by its map or by a remembered map of similar files.
+    /// Reads files, each by its column map, or by a remembered map of similar files if its column names are not sufficient.
     pub fn open(files: Vec<(PathBuf, Option<ColumnMap>)>, remembered: Vec<ColumnMap>) -> Self {
         let title = match &files[..] {
             [(one, _)] => format!("Reading {}", file_name(one)),
@@ -73,22 +70,22 @@ impl Task {
         Self::new(title, move |progress| Ok(Done::Opened(open_all(&files, &remembered, progress))))
     }
 
-    pub fn tare(recordings: Arc<RecordingSet>, which: Vec<usize>, tare: Tare) -> Self {
+    /// Tares the recordings that have the same names and files as those in `which`.
+    pub fn tare(recordings: Arc<RecordingSet>, which: Vec<Arc<Recording>>, tare: Tare) -> Self {
         Self::new("Taring", move |_| {
-            let mut warnings = Vec::new();
-            let tared = tared(&recordings, &which, tare, &mut warnings);
+            let (tared, warnings) = tared(&recordings, &which, tare)?;
             Ok(Done::Changed(Arc::clone(&recordings), tared, warnings))
         })
     }
 
     pub fn leave_out(recordings: Arc<RecordingSet>, range: ValidRange) -> Self {
         Self::new("Leaving out faulty samples", move |_| {
-            let rest = left_out(&recordings, &range);
-            Ok(Done::Changed(Arc::clone(&recordings), rest, Vec::new()))
+            let others = left_out(&recordings, &range).map_err(Unanswered::Because)?;
+            Ok(Done::Changed(Arc::clone(&recordings), others, Vec::new()))
         })
     }
 
-    /// Simulates the built-in recordings, which replace these.
+    /// Simulates the recordings of the built-in sensor, which take the place of `replaced`.
     pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
             let made = match late {
@@ -100,7 +97,7 @@ impl Task {
         })
     }
 
-    /// Writes a file, which must not be one of `inputs`. A short write is not cancelled, so that no file is incomplete.
+    /// Writes a file, unless it is one of `inputs`, the files of the recordings.
     pub fn write(
         content: FileContent,
         path: PathBuf,
@@ -111,43 +108,41 @@ impl Task {
         let write = Self::new(title, move |progress| {
             let (content, path) = (content.clone(), path.clone());
             let replaces = existing == Existing::Replace;
-            let written = match check_targets(&inputs, &content.files(&path), replaces) {
+            match check_targets(&inputs, &content.files(&path), replaces) {
                 Err(TargetError::Exists { .. }) => return Ok(Done::IsThere(content, path)),
-                Err(error) => Err(error.text(Face::Window)),
-                Ok(()) => content.write(&path, progress),
-            };
-            Ok(Done::Written(content, path, written))
+                checked => checked.map_err(because)?,
+            }
+            content.write(&path, progress).map_err(Unanswered::Because)?;
+            Ok(Done::Written(content, path))
         });
         Self { is_seen, ..write }
     }
 
     pub fn read_map(path: PathBuf) -> Self {
         Self::new("Reading a column map", move |_| {
-            let read = ColumnMap::read(&path).map(Box::new);
-            Ok(Done::Map(read.map_err(|error| error.text(Face::Window))))
+            Ok(Done::Map(Box::new(ColumnMap::read(&path).map_err(because)?)))
         })
     }
 
-    /// Estimates the weight from a file read by this map.
+    /// Estimates the weight that the sensor carries from a file with this column map.
     pub fn find_weight(path: PathBuf, map: ColumnMap) -> Self {
-        Self::new("Finding the weight", move |progress| {
-            let found = import::estimate_weight(&path, &map, progress).map(Box::new);
-            let found = found.map_err(|error| error.text(Face::Window));
-            Ok(Done::Weight(path.clone(), found))
+        Self::new("Estimating the weight", move |progress| {
+            let found = import::estimate_weight(&path, &map, progress).map_err(because)?;
+            Ok(Done::Weight(path.clone(), Box::new(found)))
         })
     }
 
     pub fn restore(path: PathBuf) -> Self {
-        Self::new("Restoring", move |progress| {
-            let opened = OpenedSession::read(&path, progress).map(Box::new);
+        Self::new("Restoring an autosaved session", move |progress| {
+            let opened = OpenedSession::read(&path, progress).map_err(Unanswered::Because);
             progress.check()?;
-            Ok(Done::Restored(path.clone(), opened))
+            Ok(Done::Restored(path.clone(), Box::new(opened?)))
         })
     }
 
-    /// Finds and reads missing files of the session. `place` is one of them or their folder; `others` are already open.
+    /// Finds and reads missing files of the session. `place` is one of them or their folder. The files in `others` are open.
     pub fn locate(lost: Vec<SessionFile>, place: PathBuf, others: Vec<PathBuf>) -> Self {
-        Self::new("Finding the session's files", move |progress| {
+        Self::new("Searching missing files", move |progress| {
             let found = find(&lost, &place, &others).into_iter();
             let found = found.map(|(at, path)| {
                 let part = SessionPart::at(&lost[at], path, progress);
@@ -166,33 +161,23 @@ impl Task {
         })
     }
 
-    /// Measures the cost of a calibration of these recordings, to list it with these settings.
-    pub fn keep(
+    /// Measures the computing time of a calibration of these recordings, to add it to the list of models. `is_asked` is true
+    /// if the user asked to keep it. Otherwise the status line does not show the task.
+    pub fn list(
         recordings: Arc<RecordingSet>,
         settings: FitSettings,
         calibration: Arc<Calibration>,
+        is_asked: bool,
     ) -> Self {
-        Self::new("Keeping the model", move |_| {
+        let task = Self::new("Adding the model to the list", move |_| {
             let model = Model::fitted(settings.clone(), &calibration, &recordings);
-            Ok(Done::Kept(Arc::clone(&recordings), Box::new(model)))
-        })
-    }
-
-    /// Measures the cost of the calibration with the present settings, to list it. The task is not shown.
-    pub fn list_present(
-        recordings: Arc<RecordingSet>,
-        settings: FitSettings,
-        calibration: Arc<Calibration>,
-    ) -> Self {
-        let task = Self::new("Adding the present settings to the list", move |_| {
-            let model = Model::fitted(settings.clone(), &calibration, &recordings);
-            Ok(Done::Present(Arc::clone(&recordings), Box::new(model)))
+            Ok(Done::Listed(Arc::clone(&recordings), Box::new(model), is_asked))
         });
-        Self { is_seen: false, ..task }
+        Self { is_seen: is_asked, ..task }
     }
 }
 
-/// Two tasks are never equal, so each runs once.
+/// Tasks are never equal, so that each runs.
 impl PartialEq for Task {
     fn eq(&self, _: &Self) -> bool {
         false
@@ -212,27 +197,28 @@ impl Query for Task {
     }
 }
 
-/// Returns the recordings with some of them tared; all or none. Adds a warning for each that is tared under load.
-fn tared(
-    recordings: &RecordingSet,
-    which: &[usize],
-    tare: Tare,
-    warnings: &mut Vec<String>,
-) -> Result<RecordingSet, String> {
-    let mut set = recordings.clone();
-    for at in which {
-        let Some(entry) = recordings.entries().get(*at) else {
-            continue;
-        };
-        let tared = Recording::clone(&entry.recording).tared(tare);
-        let (tared, place) = tared.map_err(|why| why.text(Face::Window))?;
-        warnings.extend(tared.loaded_while_tared(place).map(|found| found.text(Face::Window)));
-        set.replace(*at, tared);
-    }
-    Ok(set)
+fn because(error: impl Advice) -> Unanswered {
+    Unanswered::Because(error.text(Face::Window))
 }
 
-/// Returns the recordings without faulty samples. A recording without remaining samples is removed.
+/// Returns the recordings with those in `which` tared, and a warning for each that carries a load during its tare.
+fn tared(
+    recordings: &RecordingSet,
+    which: &[Arc<Recording>],
+    tare: Tare,
+) -> Result<(RecordingSet, Vec<String>), Unanswered> {
+    let (mut set, mut warnings) = (recordings.clone(), Vec::new());
+    for (at, Entry { recording: own, .. }) in recordings.entries().iter().enumerate() {
+        if which.iter().any(|meant| meant.name() == own.name() && meant.source() == own.source()) {
+            let (tared, place) = Recording::clone(own).tared(tare).map_err(because)?;
+            warnings.extend(tared.loaded_while_tared(place).map(|found| found.text(Face::Window)));
+            set.replace(at, tared);
+        }
+    }
+    Ok((set, warnings))
+}
+
+/// Returns the recordings without faulty samples. A recording of only faulty samples is removed.
 fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, String> {
     let mut set = RecordingSet::default();
     let all: Vec<&Recording> = recordings.entries().iter().map(|entry| &*entry.recording).collect();
@@ -243,7 +229,10 @@ fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSe
         }
     }
     match set.entries().is_empty() {
-        true => Err("all samples look faulty, so none can be used".to_owned()),
+        true => Err(
+            "all samples look faulty, so none is left; check the gauge range and the rated loads"
+                .to_owned(),
+        ),
         false => Ok(set),
     }
 }

@@ -8,19 +8,16 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::calibration::{Calibration, FitSettings, Regressor};
-use crate::engine::engine::MAX_NOTICES;
-use crate::engine::engine::{Action, Engine, Leaving};
+use crate::engine::engine::{Action, Engine, Leaving, MAX_NOTICES};
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::ImportCommand;
 use crate::engine::models::{ModelChange, Row};
 use crate::engine::notice::{Level, Notice};
-use crate::engine::project::SessionFile;
-use crate::engine::project::{Edit, Project};
+use crate::engine::project::{Edit, FromFile, Project, SessionFile};
+use crate::engine::query::Background as _;
 use crate::engine::recovery::LeftSession;
 use crate::engine::saving::{Doubt, Existing, FileContent};
-use crate::engine::session::OpenedSession;
-use crate::engine::session::Session;
-use crate::engine::session::SessionPart;
+use crate::engine::session::{OpenedSession, Session, SessionPart};
 use crate::engine::task::Done;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
@@ -31,6 +28,7 @@ use crate::progress::Progress;
 use crate::questions::Mark;
 use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Question, TableOf};
+use crate::questions::models::asked::Train;
 use crate::questions::question::Query;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
@@ -73,7 +71,7 @@ pub(super) fn of_file(name: &str, gauges: &[&str], axes: &[Axis]) -> Recording {
 
 #[track_caller]
 pub(super) fn add(project: &mut Project, name: &str, gauges: &[&str], axes: &[Axis]) {
-    let refused = project.add(vec![vec![of_file(name, gauges, axes)]], |_| None);
+    let refused = project.add(vec![vec![of_file(name, gauges, axes)]]);
     assert!(refused.is_empty(), "{refused:?}");
 }
 
@@ -156,7 +154,7 @@ fn read(recording: Recording) -> OpenedFile {
         panic!("not of a file");
     };
     let loaded = Loaded { recordings: vec![recording], ..Loaded::default() };
-    (path, Ok(Opened::Recordings(loaded, None)))
+    (path, Ok(Opened::Recordings(loaded)))
 }
 
 fn open(engine: &mut Engine, names: &[&str]) {
@@ -165,8 +163,9 @@ fn open(engine: &mut Engine, names: &[&str]) {
 }
 
 fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
-    let calibration = Opened::Calibration(Arc::clone(calibration), Vec::new());
-    finish(engine, Done::Opened(vec![("c.json".into(), Ok(calibration))]));
+    let own = FromFile { path: "c.json".into(), calibration: Arc::clone(calibration) };
+    let opened = Opened::Calibration(Edit::Apply(Some(own)), Vec::new());
+    finish(engine, Done::Opened(vec![("c.json".into(), Ok(opened))]));
 }
 
 /// Returns the training recordings `a` and `b` and the test recording `test`, not analysed yet.
@@ -244,7 +243,7 @@ fn other_settings_ask_for_one_analysis_and_the_same_for_none() {
     let settings = engine.project().settings.clone();
     edit(&mut engine, Edit::Settings(settings));
     assert!(engine.is_current() && !engine.is_busy());
-    assert!(!engine.history().can_undo());
+    assert!(!engine.history.can_undo());
     let other = with_f_th(&engine, 1.5);
     edit(&mut engine, other);
     assert!(!engine.is_current());
@@ -398,7 +397,7 @@ fn warnings_of_a_file_become_notices() {
         warnings: vec![warning],
         ..Loaded::default()
     };
-    let opened = Ok(Opened::Recordings(loaded, None));
+    let opened = Ok(Opened::Recordings(loaded));
     finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
     last_notice(&engine, Level::Warning, "a.csv");
 }
@@ -674,18 +673,15 @@ fn parts_that_a_format_leaves_out_are_reported() {
 #[test]
 fn the_end_of_writing_is_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let content = || FileContent::Bytes(Arc::from(*b"x"));
     let mut engine = engine();
-    let save = |path: &str| Action::Save(content(), folder.path().join(path), Existing::Ask);
+    let content = FileContent::Bytes(Arc::from(*b"x"));
+    let save = |path: &str| Action::Save(content.clone(), folder.path().join(path), Existing::Ask);
     engine.act(save("c.png"));
     settle(&mut engine);
     last_notice(&engine, Level::Info, "c.png");
     engine.act(save("nowhere/c.png"));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "nowhere");
-    let failed = Err("disk full".to_owned());
-    finish(&mut engine, Done::Written(content(), "c.png".into(), failed));
-    last_notice(&engine, Level::Error, "disk full");
 }
 
 #[test]
@@ -799,7 +795,7 @@ fn a_gesture_is_one_step_also_where_files_are_opened_meanwhile() {
     assert_eq!(f_th(&engine), 2.0);
     engine.act(Action::Undo);
     assert_eq!(f_th(&engine), first);
-    assert!(!engine.history().can_undo());
+    assert!(!engine.history.can_undo());
     engine.act(Action::Redo);
     engine.act(Action::Redo);
     assert_eq!(names(engine.project()).len(), 4);
@@ -823,7 +819,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
     open(&mut engine, &["c"]);
-    finish(&mut engine, Done::Changed(untared, Ok(tared), Vec::new()));
+    finish(&mut engine, Done::Changed(untared, tared, Vec::new()));
     assert_eq!(tares(&engine), [None; 4]);
     last_notice(&engine, Level::Warning, "Repeat the action");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
@@ -896,7 +892,7 @@ fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
 
 #[test]
 fn waiting_files_are_imported_one_after_another() {
-    let wants = |path: &str| (path.into(), Ok(Opened::WantsMap("no names".to_owned())));
+    let wants = |path: &str| (path.into(), Ok(Opened::WantsMap));
     let mut engine = engine();
     let files = ["x", "y", "z"].map(wants).to_vec();
     finish(&mut engine, Done::Opened(files));
@@ -919,7 +915,7 @@ fn a_cancelled_queue_of_imports_names_some_files_and_counts_the_rest() {
     let before = engine.project().recordings.clone();
     let wants = |at| {
         let path = format!("/data/{at}.dat").into();
-        (path, Ok(Opened::WantsMap("no names".to_owned())))
+        (path, Ok(Opened::WantsMap))
     };
     finish(&mut engine, Done::Opened((0..40).map(wants).collect()));
     engine.act(Action::Import(ImportCommand::CancelAll));
@@ -939,12 +935,12 @@ fn network(epochs: usize) -> FitSettings {
 fn a_training_is_shown_only_for_its_recordings_and_settings() {
     let mut engine = engine_with_files();
     engine.act(Action::Train);
-    assert!(engine.training().is_none(), "a linear fit needs no training");
+    assert!(engine.lane::<Train>().running().is_none(), "a linear fit needs no training");
     edit(&mut engine, Edit::Settings(network(3)));
     assert!(analysed(&mut engine).calibration.learned.is_none());
     engine.act(Action::Train);
     settle(&mut engine);
-    assert_eq!(engine.trained().unwrap().epochs.len(), 3);
+    assert_eq!(engine.lane::<Train>().answer().unwrap().epochs.len(), 3);
     let trained = Arc::clone(engine.fitting().expect("it was trained"));
     let analysis = analysed(&mut engine);
     assert_eq!(analysis.calibration.learned, trained.learned);
@@ -972,10 +968,10 @@ fn a_network_that_is_stopped_keeps_its_best_and_the_one_before_stays_until_then(
     edit(&mut engine, Edit::Settings(network(100_000)));
     engine.act(Action::Train);
     settle_until(&mut engine, "epochs", |engine| {
-        let trained = engine.trained().filter(|own| own.calibration.is_none());
+        let trained = engine.lane::<Train>().answer().filter(|own| own.calibration.is_none());
         trained.is_some_and(|own| !own.epochs.is_empty())
     });
-    assert!(engine.training().is_some());
+    assert!(engine.lane::<Train>().running().is_some());
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(engine.fitting().unwrap(), &first));
     engine.act(Action::Redo);
@@ -1006,7 +1002,7 @@ fn numbers_of_a_block_that_were_chosen_are_a_step() {
     let chosen = engine.lane::<ChooseBlock>().answer().expect("a choice").clone();
     let features = &engine.project().settings.features;
     assert_eq!(features.blocks.of(&Creep), chosen.values);
-    if engine.history().can_undo() {
+    if engine.history.can_undo() {
         engine.act(Action::Undo);
     }
     assert_eq!(engine.project().settings, before);
@@ -1247,7 +1243,7 @@ fn a_session_opened_over_unsaved_changes_waits_for_an_answer() {
     assert_eq!(engine.project().notes, "t.json");
     save_session(&mut engine, &folder.path().join("t.json"));
     assert_eq!(engine.project().notes, "u.json", "the other session opens after saving");
-    assert!(!engine.history().can_undo(), "a new session has no undo");
+    assert!(!engine.history.can_undo(), "a new session has no undo");
 }
 
 #[test]
@@ -1591,12 +1587,12 @@ fn a_trained_calibration_of_other_recordings_is_not_used_and_the_reason_is_repor
     check("it has other gauges or axes");
     fs::write(at("s.trained.json"), &beside).unwrap();
     fs::write(at("s.json"), session.replace("\"train\"", "\"off\"")).unwrap();
-    check("a or its role has changed since");
+    check("recording a or its role has changed");
     fs::write(at("s.json"), &session).unwrap();
     let (first, last) = data.trim_end().rsplit_once('\n').unwrap();
     let cells = last.rsplit_once(',').unwrap().0;
     fs::write(at("b.csv"), format!("{first}\n{cells},0.125\n")).unwrap();
-    check("b or its role has changed since");
+    check("recording b or its role has changed");
 }
 
 /// A trained calibration that cannot be checked yet stays beside the session, until its recordings are found.

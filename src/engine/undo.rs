@@ -1,4 +1,4 @@
-//! Undo and redo of edits of the document.
+//! Undo and redo.
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
@@ -7,21 +7,21 @@ use crate::engine::project::Project;
 use crate::recording::Recording;
 
 const MAX_STEPS: usize = 100;
-/// Maximum count of numbers (2 GB) in recordings that only earlier steps use. Beyond it the oldest steps are removed,
-/// but never the newest.
+/// Maximum count of numbers (8 bytes each, so 2 GB) in recordings that only undo steps use. If there are more, the oldest
+/// steps are removed, but never the newest.
 const MAX_NUMBERS: usize = 1 << 28;
 
-/// Documents before and after the present one.
+/// Documents before and after the present one, for undo and redo.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     before: VecDeque<Project>,
-    /// Redo steps; the last one is the next.
+    /// Documents for redo. The last one is the next to be restored.
     after: Vec<Project>,
     gesture: Option<u64>,
 }
 
 impl History {
-    /// Adds the document before an edit. Edits of one gesture, such as a drag of a slider, are one step. Opening the
+    /// Adds the document before an edit. The edits of one gesture, such as a drag of a slider, are one step. Opening the
     /// first recordings is no step.
     pub fn step(&mut self, before: Project, now: &Project, gesture: Option<u64>) {
         if before == *now {
@@ -47,7 +47,7 @@ impl History {
         }
     }
 
-    /// Returns the count of numbers in recordings that only earlier steps use.
+    /// Returns the count of numbers in recordings that only undo steps use.
     fn numbers_beside(&self, now: &Project) -> usize {
         let recordings = |project: &Project| -> Vec<Arc<Recording>> {
             let whole = project.split.iter().map(|split| &split.whole);
@@ -386,7 +386,7 @@ mod tests {
         assert!(!history.can_undo());
         assert_eq!(project.notes, "4");
         let before = project.clone();
-        let refused = project.add(vec![vec![of_file("a", &["G1"], &[Axis::Fz])]], |_| None);
+        let refused = project.add(vec![vec![of_file("a", &["G1"], &[Axis::Fz])]]);
         assert!(refused.is_empty());
         history.step(before, &project, None);
         assert!(history.can_undo(), "replacing the built-in sensor is a step");

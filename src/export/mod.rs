@@ -34,7 +34,7 @@ pub use sources::with_sources;
 pub use target::Export;
 pub(crate) use target::Outline;
 pub use targets::{TARGETS, name_gauges, target_for};
-pub(crate) use targets::{listed_targets, names_gauges, target_endings};
+pub(crate) use targets::{known_target, listed_targets, names_gauges, target_endings};
 pub(crate) use template::filled_markup;
 pub use traces::Interval;
 pub(crate) use traces::{LiveSample, LoadRows, TRACE_FORMATS, write_loads_csv, write_traces};

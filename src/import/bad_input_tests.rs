@@ -156,7 +156,8 @@ fn archives_and_binary_files_are_named() {
 fn a_wrong_delimiter_shows_in_the_number_of_columns() {
     let file = TestFile::new("t;S1;Fx\n0;1;2\n1;2;3\n");
     let layout = TextLayout { header: true, ..TextLayout::default() };
-    let inspection = inspect(&file.path, Known::Layout(&layout), &Progress::default()).unwrap();
+    let inspection =
+        inspect(&file.path, Known::Layout(layout.clone()), &Progress::default()).unwrap();
     let messages = inspection.check.error.unwrap();
     assert!(messages.contains("run.csv, line 1: no time column among t;S1;Fx"), "{messages}");
     let known = inspect(&file.path, Known::Nothing, &Progress::default()).unwrap();

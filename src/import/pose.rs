@@ -144,6 +144,33 @@ pub struct WeightEstimate {
     pub n_samples: usize,
 }
 
+impl WeightEstimate {
+    /// Returns the estimate in words, one sentence for each quantity.
+    pub fn sentences(&self) -> Vec<String> {
+        let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
+        let mut all = vec![
+            format!("mass: {:.6} kg, from {} samples", self.mass_kg, self.n_samples),
+            match self.centre_m {
+                Some(centre) => format!("centre of mass: {} m", list(centre)),
+                None => "centre of mass: not found; this needs Mx, My and Mz, and a sensor that is turned about two axes"
+                    .to_owned(),
+            },
+            format!(
+                "offset of the reference force: {} N, residual {:.6} N RMS",
+                list(self.force_offset),
+                self.force_rms
+            ),
+        ];
+        if let (Some(offset), Some(rms)) = (self.moment_offset, self.moment_rms) {
+            let offset = list(offset);
+            all.push(format!(
+                "offset of the reference moment: {offset} N·m, residual {rms:.6} N·m RMS"
+            ));
+        }
+        all
+    }
+}
+
 /// Estimates the weight by least squares: forces are `m Rᵀg` plus an offset, moments `m c × Rᵀg` plus an offset, one per
 /// rotation. `None` if gravity never turned in the sensor's frame, since weight and offset are then the same.
 pub fn estimate_weight(

@@ -1,5 +1,8 @@
 //! Questions about recordings. Each has a folder with its numbers, the question (`query.rs`), and its tables and figures
 //! (`shown.rs`). Code that several questions share lies beside the folders.
+//!
+//! A new question is a folder with one `mod` line here. Its pane is a file with a line in `ui/mod.rs` and in `ui/panes.rs`, and
+//! its job is a file with two lines in `cli.rs`. The engine needs no line.
 
 mod auxiliary_inputs;
 pub mod check;

@@ -38,6 +38,9 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     /// failure. `None` for questions of a pane, which shows the reason itself.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
+    /// True if the question is about the newest analysis. The answer is then removed when there is no analysis any more.
+    const ON_ANALYSIS: bool = false;
+
     fn title(&self) -> String;
 
     /// Returns true if an answer to the other question may stay on screen until this one is answered.

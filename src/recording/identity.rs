@@ -187,15 +187,14 @@ impl SensorFile {
         let identity: Identity = toml::Value::Table(table).try_into().map_err(in_words)?;
         Ok(Self { identity, rated_loads: rated })
     }
+}
 
-    /// Sets the full scale of each axis without an entered full scale to the rated load.
-    pub fn rate(&self, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
-        if self.rated_loads.is_empty() {
-            return;
-        }
+/// Sets the full scale of each axis without an entered full scale to its rated load, if there is one.
+pub fn rate(rated_loads: &BTreeMap<Axis, f64>, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
+    if axes.iter().any(|axis| rated_loads.contains_key(axis)) {
         full_scale.resize(axes.len(), None);
         for (own, axis) in full_scale.iter_mut().zip(axes) {
-            *own = own.or(self.rated_loads.get(axis).copied());
+            *own = own.or(rated_loads.get(axis).copied());
         }
     }
 }
@@ -217,7 +216,7 @@ mod tests {
             [("serial", "4711"), ("date", "2026-03-31"), ("temperature", "(23 ± 1) °C")]
         );
         let mut full_scale = vec![None, Some(7.0)];
-        read.rate(&[Axis::Fz, Axis::Mx, Axis::My], &mut full_scale);
+        rate(&read.rated_loads, &[Axis::Fz, Axis::Mx, Axis::My], &mut full_scale);
         assert_eq!(full_scale, [Some(200.0), Some(7.0), None]);
         let json = serde_json::to_string(&read.identity).unwrap();
         assert_eq!(serde_json::from_str::<Identity>(&json).unwrap(), read.identity);

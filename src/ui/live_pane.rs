@@ -28,7 +28,7 @@ pub struct View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        let Some(path) = cx.engine.followed_file() else {
+        let Some(follow) = cx.engine.following.asked() else {
             ui.weak("No file is followed. Enter the path of a log that is being written, or choose File > Follow a growing file…");
             ui.horizontal(|ui| {
                 let path = egui::TextEdit::singleline(&mut self.path);
@@ -43,8 +43,8 @@ impl PaneView for View {
             });
             return;
         };
-        let name = path.display().to_string();
-        let followed = cx.engine.followed().cloned().unwrap_or_default();
+        let name = follow.path.display().to_string();
+        let followed = cx.engine.following.answer().cloned().unwrap_or_default();
         self.axis = self.axis.min(followed.axes.len().saturating_sub(1));
         ui.horizontal_wrapped(|ui| {
             if ui.press("Stop", "Stops following the file") {
@@ -61,7 +61,7 @@ impl PaneView for View {
             ui.label(words(&followed, self.axis));
             ui.weak(name);
         });
-        if let Some(problem) = cx.engine.following_problem() {
+        if let Some(problem) = cx.engine.following.problem() {
             ui.fail(problem);
         }
         for note in &followed.notes {

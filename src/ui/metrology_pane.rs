@@ -1,14 +1,12 @@
 //! Pane of metrology figures with their definitions, uncompensated beside compensated for every axis.
 
-use std::sync::Arc;
-
 use crate::engine::query::Lane;
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
 use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
 use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{Metrology, MetrologySettings};
-use crate::questions::metrology::{crosstalk, overview};
+use crate::questions::metrology::{crosstalk, figure_records, overview};
 use crate::recording::Axis;
 use crate::report::Shown;
 use crate::report::Table;
@@ -97,7 +95,7 @@ impl MetrologyPane {
                 let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
                 texts.join("\n\n")
             };
-            let content = || Some(FileContent::Metrology(Arc::clone(table?)));
+            let content = || Some(FileContent::Table("metrology.csv", Box::new(figure_records(table?))));
             saving.show(ui, text, content, out);
         });
         ui.separator();

@@ -76,7 +76,7 @@ impl PaneView for View {
                 holds: "Every row in the present order, with training, test and cross-validated errors",
                 enabled: !engine.models.rows.is_empty(),
             };
-            let content = || Some(FileContent::Models(Box::new(whole())));
+            let content = || Some(FileContent::Table("models.csv", Box::new(whole())));
             saving.show(ui, || whole().tab_separated(), content, out);
         });
         ui.separator();

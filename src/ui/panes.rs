@@ -1,4 +1,4 @@
-//! List of all panes, in the order of the menus. A new pane is one file and one line here.
+//! List of all panes, in the order of the menus. A new pane is one file with a `mod` line in `ui/mod.rs`, and one line here.
 
 use crate::ui::command::Pane;
 use crate::ui::pane::PaneView;

@@ -7,8 +7,10 @@ use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
     Learner, RIDGE, Regressor, RidgeChoice, SEED,
 };
+use crate::engine::query::Background as _;
 use crate::engine::{Action, Engine};
 use crate::features::Setting;
+use crate::questions::models::asked::Train;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{TrainingStep, cross_validation_cost};
 use crate::ui::choice::choice;
@@ -108,11 +110,11 @@ fn training(
     learner: Learner,
     out: &mut Vec<Command>,
 ) {
-    let trained = engine.trained();
+    let trained = engine.lane::<Train>().answer();
     let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
     let fits = engine.fitting().is_some();
     ui.horizontal_wrapped(|ui| {
-        if let Some(running) = engine.training() {
+        if let Some(running) = engine.lane::<Train>().running() {
             let stop = egui::Button::new("Stop training");
             let stop = ui.add_enabled(!running.progress.is_cancelled(), stop);
             if stop.on_hover_text("Stops and keeps the best network so far").clicked() {

@@ -152,7 +152,7 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         [] => features.distance,
         axes => features.distance.effective(axes),
     };
-    let default = engine.default_thresholds();
+    let default = engine.project().default_thresholds();
     ui.horizontal_wrapped(|ui| {
         let mut used = !features.look_backs.is_empty();
         let id = ui.scope_id().with("look-backs that were turned off");

@@ -66,7 +66,7 @@ impl Shell {
     /// Makes the window search for the best thresholds whenever recordings are opened.
     #[must_use]
     pub fn finding_thresholds(mut self) -> Self {
-        self.engine.find_thresholds_after_opening();
+        self.engine.finds_thresholds = true;
         self
     }
 
@@ -349,8 +349,8 @@ impl Shell {
 
     fn can_go(&self) -> CanGo {
         CanGo {
-            undo: self.engine.history().can_undo(),
-            redo: self.engine.history().can_redo(),
+            undo: self.engine.history.can_undo(),
+            redo: self.engine.history.can_redo(),
             zoom_back: self.time.can_go_back(),
             zoom_forward: self.time.can_go_forward(),
         }
@@ -366,7 +366,7 @@ impl Shell {
             });
         }
         let mut asked = Vec::new();
-        let is_empty = self.engine.entries().is_empty() && self.engine.followed_file().is_none();
+        let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
         if !is_empty && !self.presents {
             egui::Panel::top("verdict").show(ui, |ui| {
                 let (engine, time, asked) = (&self.engine, &mut self.time, &mut asked);

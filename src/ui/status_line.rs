@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
+use crate::engine::query::Background as _;
 use crate::engine::{Action, Engine};
+use crate::questions::errors::asked::Analyse;
 use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
@@ -13,7 +15,7 @@ const WORTH_SAYING: Duration = Duration::from_millis(100);
 pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let running = engine.running();
-        let refit = engine.refit();
+        let refit = engine.lane::<Analyse>().running();
         let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
         // The button is first in the line, so that it stays in place when progress bars appear.
         let runs = !running.is_empty() || refit.is_some();

@@ -110,7 +110,7 @@ fn a_tared_calibration_warns_about_recordings_without_tare() {
     }
     let warning = stderr(&apply("raw", "today.csv", &[]));
     assert!(
-        warning.contains("not tared, and the calibration was fitted to gauges minus"),
+        warning.contains("not tared, but the calibration was fitted to gauges minus"),
         "{warning}"
     );
 }

@@ -63,7 +63,7 @@ fn a_folder_of_test_recordings_alone_is_not_used_for_training() {
         let arguments: Vec<&str> = job.split(' ').chain(["in"]).collect();
         let output = run(workshop.path(), &arguments);
         assert_eq!(output.status.code(), Some(2), "{job}");
-        assert!(stderr(&output).contains("names test"), "{job}");
+        assert!(stderr(&output).contains("begin with test"), "{job}");
     }
 }
 

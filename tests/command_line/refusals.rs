@@ -130,8 +130,8 @@ fn options_of_another_regressor_give_a_note() {
         let arguments = [&["fit"], &ALL_FILES[..], &options].concat();
         stderr(&succeed(workshop.path(), &arguments))
     };
-    let of_network = "--epochs does nothing with --regressor";
-    let of_kernel = "--landmarks does nothing with --regressor";
+    let of_network = "--epochs has no effect with --regressor";
+    let of_kernel = "--landmarks has no effect with --regressor";
     let linear = message("linear");
     assert!(linear.contains(of_network) && linear.contains(of_kernel), "{linear}");
     let kernel = message("kernel");

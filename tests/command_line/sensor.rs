@@ -197,7 +197,7 @@ fn a_folder_names_its_recordings_and_keep_going_skips_a_bad_file() {
     );
     fs::create_dir(workshop.file("none")).unwrap();
     let none = run(workshop.path(), &["fit", "--train", "none"]);
-    assert!(stderr(&none).contains("the folder holds no recordings"), "{}", stderr(&none));
+    assert!(stderr(&none).contains("the folder contains no recordings"), "{}", stderr(&none));
 }
 
 /// The folder is called `e`. The letter e is also part of words in the message, and of other file names.

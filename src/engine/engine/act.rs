@@ -1,11 +1,12 @@
-//! Actions of the user: done at once, or as a background task.
+//! Actions of the user. Short ones are done at once, others in the background.
 
 use super::*;
+use crate::import::inspect::Known;
 use crate::questions::WITHIN;
 use crate::questions::models::asked::List;
 
 impl Engine {
-    /// Does an action. Long work runs in the background.
+    /// Does an action of the user. Long work runs in the background.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Edit(edit) => self.edit(edit),
@@ -26,20 +27,31 @@ impl Engine {
             Action::Train => self.train(),
             Action::StopTraining => self.lane::<Train>().cancel(),
             Action::ChooseBlock(block, measure) => self.choose_block(block, measure),
-            Action::FindBest(time_limit) => self.find_best(time_limit),
-            Action::ComparePaper => self.compare(),
-            Action::StopTrying => {
-                self.lane::<TryModels>().cancel();
-            }
+            Action::FindBest(_) | Action::ComparePaper if self.is_trying() => {}
+            Action::FindBest(time_limit) => self.try_models(List::Search(Search {
+                recordings: Arc::clone(&self.project.recordings),
+                settings: self.project.settings.clone(),
+                time_limit,
+                within: WITHIN,
+            })),
+            Action::ComparePaper => match self.models.begin_paper(&self.project) {
+                Some(paper) => self.try_models(List::Paper(paper)),
+                None => self.notice(
+                    Level::Info,
+                    "The list already has a result for each model of the comparison",
+                ),
+            },
+            Action::StopTrying => self.lane::<TryModels>().cancel(),
             Action::Follow(path) => {
                 self.following.cancel();
                 self.following.ask_again(Follow { path, calibration: Arc::clone(&self.current) });
             }
-            Action::StopFollowing => {
-                self.following.cancel();
-                self.following.forget();
-            }
-            Action::KeepModel => self.keep_model(),
+            Action::StopFollowing => self.following.forget(),
+            Action::KeepModel if self.can_keep() => self.list(true),
+            Action::KeepModel => self.notice(
+                Level::Error,
+                "There is no model to keep yet: fit or train with the present settings first",
+            ),
             Action::Model(id, change) => self.models.change(id, change),
             Action::BringBack(id) => {
                 let settings = self.models.row(id).map(|row| Box::new(row.model.settings.clone()));
@@ -68,7 +80,7 @@ impl Engine {
             Action::Discard => self.leave(),
             Action::Cancel => {
                 self.lanes.cancel();
-                // Only visible tasks can be cancelled.
+                // Tasks that the status line does not show are not cancelled.
                 let seen = self.tasks.iter().filter(|task| task.is_seen);
                 seen.for_each(|task| task.lane.cancel());
                 self.waiting.clear();
@@ -85,7 +97,7 @@ impl Engine {
         self.follow();
     }
 
-    /// Writes the file after the question to the user, or does not write it.
+    /// Writes the file of [`Engine::replacing`] if `yes`.
     pub(super) fn replace(&mut self, yes: bool) {
         match self.replacing.take().filter(|_| yes) {
             None => {}
@@ -104,7 +116,8 @@ impl Engine {
         }
     }
 
-    /// Returns the training with the present settings, whose result is autosaved at once, even if the window is hidden.
+    /// Returns a training with the present settings. The trained calibration is autosaved at once, even if the window is
+    /// hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
         let request = Request {
@@ -129,54 +142,15 @@ impl Engine {
         }
     }
 
-    pub(super) fn find_best(&mut self, time_limit: Duration) {
-        if self.is_trying() {
-            return;
-        }
-        let search = Search {
-            recordings: Arc::clone(&self.project.recordings),
-            settings: self.project.settings.clone(),
-            time_limit,
-            within: WITHIN,
-        };
-        self.try_models(List::Search(search));
-    }
-
     fn try_models(&mut self, list: List) {
         let run = self.models.next_run();
         self.lanes.of_mut().ask_again(TryModels { run, list });
     }
 
-    pub(super) fn compare(&mut self) {
-        if self.is_trying() {
-            return;
-        }
-        match self.models.begin_paper(&self.project) {
-            Some(paper) => self.try_models(List::Paper(paper)),
-            None => self
-                .notice(Level::Info, "Every row of the comparison already has a result that holds"),
-        }
-    }
-
-    pub(super) fn keep_model(&mut self) {
-        let fitted = self.analysis().filter(|_| self.can_keep());
-        let Some(analysis) = fitted else {
-            self.notice(
-                Level::Error,
-                "There is no model to keep yet: fit or train with the present settings first",
-            );
-            return;
-        };
-        let calibration = Arc::clone(&analysis.calibration);
-        let recordings = Arc::clone(&self.project.recordings);
-        let settings = self.project.settings.clone();
-        self.start(Task::keep(recordings, settings, calibration));
-    }
-
     pub(super) fn show_left(&mut self, yes: bool) {
         self.shows_left = yes;
         if yes {
-            // Other windows may have left, restored or discarded sessions in the meantime.
+            // Other windows may have crashed, or restored or discarded sessions, since the list was made.
             self.recoverable = self.recovery.left();
             self.recoverable.retain(|left| !self.restored.contains(&left.path));
         }
@@ -193,30 +167,22 @@ impl Engine {
             self.notice(Level::Error, "There is no calibration to export yet");
             return;
         };
-        if target_for(&path).is_none() {
-            let text = format!(
-                "{}: this file name ending is no export format; use one of {}",
-                path.display(),
-                target_endings()
-            );
+        if let Err(text) = known_target(&path) {
             self.notice(Level::Error, text);
             return;
         }
-        let fitted = self.project.applied.is_none();
-        match &content {
-            FileContent::Calibration(calibration, _) if fitted => {
-                if let Some(undetermined) = calibration.undetermined() {
-                    let doubt = Doubt::Undetermined(undetermined, existing);
-                    self.replacing = Some((content, path, doubt));
-                    return;
-                }
-            }
-            _ => {}
+        // A calibration with a request was fitted here, and not read from a file.
+        if let FileContent::Calibration(calibration, Some(_)) = &content
+            && let Some(undetermined) = calibration.undetermined()
+        {
+            let doubt = Doubt::Undetermined(undetermined, existing);
+            self.replacing = Some((content, path, doubt));
+            return;
         }
         self.save_whole(content, path, existing);
     }
 
-    /// Saves a file, with a warning if the format leaves out a part of the loads.
+    /// Writes a file, with a warning if the format cannot hold a part of the calibration.
     pub(super) fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
         if let Some(caution) = content.caution(&path) {
             self.notice(Level::Warning, caution);
@@ -229,7 +195,7 @@ impl Engine {
             let map = self.project.maps.get(&path).cloned();
             (path, map)
         });
-        // A file that is already being read or waiting is not opened twice.
+        // A file that is being read or waits to be read is not opened twice.
         let begun = self.tasks.iter().filter_map(|task| task.turn.as_ref());
         let awaited: Vec<_> = begun.chain(&self.waiting).flat_map(InTurn::files).collect();
         let files: Files = files.filter(|file| !awaited.contains(&file)).collect();
@@ -253,16 +219,7 @@ impl Engine {
         let recordings = Arc::clone(&self.project.recordings);
         let task = match turn.clone() {
             InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
-            InTurn::Tare(which, tare) => {
-                let is_meant = |own: &Recording| {
-                    let mut which = which.iter();
-                    which.any(|meant| meant.name() == own.name() && meant.source() == own.source())
-                };
-                let entries = recordings.entries().iter().enumerate();
-                let meant = entries.filter(|(_, entry)| is_meant(&entry.recording));
-                let meant = meant.map(|(at, _)| at).collect();
-                Task::tare(recordings, meant, tare)
-            }
+            InTurn::Tare(which, tare) => Task::tare(recordings, which, tare),
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
             InTurn::Simulate(late) => Task::simulate(recordings, late),
         };
@@ -274,13 +231,13 @@ impl Engine {
     }
 
     pub(super) fn begin(&mut self, task: Task, turn: Option<InTurn>) {
-        let mut lane = Lane::new(&self.notify);
+        let mut lane = Lane::new(self.lanes.notify.clone());
         let is_seen = task.is_seen;
         lane.ask_again(task);
         self.tasks.push(Begun { is_seen, turn, lane });
     }
 
-    /// Starts the import of files, one after another.
+    /// Shows these files in the import window, one after another.
     pub(super) fn begin_import(&mut self, mut paths: Vec<PathBuf>) {
         if paths.is_empty() {
             return;
@@ -289,57 +246,68 @@ impl Engine {
             Some(importing) => importing.waiting.extend(paths),
             None => {
                 let path = paths.remove(0);
-                let mut importing = Importing::of(path, paths);
-                let preview = importing.look(importing::KnownOf::Nothing);
+                let mut importing = Importing { path, waiting: paths, ..Importing::default() };
+                let preview = importing.look(Known::Nothing);
                 self.preview.ask_again(preview);
                 self.importing = Some(importing);
             }
         }
     }
 
-    pub(super) fn import(&mut self, command: ImportCommand) {
+    /// Changes what is known about the file in the import window, and inspects the file again.
+    pub(super) fn inspect(&mut self, change: impl FnOnce(&mut Importing) -> Preview) {
+        if let Some(importing) = &mut self.importing {
+            let preview = change(importing);
+            self.preview.ask_again(preview);
+        }
+    }
+
+    fn import(&mut self, command: ImportCommand) {
         match command {
-            ImportCommand::Open(path) => return self.begin_import(vec![path]),
-            ImportCommand::CancelAll => {
-                let not_read = self.importing.take().map(|own| own.not_read());
-                if let Some(text) = not_read {
-                    self.notice(Level::Info, text);
+            ImportCommand::Open(path) => self.begin_import(vec![path]),
+            ImportCommand::SetLayout(text) => self.inspect(|own| own.take_layout(text)),
+            ImportCommand::SetMap(map) => self.inspect(|own| own.try_map(*map)),
+            ImportCommand::Begin => self.inspect(|own| own.look(Known::Nothing)),
+            ImportCommand::TakeMap(at) => {
+                let map = self.preferences.maps.get(at).cloned();
+                map.into_iter().for_each(|map| self.inspect(|own| own.take_map(map)));
+            }
+            ImportCommand::ReadMap(path) => self.start(Task::read_map(path)),
+            ImportCommand::Decide(at, is_decided) => {
+                let questions = self.importing.as_mut().map(|own| &mut own.questions);
+                if let Some((_, decided)) = questions.and_then(|own| own.get_mut(at)) {
+                    *decided = is_decided;
                 }
             }
-            ImportCommand::Cancel => {
-                let waiting = self.importing.take().map(|importing| importing.waiting);
-                return self.begin_import(waiting.unwrap_or_default());
-            }
-            ImportCommand::Load => {
-                let Some(importing) = self.importing.take() else {
-                    return;
-                };
-                let Importing { path, map, waiting, .. } = importing;
-                self.preferences.remember_map(&map);
-                self.project.maps.insert(path.clone(), map);
-                return self.open([vec![path], waiting].concat());
-            }
-            ImportCommand::ReadMap(path) => return self.start(Task::read_map(path)),
-            _ => {}
-        }
-        let Some(importing) = &mut self.importing else {
-            return;
-        };
-        match command {
             ImportCommand::FindWeight => {
-                let task = Task::find_weight(importing.path.clone(), importing.map.clone());
-                self.start(task);
+                if let Some(Importing { path, map, .. }) = &self.importing {
+                    self.start(Task::find_weight(path.clone(), map.clone()));
+                }
             }
             ImportCommand::WriteMap(path) => {
+                let Some(Importing { map, .. }) = &self.importing else { return };
                 let mut text = Vec::new();
-                match importing.map.write_json(&mut text) {
+                match map.write_json(&mut text) {
                     Ok(()) => self.save(FileContent::Bytes(text.into()), path, Existing::Ask),
                     Err(error) => self.notice(Level::Error, error.to_string()),
                 }
             }
-            command => {
-                let preview = importing.apply(command, &self.preferences);
-                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
+            ImportCommand::Load => {
+                let Some(Importing { path, map, waiting, .. }) = self.importing.take() else {
+                    return;
+                };
+                self.preferences.remember_map(&map);
+                self.project.maps.insert(path.clone(), map);
+                self.open([vec![path], waiting].concat());
+            }
+            ImportCommand::Cancel => {
+                let waiting = self.importing.take().map(|importing| importing.waiting);
+                self.begin_import(waiting.unwrap_or_default());
+            }
+            ImportCommand::CancelAll => {
+                if let Some(importing) = self.importing.take() {
+                    self.notice(Level::Info, importing.not_read());
+                }
             }
         }
     }

@@ -1,44 +1,38 @@
-//! Replacing or losing all loaded data: opening a session, closing the window, crashing.
+//! Actions that discard all loaded data, such as opening a session, and the autosave that protects the data.
 
 use super::*;
 
 impl Engine {
-    /// Replaces all loaded data by a session. A session without a path was restored from an autosave.
+    /// Replaces all loaded data by a session; `path` is `None` for an autosaved session.
     pub(super) fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
         self.layout.clone_from(&opened.session.layout);
-        self.unproven = match opened.trained.take() {
-            Some(Ok(trained)) => Some(trained),
-            Some(Err(error)) => {
-                self.notice(Level::Warning, error);
-                None
-            }
-            None => None,
-        };
+        self.unproven = opened.trained.take().transpose().unwrap_or_else(|error| {
+            self.notice(Level::Warning, error);
+            None
+        });
         self.saved_trained.clone_from(&self.unproven);
         let (is_built_in, late) = (opened.session.built_in, opened.session.built_in_lag);
         let (project, notices) = opened.into_project();
         notices.into_iter().for_each(|notice| self.show_notice(notice));
-        let maps = std::mem::take(&mut self.project.maps);
-        self.project = project;
-        for (path, map) in maps {
-            self.project.maps.entry(path).or_insert(map);
-        }
+        let mut maps = std::mem::take(&mut self.project.maps);
+        maps.extend(project.maps);
+        self.project = Project { maps, ..project };
         if is_built_in {
             self.await_turn(InTurn::Simulate(late));
         }
-        // A restored session is not saved anywhere, even if it has the built-in sensor.
+        // An autosaved session counts as unsaved, because its file is removed after it is restored.
         self.saved = Some(match &path {
             Some(_) => self.project.clone(),
             None => Project::default(),
         });
         self.session = path;
-        // The file must not be overwritten with the data that were loaded before.
+        // Undo must not bring back the data of the previous session, because saving would then overwrite this session with them.
         self.history = History::default();
         self.lanes.of_mut::<Analyse>().forget();
         self.prove();
     }
 
-    /// Does an action that discards all loaded data, or asks first if there are unsaved changes.
+    /// Does an action that discards all loaded data. If there are unsaved changes, the user is asked first.
     pub(super) fn leave_for(&mut self, leaving: Leaving) {
         self.leaving = Some(leaving);
         if !self.is_unsaved() {
@@ -59,13 +53,13 @@ impl Engine {
         }
     }
 
-    /// Starts the autosave in `folder`, and offers the sessions that crashed windows left there.
+    /// Starts the autosave in `folder`, and offers the autosaved sessions of crashed windows.
     pub fn recover_in(&mut self, folder: &Path) {
         self.recovery = Recovery::begin(folder);
         self.act(Action::ShowLeft(true));
     }
 
-    /// Gives unsaved changes to the autosave. `layout` returns the layout of the panes.
+    /// Passes unsaved changes to the autosave. `layout` returns the layout of the panes.
     pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
@@ -79,13 +73,13 @@ impl Engine {
             self.recovery.keep(newest, is_saved);
             self.kept = Some(self.project.clone());
         }
-        // While files are read or simulated, the state is not complete. A newest state replaces these files.
+        // Restored files are replaced by the autosave of this window only when all their recordings are loaded.
         if self.tasks.is_empty() {
             self.recovery.take_over(std::mem::take(&mut self.restored));
         }
     }
 
-    /// Ends the session normally: the autosave is removed.
+    /// Ends the autosave, and removes its file. The window calls this when it closes normally.
     pub fn end(&mut self) {
         self.recovery.end();
     }

@@ -1,11 +1,11 @@
-//! Results of questions and tasks, taken into the document.
+//! Results of background work, taken into the document.
 
 use super::*;
 
 impl Engine {
-    /// Takes the results of questions and tasks into the document.
+    /// Takes the results of background work. The window calls this before each frame.
     pub fn take(&mut self) {
-        // Queried before taking answers: once a lane is idle, its answer can be taken.
+        // Checked before answers are taken. If no search runs now, no further answer of a search arrives after this call.
         let have_ended = self.lane::<TryModels>().is_idle();
         for failed in self.lanes.take() {
             self.notice(Level::Error, failed);
@@ -20,14 +20,15 @@ impl Engine {
         self.following.take_events();
         if !self.preview.take_events().is_empty()
             && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
+            && importing.path == asked.path
         {
-            // An answer to an older map would undo the newest change of the map.
+            let problem = self.preview.problem().map(str::to_owned);
+            // The answer for an older map would undo the newest change of the map.
             let found = self.preview.answer().filter(|_| self.preview.is_current());
-            let answer = found.ok_or(self.preview.problem());
-            match answer {
-                Ok(found) => importing.take_answer(&asked.path, Ok(found)),
-                Err(Some(problem)) => importing.take_answer(&asked.path, Err(problem)),
-                Err(None) => {}
+            importing.is_detecting &= found.is_none() && problem.is_none();
+            match found {
+                Some(found) => importing.take_inspection(found),
+                None => importing.problem = problem.or(importing.problem.take()),
             }
         }
         self.take_tasks();
@@ -36,20 +37,26 @@ impl Engine {
         self.follow();
     }
 
-    /// Adds the present settings to the list of models, if the list has rows but none with these settings.
+    /// Adds the present fit to the list of models, if the list is not empty and has no model with the present settings.
     fn list_present(&mut self) {
         let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
-        if self.models.rows.is_empty() || is_moving || !self.can_keep() {
-            return;
-        }
-        let analysis = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
-        if let Some(calibration) = analysis.filter(|_| !self.models.has_present(&self.project)) {
-            let (recordings, settings) = (&self.project.recordings, &self.project.settings);
-            self.start(Task::list_present(Arc::clone(recordings), settings.clone(), calibration));
+        let is_wanted = !self.models.rows.is_empty() && !self.models.has_present(&self.project);
+        if is_wanted && !is_moving && self.can_keep() {
+            self.list(false);
         }
     }
 
-    /// Searches for the thresholds with the lowest cross-validation error, unless the user has chosen thresholds.
+    /// Adds the present calibration to the list of models. `is_asked` is true if the user asked to keep it.
+    pub(super) fn list(&mut self, is_asked: bool) {
+        if let Some((_, analysis)) = self.exact() {
+            let calibration = Arc::clone(&analysis.calibration);
+            let Project { recordings, settings, .. } = &self.project;
+            let (recordings, settings) = (Arc::clone(recordings), settings.clone());
+            self.start(Task::list(recordings, settings, calibration, is_asked));
+        }
+    }
+
+    /// Starts the automatic choice of thresholds by cross-validation, unless the user has chosen thresholds.
     fn find_first_thresholds(&mut self) {
         let thresholds = self.project.thresholds();
         let features = &self.project.settings.features;
@@ -60,7 +67,7 @@ impl Engine {
         }
     }
 
-    /// Sets the thresholds that were found, unless the user has changed thresholds, recordings or roles.
+    /// Sets the automatically chosen thresholds, unless the user has meanwhile changed thresholds, recordings or roles.
     fn take_first_thresholds(&mut self) {
         let Some((recordings, before)) = &self.first_thresholds else { return };
         let study = self.lane::<StudyThresholds>();
@@ -76,7 +83,7 @@ impl Engine {
         let Some(map) = map else { return };
         let measure = map.scale.default_measure();
         let Ok(found) = map.suggestion(measure) else { return };
-        // Undo must also undo opening the files, so this is not a step of its own.
+        // This is no undo step of its own, so that undo returns to the document before the files were opened.
         let set = self.project.edit(Edit::Thresholds(found.thresholds));
         debug_assert!(set.is_ok(), "thresholds fit any recordings");
         let shown = ShownFTh::of(map.distance);
@@ -85,7 +92,7 @@ impl Engine {
         self.notice(Level::Info, text);
     }
 
-    /// Takes the models that were tried.
+    /// Adds tried models to the list. `have_ended` is true if no search or comparison runs.
     pub(super) fn take_models(&mut self, have_ended: bool) {
         let lane = self.lanes.of_mut::<TryModels>();
         if let (Some(asked), Some(found)) = (lane.answered(), lane.answer())
@@ -93,7 +100,7 @@ impl Engine {
         {
             self.models.take(asked, found);
         }
-        // The models are in the list, so the recordings need not be kept for the question.
+        // All models are in the list. The question is removed, because it would keep its recordings in memory.
         if have_ended {
             lane.forget();
         }
@@ -128,46 +135,36 @@ impl Engine {
             }
             Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
             Done::Changed(before, ..) if !Arc::ptr_eq(&before, &self.project.recordings) => {
-                let text = "The recordings were changed during taring or leaving out faulty samples, so the result was \
+                let text = "The recordings changed while they were tared or faulty samples were removed, so the result was \
                             discarded. Repeat the action.";
                 self.notice(Level::Warning, text);
             }
-            Done::Changed(_, Ok(changed), warnings) => {
+            Done::Changed(_, changed, warnings) => {
                 self.edit(Edit::Replace(Arc::new(changed)));
                 warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
             }
-            Done::Changed(_, Err(error), _) => self.notice(Level::Error, error),
             Done::Simulated(_, set) => self.take_simulated(set),
-            Done::Written(FileContent::Session(_, project, trained), path, Ok(())) => {
+            Done::Written(FileContent::Session(_, project, trained), path) => {
                 self.take_saved(*project, trained, path);
             }
-            Done::Written(_, path, Ok(())) => {
+            Done::Written(_, path) => {
                 self.notice(Level::Info, format!("Wrote {}", path.display()));
             }
-            Done::Written(_, _, Err(error)) => self.notice(Level::Error, error),
             Done::IsThere(content, path) => {
                 self.replacing = Some((content, path, Doubt::IsThere));
             }
-            Done::Map(Ok(map)) => {
-                let preview = self.importing.as_mut().map(|own| own.take_map(*map));
-                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
-            }
-            Done::Weight(path, found) => {
-                let importing = self.importing.as_mut().filter(|own| own.path == path);
-                let Some(importing) = importing else { return };
-                match found {
-                    Ok(estimate) => {
-                        let preview = importing.take_weight(&estimate);
-                        self.preview.ask_again(preview);
-                        self.notice(Level::Info, importing::in_words(&estimate));
-                    }
-                    Err(error) => self.notice(Level::Error, error),
+            Done::Map(map) => self.inspect(|own| own.take_map(*map)),
+            Done::Weight(path, estimate) => {
+                if self.importing.as_ref().is_some_and(|own| own.path == path) {
+                    self.inspect(|own| own.take_weight(&estimate));
+                    let sentences = estimate.sentences().join("; ");
+                    self.notice(Level::Info, format!("Weight estimated: {sentences}"));
                 }
             }
-            Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
+            Done::Restored(path, opened) => self.leave_for(Leaving::Restore(path, opened)),
             Done::Located(place, found) => self.take_located(&place, found),
             Done::Proven(trained, recordings, proven) => {
-                // Another session may have been opened in the meantime, or the same check been started twice.
+                // Another session may have been opened since the check began, or the check may have been started twice.
                 let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &trained);
                 if self.unproven.take_if(is_own).is_none() {
                     return;
@@ -177,24 +174,23 @@ impl Engine {
                     Err(reason) => self.notice(Level::Warning, reason),
                 }
             }
-            Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
-            Done::Present(recordings, model) => self.models.take_present(*model, &recordings),
-            Done::Map(Err(error)) | Done::Restored(_, Err(error)) => {
-                self.notice(Level::Error, error)
+            Done::Listed(recordings, model, true) => self.models.keep(*model, &recordings),
+            Done::Listed(recordings, model, false) => {
+                self.models.take_present(*model, &recordings);
             }
         }
     }
 
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
-        // A session that was just opened with the built-in sensor is unchanged.
+        // A session with the built-in sensor that was just opened has no unsaved changes.
         let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
         let refused = self.change(|project| {
-            // Split of an opened session that waits for its recordings.
+            // An opened session with a split had no recordings to split until now.
             let waits = |split: &&Split| split.whole.entries().is_empty();
             let split = project.split.as_ref().filter(waits);
             let split = split.map(|split| Edit::Split(split.fraction));
             let refused = project.take_set(set).err();
-            // A calibration that was opened in the meantime is applied to these recordings.
+            // A calibration that was opened while the recordings were simulated is applied to them.
             let applied = project.applied.take();
             let fits = project.edit(Edit::Apply(applied)).err();
             let split = split.and_then(|split| project.edit(split).err());
@@ -239,32 +235,24 @@ impl Engine {
                 self.preferences.remember(&path);
             }
             match opened {
-                Ok(Opened::Recordings(loaded, map)) => {
+                Ok(Opened::Recordings(loaded)) => {
                     for warning in &loaded.warnings {
                         self.notice(Level::Warning, warning.text(Face::Window));
                     }
                     recordings.push(loaded.recordings);
-                    if let Some(map) = map {
+                    if let Some(map) = loaded.map {
                         if self.project.maps.get(&path) != Some(&*map) {
                             by_remembered.push((path.clone(), (*map).clone()));
                         }
                         self.project.maps.insert(path, *map);
                     }
                 }
-                Ok(Opened::Calibration(calibration, notes)) => {
-                    for note in notes {
-                        self.notice(Level::Warning, note);
-                    }
-                    calibrations.push(Edit::Apply(Some(FromFile { path, calibration })));
-                }
-                Ok(Opened::Factory(calibration)) => {
-                    calibrations.push(Edit::Compare(Some(FromFile { path, calibration })));
+                Ok(Opened::Calibration(edit, notes)) => {
+                    notes.into_iter().for_each(|note| self.notice(Level::Warning, note));
+                    calibrations.push(edit);
                 }
                 Ok(Opened::Session(opened)) => session = Some((path, *opened)),
-                Ok(Opened::WantsMap(reason)) => {
-                    log::info!("{reason}");
-                    to_import.push(path);
-                }
+                Ok(Opened::WantsMap) => to_import.push(path),
                 Err(error) => self.notice(Level::Error, error),
             }
         }
@@ -276,7 +264,7 @@ impl Engine {
             self.take_session(Some(path), opened);
         }
         if !recordings.is_empty() {
-            let refused = self.change(|project| project.add(recordings, |_| None));
+            let refused = self.change(|project| project.add(recordings));
             refused.into_iter().for_each(|refused| self.notice(Level::Error, refused));
         }
         let has_recordings = !self.entries().is_empty();
@@ -286,12 +274,12 @@ impl Engine {
         }
     }
 
-    /// Takes missing files of the session that were found. Files that cannot be read stay missing.
+    /// Adds files of the session that were missing and have been found. Files that cannot be read stay missing.
     pub(super) fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
         let mut parts = Vec::new();
         for (file, part) in found {
             let at = self.project.lost.iter().position(|lost| *lost == file);
-            // Another session may have been opened in the meantime.
+            // Another session may have been opened since the search began.
             let Some(at) = at else { continue };
             if let Some(Ok(_)) = part.loaded {
                 self.project.lost.remove(at);
@@ -311,7 +299,7 @@ impl Engine {
         self.prove();
     }
 
-    /// Checks that the trained calibration of the session belongs to its recordings, once all are loaded.
+    /// Starts the check that the trained calibration of the session belongs to its recordings, once all are loaded.
     pub(super) fn prove(&mut self) {
         let recordings = &self.project.recordings;
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
@@ -321,7 +309,7 @@ impl Engine {
         }
     }
 
-    /// Takes the trained calibration of the session as the result of a training.
+    /// Takes the trained calibration of the session as if it had just been trained.
     pub(super) fn take_trained(
         &mut self,
         calibration: Arc<Calibration>,

@@ -46,6 +46,14 @@ pub fn target_for(path: &Path) -> Option<&'static Target> {
     TARGETS.iter().copied().find(|target| target.endings.contains(&&*ending))
 }
 
+/// Returns the format of a file to be written, or a message with all formats if the ending of its name is none of them.
+pub fn known_target(path: &Path) -> Result<&'static Target, String> {
+    target_for(path).ok_or_else(|| {
+        let (path, endings) = (path.display(), target_endings());
+        format!("{path}: this file name ending is no export format; use one of {endings}")
+    })
+}
+
 pub(super) fn asks_for_folder(path: &Path) -> bool {
     let last = path.as_os_str().as_encoded_bytes().last();
     last.is_some_and(|last| is_separator(char::from(*last)))

@@ -35,14 +35,14 @@ const SAMPLE_BYTES: u64 = 8 << 20;
 const PREVIEW_ROWS: usize = 12;
 
 /// Known properties of a file that is inspected.
-#[derive(Clone, Copy, Debug)]
-pub enum Known<'a> {
+#[derive(Clone, Debug, PartialEq)]
+pub enum Known {
     /// Everything is detected.
     Nothing,
     /// The layout of the text is known; the columns are detected.
-    Layout(&'a TextLayout),
+    Layout(TextLayout),
     /// The map is known and only tried out.
-    Map(&'a ColumnMap),
+    Map(Box<ColumnMap>),
 }
 
 /// Description of a file, a map for it, and the result of reading it with that map.
@@ -136,15 +136,15 @@ pub struct RecordingReport {
 /// error is in [`Check::error`].
 pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
     let reading = Reading::start(progress, SAMPLE_BYTES);
-    let parts = match known {
+    let parts = match &known {
         Known::Nothing => &[][..],
         Known::Layout(text) => &text.parts,
         Known::Map(map) => &map.table.text.parts,
     };
     let opened = reading.open(path, parts)?;
     let (map, questions) = match known {
-        Known::Map(map) => (map.clone(), Vec::new()),
-        Known::Layout(text) => propose(path, &opened, text),
+        Known::Map(map) => (*map, Vec::new()),
+        Known::Layout(text) => propose(path, &opened, &text),
         Known::Nothing => match opened.layout() {
             Some(text) => propose(path, &opened, &text),
             None => (ColumnMap::default(), Vec::new()),

@@ -25,6 +25,7 @@ pub type AskResidual = LookAt<'e'>;
 impl<const PANE: char> Query for LookAt<PANE> {
     type Answer = Look;
     type Cache = Viewer;
+    const ON_ANALYSIS: bool = true;
 
     fn title(&self) -> String {
         "Drawing loops".to_owned()
