@@ -1,6 +1,9 @@
-//! Reasons why a question has no answer.
+//! Errors of questions.
 
+use crate::calibration::kernel::KernelError;
+use crate::calibration::network::NetworkError;
 use crate::calibration::{CalibrationError, LearnedError, NoCrossValidation, SettingsError};
+use crate::features::FeatureError;
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
@@ -22,10 +25,6 @@ pub enum AnalysisError {
         "{recording}: sample {sample} is {value:e}, which is too large to be squared; leave that row out, or use a larger unit"
     )]
     TooLarge { recording: String, sample: usize, value: f64 },
-    #[error(
-        "the training recordings have no groups of load programmes, or only one, so pattern C (one programme) cannot be compared"
-    )]
-    OneProgramme,
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
     #[error(
@@ -44,9 +43,25 @@ pub enum AnalysisError {
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
     #[error(transparent)]
-    Learned(#[from] LearnedError),
+    Learned(LearnedError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     #[error(transparent)]
     Panicked(#[from] Panicked),
+}
+
+impl From<LearnedError> for AnalysisError {
+    fn from(error: LearnedError) -> Self {
+        match error {
+            LearnedError::Network(NetworkError::Cancelled)
+            | LearnedError::Kernel(KernelError::Cancelled(_)) => Self::Cancelled(Cancelled),
+            error => Self::Learned(error),
+        }
+    }
+}
+
+impl From<FeatureError> for AnalysisError {
+    fn from(error: FeatureError) -> Self {
+        Self::Settings(error.into())
+    }
 }

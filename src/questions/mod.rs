@@ -1,5 +1,5 @@
-//! Questions about recordings. Each has a folder with its numbers, the question (`query.rs`), and its tables and figures
-//! (`shown.rs`). Code that several questions share lies beside the folders.
+//! Questions about recordings. The folder of a question contains its numbers, the request (`query.rs` or `asked.rs`), and its
+//! tables and figures (`shown.rs`). Code that several questions share lies beside the folders.
 
 mod auxiliary_inputs;
 pub mod check;
@@ -16,6 +16,7 @@ pub(crate) mod models;
 pub mod page;
 pub(crate) mod question;
 pub(crate) mod request;
+mod side_by_side;
 pub mod thresholds;
 mod travels;
 
@@ -44,5 +45,5 @@ pub use models::training::train;
 pub(crate) use page::check_limits;
 pub use page::report;
 pub use request::Request;
-pub(crate) use thresholds::study::{BlockSuggestion, StudyEvent};
+pub(crate) use thresholds::study::BlockSuggestion;
 pub use thresholds::study::{HistoryBlock, Study};

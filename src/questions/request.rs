@@ -1,15 +1,14 @@
-//! The input that all questions share.
+//! Input that all questions share: recordings, and the settings of a fit.
 
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings};
-use crate::questions::dataset::Datasets;
-use crate::questions::dataset::Key;
+use crate::questions::dataset::{Datasets, Key};
 use crate::questions::errors::view::View;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// Input of an analysis.
+/// Request for an analysis.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The recordings with their roles.
@@ -20,18 +19,23 @@ pub struct Request {
     pub view: View,
     /// Calibration to apply instead of fitting. `settings` then only gives the decimation.
     pub calibration: Option<Arc<Calibration>>,
-    /// True if the calibration was trained on these recordings, so that its own scores apply.
+    /// True if `calibration` was trained on these recordings, so that its own scores apply.
     pub trained: bool,
-    /// Factory calibration of the sensor. Its conventional matrix gives another trace; see
-    /// [`read_factory`](crate::questions::errors::factory::read_factory).
+    /// Calibration of the sensor's manufacturer, whose matrix gives one more trace.
     pub factory: Option<Arc<Calibration>>,
-    /// Datasets that are shared with other questions about the same recordings.
+    /// Cache that is shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
 
 same_where!(Request: shared(recordings, calibration, factory) value(settings, view, trained) besides(datasets));
 
 impl Request {
+    /// Returns a request for the same fit, without the choices that only concern the display.
+    pub(crate) fn plain(&self) -> Self {
+        let fit = Self::fit(Arc::clone(&self.recordings), self.settings.clone());
+        Self { datasets: self.datasets.clone(), ..fit }
+    }
+
     pub(crate) fn key(&self) -> Key {
         Key {
             recordings: Arc::clone(&self.recordings),

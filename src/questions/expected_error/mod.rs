@@ -8,12 +8,10 @@
 
 pub mod asked;
 pub(crate) mod limits;
-pub(crate) mod limits_shown;
 pub mod query;
 pub(crate) mod rule;
 pub(crate) mod shown;
 
-pub(crate) use limits_shown::limits_table;
 #[cfg(feature = "gui")]
 pub(crate) use shown::expected_error_column;
-pub(crate) use shown::expected_error_table;
+pub(crate) use shown::{expected_error_table, limits_table};

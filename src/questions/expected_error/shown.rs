@@ -1,14 +1,15 @@
-//! The expected error as a table.
+//! Tables of the expected error and of limits.
 
 use crate::calibration::{AxisExpectedError, ExpectedError, NoCrossValidation};
+use crate::questions::expected_error::limits::Checked;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
 /// Returns one row per axis. The note describes the held-out samples.
 pub fn expected_error_table(of: &ExpectedError) -> Table {
     let load = |own: &AxisExpectedError, value: Option<f64>, reason: &str| {
-        let value = value.map(|value| (value, format!("{} {}", significant(value, 3), own.unit)));
-        Cell::known(value.map(|(value, text)| Cell::number(value, text)), reason)
+        let text = |value| format!("{} {}", significant(value, 3), own.unit);
+        Cell::known(value.map(|value| Cell::number(value, text(value))), reason)
     };
     Table::of(&of.axes)
         .words("Axis", |own| own.axis.symbol())
@@ -32,10 +33,24 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
         .table("Expected error", of.notes().join(" "))
 }
 
-/// Returns a table of the expected errors alone, for use beside other errors of the same axes.
+/// Returns a table of the expected errors alone, to put beside other errors of the same axes.
 pub fn expected_error_column(of: &ExpectedError) -> Table {
     Table::of(&of.axes)
         .words("Axis", |own| own.axis.label())
         .digits("95 %", 3, |own| own.value)
         .table("Expected error", of.notes().join(" "))
+}
+
+pub fn limits_table(checked: &[Checked]) -> Table {
+    Table::of(checked)
+        .words("Figure", |own| own.figure.name())
+        .words("Axis", |own| own.axis.symbol())
+        .column(Column::numbers("Value"), |own| {
+            let value = own.value.map(|value| Cell::digits(Some(value), 4));
+            Cell::known(value, own.reason.clone().unwrap_or_default())
+        })
+        .digits("Maximum", 4, |own| Some(own.limit))
+        .words("Unit", |own| own.unit)
+        .words("Outcome", |own| if own.pass { "pass" } else { "FAIL" })
+        .table("Limits", "")
 }

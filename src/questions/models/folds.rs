@@ -1,7 +1,7 @@
-//! Folds of a model search: groups of recordings, or intervals of one long recording.
+//! Folds of a model search: groups of recordings, or segments of one long recording.
 //!
-//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each
-//! later segment is also predicted from the earlier ones, so that a drift increases the error.
+//! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long recording
+//! are held out a second time and predicted from the earlier segments alone, so that a drift increases the error.
 
 use std::sync::Arc;
 
@@ -15,13 +15,13 @@ const SEGMENTS: usize = 4;
 
 pub(super) struct NestedFolds {
     pub folds: Vec<Fold>,
-    /// All training recordings, divided as in the folds, with the test recordings.
+    /// All training recordings, cut as in the folds, and the test recordings.
     pub whole: Arc<RecordingSet>,
-    /// Description of a fold, for headings.
+    /// Description of the folds, for headings.
     pub what: String,
-    /// Names of the parts that are judged separately: groups or segments.
+    /// Names of the parts that the choice compares separately: groups or segments.
     pub parts: Vec<String>,
-    /// Number of folds that hold out a part. The other folds predict forward in time.
+    /// Number of folds that hold out each sample once. Further folds predict forward in time.
     pub n_left_out: usize,
 }
 
@@ -32,7 +32,7 @@ struct Piece {
 }
 
 impl NestedFolds {
-    /// Divides the training recordings; without any, returns [`AnalysisError::NoTraining`].
+    /// Divides the training recordings. Without training recordings, returns [`AnalysisError::NoTraining`].
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
@@ -49,7 +49,7 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            // One press is too short to be a group, so several presses of one file are combined.
+            // A recording that is one of several in a file is too short to be a group, so several are combined.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
             let pieces: Vec<Piece> = (training.into_iter())
                 .map(|(entry, group)| {
@@ -89,22 +89,12 @@ impl NestedFolds {
             let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
-        // Groups that return later in the file do not follow one another in time.
+        // Forward in time needs groups that follow one another in the file.
         let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|own| own.fold);
-        Ok(Self::assembled(recordings, &pieces, parts, what, is_forward))
-    }
-
-    fn assembled(
-        recordings: &RecordingSet,
-        pieces: &[Piece],
-        parts: Vec<String>,
-        what: CrossValidation,
-        is_forward: bool,
-    ) -> Self {
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
         let fold =
-            |left_out: usize, until: usize| {
-                let own = pieces.iter().filter(|piece| piece.fold < until);
+            |left_out: usize, n_folds: usize| {
+                let own = pieces.iter().filter(|piece| piece.fold < n_folds);
                 Fold::of(own.map(|piece| {
                     (piece.entry.clone(), (piece.fold == left_out).then_some(piece.part))
                 }))
@@ -116,23 +106,15 @@ impl NestedFolds {
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
         }
-        let training = pieces.iter().map(|piece| piece.entry.clone());
+        let training = pieces.iter().map(|piece| (piece.entry.clone(), None));
         let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
-        let whole = Arc::new(collected(training.chain(tested.cloned())));
+        let whole = Fold::of(training.chain(tested.map(|entry| (entry.clone(), Some(0))))).set;
         let what = match folds.len() > n_left_out {
             true => format!("nested, {what}; and forward in time"),
             false => format!("nested, {what}"),
         };
-        Self { folds, whole, what, parts, n_left_out }
+        Ok(Self { folds, whole, what, parts, n_left_out })
     }
-}
-
-fn collected(entries: impl Iterator<Item = Entry>) -> RecordingSet {
-    let mut set = RecordingSet::default();
-    for entry in entries {
-        set.push(entry).expect("they were together before");
-    }
-    set
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! Candidates of a search, which follow from the list of blocks.
+//! Candidates of a model search. They follow from the list of feature blocks, so a new block needs no line here.
 
 use crate::calibration::{Learner, Regressor};
 use crate::features::{Appends, Auxiliary, BLOCKS, Block, FixedLag};
 
-/// Candidate whose numbers are still to be chosen from the training recordings.
+/// Candidate whose thresholds, radii and times are still to be chosen from the training recordings.
 #[derive(Clone, Debug)]
 pub(super) struct Recipe {
     pub name: String,
@@ -13,26 +13,22 @@ pub(super) struct Recipe {
     pub degree: f64,
     pub times: Times,
     pub regressor: Regressor,
-    /// Factor of a network's epochs, or of a kernel's landmarks.
+    /// Factor by which a network's epochs or a kernel's landmarks are multiplied.
     pub times_longer: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Times {
-    /// A few times, chosen by cross-validation with a linear fit.
+    /// A few times with the lowest cross-validation error of a linear fit.
     Chosen,
-    /// Times spread over the range that the recordings cover.
+    /// Times spread evenly over the range that the recordings allow.
     Spread,
-    /// Each of the latest samples, as in a filter with finite impulse response.
+    /// Times of the latest samples, one per sample, as in a filter with finite impulse response.
     EverySample,
 }
 
-const LEARNERS: [(Regressor, &str); 4] = [
-    (Regressor::HybridKernel, "Linear + kernel"),
-    (Regressor::HybridNetwork, "Linear + network"),
-    (Regressor::Kernel, "Kernel"),
-    (Regressor::Network, "Network"),
-];
+const LEARNERS: [Regressor; 4] =
+    [Regressor::HybridKernel, Regressor::HybridNetwork, Regressor::Kernel, Regressor::Network];
 
 impl Recipe {
     fn linear(look_back: bool, blocks: &[&'static dyn Block], degree: f64) -> Self {
@@ -56,15 +52,11 @@ impl Recipe {
         }
     }
 
-    fn learned(
-        (regressor, name): (Regressor, &str),
-        blocks: &[&'static dyn Block],
-        times: Times,
-    ) -> Self {
+    fn learned(regressor: Regressor, blocks: &[&'static dyn Block], times: Times) -> Self {
         let features = Self::linear(false, blocks, 0.0);
         let name = match blocks {
-            [] => name.to_owned(),
-            _ => format!("{name} on {}", features.name.to_lowercase()),
+            [] => regressor.label().to_owned(),
+            _ => format!("{} on {}", regressor.label(), features.name.to_lowercase()),
         };
         Self { name, times, regressor, ..features }
     }
@@ -82,19 +74,16 @@ impl Recipe {
     }
 }
 
+/// Returns the words in small letters after the first letter.
 fn sentence(words: &str) -> String {
-    let (first, rest) = words.split_at(words.len().min(1));
+    let (first, rest) = words.split_at(1);
     format!("{first}{}", rest.to_lowercase())
 }
 
-/// Returns the linear candidates, cheap ones first; the first is the conventional calibration.
+/// Returns the linear candidates: first the conventional calibration, then from quick to slow.
 pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
-    let pasts = pasts();
-    let polynomials: Vec<&'static dyn Block> = BLOCKS
-        .iter()
-        .copied()
-        .filter(|block| matches!(block.appends(), Appends::Monomials(_)))
-        .collect();
+    let pasts = blocks(|appends| matches!(appends, Appends::Past(_)));
+    let polynomials = blocks(|appends| matches!(appends, Appends::Monomials(_)));
     let with = |own: &[&'static dyn Block]| [own, &polynomials].concat();
     let mut recipes = vec![Recipe::linear(false, &[], 0.0)];
     if has_auxiliary {
@@ -117,7 +106,7 @@ pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
 }
 
 pub(super) fn learned() -> Vec<Recipe> {
-    let pasts = pasts();
+    let pasts = blocks(|appends| matches!(appends, Appends::Past(_)));
     let mut recipes = Vec::new();
     for learner in LEARNERS {
         recipes.push(Recipe::learned(learner, &[], Times::Chosen));
@@ -131,10 +120,8 @@ pub(super) fn learned() -> Vec<Recipe> {
     recipes
 }
 
-/// Returns the blocks that append past gauges.
-fn pasts() -> Vec<&'static dyn Block> {
-    let all = BLOCKS.iter().copied();
-    all.filter(|block| matches!(block.appends(), Appends::Past(_))).collect()
+fn blocks(is_meant: fn(Appends) -> bool) -> Vec<&'static dyn Block> {
+    BLOCKS.iter().copied().filter(|block| is_meant(block.appends())).collect()
 }
 
 fn pairs(blocks: &[&'static dyn Block]) -> impl Iterator<Item = Vec<&'static dyn Block>> {

@@ -56,8 +56,8 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
         Ok(())
     };
     write([String::new(), String::new()], &map.conventional.scores)?;
-    for f_at in 0..map.grid.f_ths().len() {
-        for t_at in 0..map.grid.t_ths_secs().len() {
+    for f_at in 0..map.grid.f_ths.len() {
+        for t_at in 0..map.grid.t_ths_secs.len() {
             if let Some(point) = map.point(f_at, t_at) {
                 let at = map.thresholds(f_at, t_at);
                 write([at.f_th.to_string(), at.t_th_secs.to_string()], &point.scores)?;

@@ -143,14 +143,14 @@ pub fn threshold_heat_map(
     suggestion: Option<&Suggestion>,
 ) -> Figure<'static> {
     let shown = ShownFTh::of(map.distance);
-    let f_ths = map.grid.f_ths().iter().map(|f_th| shown.number(*f_th));
+    let f_ths = map.grid.f_ths.iter().map(|f_th| shown.number(*f_th));
     let f_ths: Vec<f64> = f_ths.collect();
     let values = map.values(set, measure);
     let shades = map.shades(set, measure).unwrap_or((0.0, 1.0));
     Figure {
         title: format!("{}, {}", measure.label(&map.scale), set.label()),
         across: Scale::of_cells(shown.label(), &f_ths),
-        up: Scale::of_cells(T_TH_LABEL, map.grid.t_ths_secs()),
+        up: Scale::of_cells(T_TH_LABEL, &map.grid.t_ths_secs),
         heat_map: Some(HeatMap {
             shades: Scale::new(rmse_label(map, measure), shades),
             marked: suggestion.map(|found| found.at),

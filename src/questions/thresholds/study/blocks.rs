@@ -1,28 +1,28 @@
-//! Chooses the values of a feature block: one pass over the columns of all candidates, then any selection from the sums.
+//! Chooses the values of a feature block. One pass over the samples sums the columns of all candidate values, and each list of values
+//! is scored from these sums.
 
 use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use crate::calibration::{ErrorBlocks, NEARLY, NoCrossValidation, Terms, past_samples, weighed};
+use crate::calibration::{
+    ErrorBlocks, NEARLY, NoCrossValidation, RidgeChoice, Terms, past_samples, weighed,
+};
 use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::Sums;
 use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::study::parts::check_parts;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
-use crate::recording::Role;
-use crate::recording::in_role;
 use crate::scoring::left_out::LeftOut;
 
-/// Shortest time to try, in steps of the recordings.
+/// Shortest time to try, as a multiple of the sample interval.
 const SHORTEST_TIME: f64 = 0.25;
 
-/// Block whose values can be searched: one with a [`search`](Block::search).
+/// Feature block whose values can be chosen by a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
 
 fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
@@ -33,9 +33,9 @@ fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok
 pub struct BlockSuggestion {
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
-    /// Chosen values, ascending. Empty if no list is better than none on held-out parts with 90 % confidence.
+    /// Chosen values, ascending. Empty if no list reduces the error of held-out parts with 90 % confidence.
     pub values: Vec<f64>,
-    /// Cross-validation error with the list.
+    /// Cross-validation error with the chosen values.
     pub left_out: f64,
     /// Cross-validation error without the block, with all other settings unchanged.
     pub left_out_without: f64,
@@ -43,22 +43,24 @@ pub struct BlockSuggestion {
     pub n_tried: usize,
 }
 
+/// Sums of all candidate values, from which each list is scored.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
-    /// Conventional map. The targets are its residuals.
+    /// Conventional map, whose residuals are the targets.
     known: Vec<f64>,
     /// Columns that do not belong to the block.
     others: Vec<usize>,
     /// Columns of each candidate.
     own: Vec<Vec<usize>>,
     weights: Vec<f64>,
-    ridge: crate::calibration::RidgeChoice,
+    ridge: RidgeChoice,
     parts: ErrorBlocks,
 }
 
 #[derive(Clone)]
 struct Tried {
+    /// Positions of the values among the candidates.
     chosen: Vec<usize>,
     /// Sums of squared errors of each held-out part, over all axes with their weights.
     squares: Vec<f64>,
@@ -72,10 +74,10 @@ impl Tried {
 
 impl Study {
     /// Chooses the list of values with the lowest held-out error, with all other settings unchanged. The block's [`Lists`]
-    /// define the lists, and [`ErrorBlocks`] compares them. A block without a search has no lists.
+    /// define the lists, and [`ErrorBlocks`] compares their errors. A block without a search has no lists.
     ///
     /// # Errors
-    /// [`AnalysisError`] if nothing can be left out, no axis counts, or the work was stopped.
+    /// [`AnalysisError`] if the recordings are too short for cross-validation, if the measure has no axis, or after a cancellation.
     pub fn suggest_block(
         &self,
         block: HistoryBlock,
@@ -108,12 +110,12 @@ impl Study {
 
     /// Returns the candidate values of a block for these recordings, thinned to the number of columns that fit.
     ///
-    /// Times reach from a quarter of the shortest step (gauges are interpolated between samples) to the longest recording.
-    /// Radii are limited to those whose states are known in nine of ten samples of every group.
+    /// Times are between a quarter of the sample interval and the length of the longest recording. Lags may be shorter than the
+    /// interval, because gauges are interpolated between samples. The state of a radius must be known in 90 % of each group's samples.
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
-            let training = in_role(&self.data.entries, Role::Train);
+            let training = self.data.training();
             let step = training.iter().filter_map(|own| own.rate_hz()).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
             let longest = training.iter().map(|own| own.duration_secs()).fold(0.0, f64::max);
@@ -128,7 +130,7 @@ impl Study {
             let features = with_values(&self.blank.features, block, candidates);
             features.check_columns(n_gauges).is_ok()
         };
-        // Every second candidate is dropped, so that their range stays.
+        // Every second candidate is dropped, so the candidates keep their range.
         while candidates.len() > 1 && !fits(&candidates) {
             candidates = candidates.into_iter().step_by(2).collect();
         }
@@ -156,9 +158,7 @@ impl Bench {
         let (data, blank) = (&study.data, &study.blank);
         let weights = measure.weights(&study.scale()).ok_or(NoSuggestion::NoAxis)?;
         let features = with_values(&blank.features, block, candidates);
-        features
-            .check_columns(blank.gauges.len())
-            .map_err(crate::calibration::SettingsError::from)?;
+        features.check_columns(blank.gauges.len())?;
         let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
             .map(|(entry, path)| past_samples(&features, path, &entry.recording, progress))
             .collect();
@@ -171,7 +171,7 @@ impl Bench {
         let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
         let kinds = design.kinds();
         let kept = others.iter().map(|column| kinds[*column]);
-        check_parts(&part_samples, kept, study.settings.ridge)?;
+        study.check_parts(&part_samples, kept)?;
         Ok(Self {
             sums,
             others,
@@ -211,8 +211,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists. Returns the shortest list that is nearly as good as the best. Returns none if no list is better than
-    /// none with 90 % confidence.
+    /// Tries all lists, and returns the shortest one with an error near the lowest, and the number of lists. Returns `without` if no
+    /// list reduces the error with 90 % confidence.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
@@ -230,6 +230,8 @@ impl Bench {
         Ok((tried.swap_remove(found.smallest), n_tried))
     }
 
+    /// Adds one value at a time, each time the best one, while the error falls with 90 % confidence. Also returns the number of tried
+    /// lists.
     fn one_after_another(
         &self,
         n_candidates: usize,
