@@ -8,12 +8,13 @@ use crate::recording::{Entry, Role, in_role};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AuxiliaryInputs {
     pub channels: Vec<AuxiliaryChannel>,
-    /// Sentences with the reasons why channels cannot be used.
+    /// Sentences that say why a channel cannot be used.
     pub unused: Vec<String>,
 }
 
 impl AuxiliaryInputs {
-    /// Removes the auxiliary channels that one recording lacks or that hardly vary in training, and gives all recordings one order.
+    /// Removes auxiliary channels that a recording lacks or that hardly vary in the training recordings. Afterwards all
+    /// recordings have the same channels in the same order.
     pub fn prepare(entries: &mut [Entry]) -> Self {
         let mut inputs = Self::default();
         let channels = |entry: &Entry| -> Vec<(String, String)> {
@@ -33,7 +34,7 @@ impl AuxiliaryInputs {
             if let Some(entry) = lacks {
                 let of_unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
                 inputs.unused.push(format!(
-                    "{} has no {name}{of_unit}, so the fit cannot use this channel; load the channel with every recording, or close this recording",
+                    "{} has no {name}{of_unit}, so the fit cannot use this channel; record the channel everywhere, or close this recording",
                     entry.recording.name(),
                 ));
                 continue;

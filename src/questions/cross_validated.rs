@@ -1,4 +1,5 @@
-//! Cross-validated scores of networks, kernels and hybrids: the complete fit is repeated without each part.
+//! Cross-validation of networks, kernels and hybrids: parts of the training recordings are left out in turn, and the complete
+//! fit is repeated without each part.
 //!
 //! Guarantees: no fitted value depends on the left-out part: conventional calibration and look-back, linear stage and ridge,
 //! standardisation, landmarks, ridge strengths, early stopping, and the share of the second stage. Only the full scales, which
@@ -26,7 +27,8 @@ use crate::scoring::part_squares::PartSquares;
 /// Speed-up of two networks that are trained at the same time, relative to one after the other.
 const GAIN_OF_TWO: f64 = 1.8;
 
-/// Returns the approximate time of the cross-validation as a multiple of the time of the fit; zero without cross-validation.
+/// Returns the approximate duration of the cross-validation, as a multiple of the duration of the fit; zero without
+/// cross-validation.
 pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     let samples = MOST_FITS as f64 - 1.0; // each fit uses four fifths of the samples
     match settings.regressor.learner() {
@@ -49,8 +51,8 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Returns the share of a network's output that is added to the linear stage, for each axis: the share with the lowest error.
-/// Without any part, all shares are 1.
+/// Returns, for each axis, the share of a network's output with the lowest error when it is added to the linear stage. Without
+/// any part, all shares are 1.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
@@ -60,8 +62,8 @@ pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     (0..n_axes).map(share).collect()
 }
 
-/// Returns the share of the second stage for each part and axis. If `has_shares`, the parts of the other fits determine the share.
-/// Otherwise all shares are 1.
+/// Returns the share of the second stage for each part and axis. If `has_shares` is true, the share of a part is chosen on the
+/// parts that other fits leave out. Otherwise all shares are 1.
 pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
     let of_folds: Vec<Vec<f64>> = (0..n.min(MOST_FITS))
@@ -77,7 +79,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// Returns the squared errors of the parts with the shares of [`part_shares`].
+/// Returns the squared errors of the parts, with the shares from [`part_shares`].
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
@@ -160,8 +162,8 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings with the left-out parts as test recordings. A recording that is left out only in part is cut
-/// into several recordings, each with its own history.
+/// Returns the training recordings, with the left-out parts as test recordings. A recording with a left-out interval is cut
+/// into several recordings, each without history at its start.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {
@@ -192,7 +194,8 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
 }
 
 impl Fold {
-    /// Scores a fit to the training recordings on the other recordings, with every `step`-th sample of each part.
+    /// Fits the training recordings, and returns the residuals of each left-out part. Every `step`-th residual is kept in
+    /// memory.
     fn score(
         self,
         mut settings: FitSettings,
@@ -200,7 +203,7 @@ impl Fold {
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
     ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
-        // Progress counts the training of all folds.
+        // The caller counts the progress of all fits.
         let progress = &progress.part();
         let n_train = self.set.n_samples(Role::Train);
         settings.kernel.landmarks = settings.kernel.landmarks.min(n_train.max(1));

@@ -1,4 +1,5 @@
-//! Cache of the data that no feature block changes, such as conventional loads.
+//! Cache of datasets. A dataset contains the recordings of a fit and the data that no feature block changes, such as
+//! conventional loads.
 //!
 //! Guarantees: a dataset never changes, so questions on several threads share it. Each dataset is prepared once.
 
@@ -34,7 +35,7 @@ use crate::scoring::cross_validation::Folds;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
 
-/// RMSE per axis of one recording: conventional, compensated.
+/// Conventional and compensated RMSE of one recording, per axis.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
 
 #[derive(Clone, Debug)]
@@ -48,7 +49,7 @@ pub(crate) struct Key {
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// Ratio to the largest training load above which a load counts as unknown if the user entered no rated load.
+/// Load above which the calibration is not valid, as a multiple of the largest training load. A rated load replaces this limit.
 const BEYOND_TRAINING: f64 = 1.2;
 
 /// Look-back searches of all recordings, for one set of axis weights and one history step.
@@ -69,13 +70,14 @@ pub(crate) struct Dataset {
     /// Conventional fit of the training recordings; `None` if a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
-    /// Conventional loads of each recording; `None` for too many samples to keep.
+    /// Conventional loads of each recording; `None` if the recordings have too many samples to keep them.
     loads: Option<Vec<Arc<Vec<f64>>>>,
-    /// Full scale of each axis over the training recordings, used unless one is entered.
+    /// Full scale of each axis in the training recordings, for axes without a rated load.
     full_scale: Vec<f64>,
-    /// Largest magnitude of each axis over the training recordings.
+    /// Largest magnitude of each axis in the training recordings.
     largest: Vec<f64>,
-    /// Longest gap of the training recordings (s), if their time steps determine one.
+    /// Length from which a pause counts as a gap (s): the longest one of the training recordings; `None` if no recording
+    /// determines it.
     gap_secs: Option<f64>,
     pub derived: Derived,
 }
@@ -86,19 +88,19 @@ pub(crate) struct Derived {
     coverage: OnceLock<Coverage>,
     rig: OnceLock<Option<RigReport>>,
     lag: OnceLock<Option<Finding>>,
-    /// Newest searches, with their axis weights and history step.
+    /// Look-back searches of the newest question, with their axis weights and history step.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
-    /// Newest sums as if the look-back found no past sample, with their design at any thresholds.
+    /// Sums of the newest fit as if no past sample were found, with the design of the fit at any thresholds.
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of a dataset in the cache; the place is locked while the dataset is prepared.
+/// Place of a dataset in the cache. The place is locked while the dataset is prepared.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
 /// Cache of datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
-    /// Places of the datasets, newest first. Only the place stays locked while its dataset is prepared.
+    /// Places of the datasets, newest first.
     places: Arc<Mutex<Vec<(Key, Place)>>>,
     /// Faults of the recordings of the newest request.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
@@ -287,7 +289,7 @@ impl Dataset {
         }
     }
 
-    /// Drops the conventional loads, as a dataset with many samples does.
+    /// Returns the dataset without stored conventional loads, as for recordings with many samples.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self { loads: None, ..self }
@@ -322,7 +324,7 @@ impl Dataset {
         self.derived.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// Returns the state of the rig according to the training recordings; `None` if no load moves.
+    /// Returns the state of the test rig in the training recordings, such as changed zeros; `None` if no load changes.
     pub fn rig(&self) -> Option<&RigReport> {
         let made = || RigReport::of(&self.training(), &self.full_scale, &Progress::default());
         self.derived.rig.get_or_init(|| made().ok().flatten()).as_ref()
@@ -332,14 +334,15 @@ impl Dataset {
     pub fn lag(&self, progress: &Progress) -> Result<Option<&Finding>, Cancelled> {
         let known = &self.derived.lag;
         if known.get().is_none() {
-            // If two threads measure the lag at the same time, both find the same.
+            // Two threads that measure the lag at the same time find the same value.
             let found = lag(&self.training(), progress)?;
             known.get_or_init(|| found);
         }
         Ok(known.get().and_then(Option::as_ref))
     }
 
-    /// Returns the finding of a time lag if these features would describe the lag as hysteresis. A fixed lag does not.
+    /// Returns the finding of a time lag if the features would describe the lag as hysteresis. Features with a fixed lag
+    /// describe it as a lag.
     pub fn lag_as_hysteresis(
         &self,
         features: &FeatureSettings,
@@ -553,7 +556,8 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
-/// Returns the valid range of each gauge after the tare; empty without a recording whose samples were checked for clipping.
+/// Returns the range of each gauge, after the tare, in which no training recording was clipped; empty if clipped samples were
+/// not searched.
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
     for recording in training {

@@ -1,4 +1,4 @@
-//! Fits of a linear model that leave out one part of the training recordings each.
+//! Cross-validation of a linear calibration: one fit without each part of the training recordings.
 
 use crate::calibration::{Calibration, LinearMap, NoCrossValidation, Terms};
 use crate::features::Design;
@@ -7,7 +7,7 @@ use crate::questions::errors::fit::Sums;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 
 impl Dataset {
-    /// Returns one fit without each part, with the features and the ridge of a linear calibration.
+    /// Returns one fit without each part of the training recordings, with the features and the ridge of a linear calibration.
     pub fn fits_left_out(
         &self,
         calibration: &Calibration,
@@ -27,7 +27,7 @@ impl Dataset {
         Ok(fits.iter().map(|found| self.map_of(&design, found)).collect())
     }
 
-    /// Returns the linear map of the conventional coefficients plus these coefficients.
+    /// Returns the linear map of the conventional coefficients plus these standardised coefficients.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
         LinearMap::new(design.columns(), self.map.corrected(design, coefficients))
     }

@@ -11,26 +11,26 @@ use crate::same::same_where;
 /// Request for an analysis.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The recordings with their roles.
+    /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
     /// Settings of the fit.
     pub settings: FitSettings,
     /// Recordings whose traces are requested.
     pub view: View,
-    /// Calibration to apply instead of fitting. `settings` then only gives the decimation.
+    /// Calibration that is applied instead of a fit. Of `settings`, only the decimation is then used.
     pub calibration: Option<Arc<Calibration>>,
     /// True if `calibration` was trained on these recordings, so that its own scores apply.
     pub trained: bool,
-    /// Calibration of the sensor's manufacturer, whose matrix gives one more trace.
+    /// Calibration of the sensor's manufacturer, for comparison.
     pub factory: Option<Arc<Calibration>>,
-    /// Cache that is shared with other questions about the same recordings.
+    /// Cache that questions about the same recordings share.
     pub datasets: Datasets,
 }
 
 same_where!(Request: shared(recordings, calibration, factory) value(settings, view, trained) besides(datasets));
 
 impl Request {
-    /// Returns a request for the same fit, without the choices that only concern the display.
+    /// Returns a request for the fit alone, without an applied calibration and without display choices.
     pub(crate) fn plain(&self) -> Self {
         let fit = Self::fit(Arc::clone(&self.recordings), self.settings.clone());
         Self { datasets: self.datasets.clone(), ..fit }

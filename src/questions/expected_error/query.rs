@@ -16,8 +16,9 @@ const KEPT: usize = 200_000;
 
 /// Returns the expected error of a calibration, or the reason why there is none.
 ///
-/// A linear calibration is fitted again without each group. Networks and kernels were cross-validated during training.
-/// `fitted` is true if the calibration was fitted to these recordings. Another calibration keeps the expected error of its file.
+/// A linear calibration is fitted again without each group. Networks and kernels were cross-validated during training. `fitted`
+/// is true if the calibration was fitted to these recordings. Otherwise only the calibration's file can contain an expected
+/// error.
 ///
 /// # Errors
 /// [`AnalysisError`] if the recordings cannot be used, or the work was cancelled.
@@ -118,7 +119,7 @@ impl Dataset {
             if !is_trained(entry) || progress.is_cancelled() {
                 continue;
             }
-            // Groups are left out as a whole, so a recording is one piece.
+            // Cross-validation leaves out whole groups here, so a recording is one piece.
             own.compensated = Some(fits[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
             errors.add_loads(&loads, entry.recording.loads(), step);
@@ -126,7 +127,7 @@ impl Dataset {
         Ok(errors)
     }
 
-    /// Returns the held-out errors of a network or a kernel, from the residuals of its cross-validation.
+    /// Returns the held-out errors of a network or a kernel from the residuals of the cross-validation.
     pub(crate) fn left_out_errors_of(
         &self,
         parts: &[Moments],

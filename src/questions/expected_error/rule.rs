@@ -1,4 +1,4 @@
-//! Rule of the expected error: conditions, value per axis, and the conditions that the recordings do not cover.
+//! Rule of the expected error: when it exists, its value per axis, and the conditions that the recordings do not cover.
 
 use std::collections::BTreeSet;
 
@@ -7,27 +7,27 @@ use crate::min_max::MinMax;
 use crate::recording::in_role;
 use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
 use crate::scoring::quantile::quantile;
-use crate::shown::counted;
 
 /// Share of the held-out errors that lie within the expected error.
 const SHARE: f64 = 0.95;
 
-/// Minimum number of left-out groups, or of test recordings if no groups were left out.
+/// Minimum number of left-out groups for an expected error. Without left-out groups, it is the minimum number of test
+/// recordings.
 pub(crate) const MIN_GROUPS: usize = 3;
 
-/// Minimum range of an axis with an expected error, as a share of the largest range of the axes with the same unit.
+/// Minimum load range for an expected error of an axis, as a share of the largest range of the axes with the same unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
 /// Minimum load of an axis that counts as loaded, as a share of the axis' largest load.
 const LOADED: f64 = 0.1;
 
-/// Minimum share of the loaded samples with several loaded axes for recordings that count as combined loads.
+/// Minimum share of samples with several loaded axes among the loaded samples. Below it, the recordings have no combined loads.
 const COMBINED: f64 = 0.05;
 
 /// Magnitudes of held-out errors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeldOutErrors {
-    /// Number of groups that were left out in turn, or of test recordings.
+    /// Number of left-out groups or of test recordings.
     pub n_groups: usize,
     /// Number of held-out samples, which may be larger than the number of stored errors.
     pub n_samples: u64,
@@ -40,7 +40,7 @@ impl HeldOutErrors {
         Self { sizes: vec![Vec::new(); n_axes], ..Self::default() }
     }
 
-    /// Adds every `step`-th of these errors, `n × n_axes` row-major.
+    /// Adds every `step`-th sample of errors, `n × n_axes` row-major.
     pub fn add(&mut self, errors: impl ExactSizeIterator<Item = f64>, step: usize) {
         let n_axes = self.sizes.len();
         self.n_samples += (errors.len() / n_axes.max(1)) as u64;
@@ -51,7 +51,7 @@ impl HeldOutErrors {
         }
     }
 
-    /// Adds the differences between every `step`-th sample of calculated loads and of reference loads.
+    /// Adds the errors of loads against reference loads for every `step`-th sample, both `n × n_axes` row-major.
     pub fn add_loads(&mut self, loads: &[f64], reference: &[f64], step: usize) {
         self.add(loads.iter().zip(reference).map(|(own, reference)| own - reference), step);
     }
@@ -63,9 +63,9 @@ impl HeldOutErrors {
     }
 }
 
-/// Returns the expected error from the errors on left-out groups of this kind and on test recordings.
+/// Returns the expected error from the errors on left-out groups and on test recordings.
 ///
-/// `axes` are those of the calibration, each with its full scale, or 0 without one.
+/// `axes` contains each axis of the calibration with its full scale, which is 0 if unknown.
 ///
 /// # Errors
 /// A clause with the reason why there is no expected error.
@@ -86,8 +86,8 @@ pub fn expected_from(
         && tested.n_groups < MIN_GROUPS
     {
         return Err(format!(
-            "{reason}. {MIN_GROUPS} test recordings would give an expected error as well (now {})",
-            counted(tested.n_groups, "test recording")
+            "{reason}. {MIN_GROUPS} test recordings are enough, too (there are {})",
+            tested.n_groups
         ));
     }
     let by_cross_validation = left_out.as_mut().ok().and_then(HeldOutErrors::values);
@@ -127,12 +127,13 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
 
 /// Returns a sentence that lists the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
-    let mut missing = vec!["loads beyond those recorded".to_owned()];
+    let mut missing = vec!["loads beyond the recorded loads".to_owned()];
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
         missing.push("combined loads (the axes were loaded one at a time)".to_owned());
     }
     if is_one_programme(&in_role(entries, Role::Train)) {
-        missing.push("other load programmes (all training recordings repeat one)".to_owned());
+        missing
+            .push("other load programmes (all training recordings repeat the same one)".to_owned());
     }
     if !matches!(grouped_by, GroupedBy::Mounting | GroupedBy::Mount | GroupedBy::Setup) {
         missing.push("another mounting".to_owned());
@@ -148,7 +149,7 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
     }
 }
 
-/// Returns true if hardly any loaded sample has more than one loaded axis.
+/// Returns true if only few of the loaded samples have more than one loaded axis.
 pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     let largest: Vec<f64> =
         load_ranges(used(entries), n_axes).into_iter().map(MinMax::magnitude).collect();
@@ -279,7 +280,7 @@ mod tests {
         ] {
             let text = missing(entries, GroupedBy::Recording);
             assert_eq!(text.contains("one at a time"), single, "{text}");
-            assert_eq!(text.contains("repeat one"), programme, "{text}");
+            assert_eq!(text.contains("repeat the same one"), programme, "{text}");
             assert!(text.contains("another mounting") && text.contains("another day"));
         }
         assert!(!missing(&free, GroupedBy::Mount).contains("another mounting"));

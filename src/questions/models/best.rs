@@ -1,7 +1,8 @@
-//! Search for the best model: each candidate is scored on held-out recordings, and [`ErrorBlocks`] chooses among the candidates.
+//! Search for the best model. Each candidate is fitted in several folds, which hold out different recordings for the score.
+//! [`ErrorBlocks`] chooses among the candidates.
 //!
-//! Guarantees: no step of a fit uses the held-out recordings: conventional calibration, thresholds, values of blocks, ridge, and
-//! training. Held-out recordings are predicted from a cold start. Test recordings are not used for the choice.
+//! Guarantees: the held-out recordings of a fold influence neither conventional calibration, thresholds and values of blocks,
+//! nor ridge and training. They are predicted from a cold start. Test recordings are not used for the choice.
 
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -30,18 +31,19 @@ use crate::shown::counted;
 
 /// Maximum number of training samples while models are compared. Recordings with more samples are decimated.
 const ENOUGH_SAMPLES: usize = 60_000;
-/// Effort of the short training that selects networks and kernels for the full training.
+/// Limits of the short training, which selects networks and kernels for the full training.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// Limits for the full training. For each regressor: the maximum error of the short training as a multiple of the lowest error,
-/// and the maximum number of models. The limit of networks is higher, because a short training says less about them.
+/// Selection for the full training. For each regressor: the maximum error of the short training as a multiple of the lowest
+/// error, and the maximum number of models. The maximum error of networks is larger, because a short training says less about
+/// networks.
 const CAN_WIN: [(Regressor, f64, usize); 4] = [
     (Regressor::HybridKernel, 1.3, 3),
     (Regressor::Kernel, 1.3, 3),
     (Regressor::HybridNetwork, 1.6, 1),
     (Regressor::Network, 1.6, 1),
 ];
-/// Maximum error of a model that is trained once more for longer, as a multiple of the lowest error.
+/// Maximum error of a model that is trained again for longer, as a multiple of the lowest error.
 const NEARLY_BEST: f64 = 1.15;
 /// Length of a block of errors, as a multiple of their correlation time.
 const TIMES_CORRELATED: usize = 4;
@@ -59,7 +61,7 @@ pub struct Search {
     pub settings: FitSettings,
     /// Time after which no further candidate starts.
     pub time_limit: Duration,
-    /// Maximum error of the proposed smallest model above that of the most accurate model, as a share.
+    /// Maximum difference between the errors of the smallest and of the most accurate proposed model, as a share of the latter.
     pub within: f64,
 }
 
@@ -72,7 +74,7 @@ pub struct Tried {
     #[serde(skip)]
     pub at: usize,
     pub name: String,
-    /// Amount of data as named in the paper; empty if the settings give it.
+    /// Amount of data as named in the paper; empty if it follows from the decimation.
     #[serde(skip)]
     pub data: String,
     /// Description of the features; empty for the gauges alone.
@@ -87,7 +89,7 @@ pub struct Tried {
     pub is_proposed: bool,
     /// True for the smallest candidate that is nearly as accurate as the proposed one.
     pub is_smallest: bool,
-    /// Reason why the candidate is not eligible; `None` if it is.
+    /// Reason why the candidate cannot be proposed; `None` if it can.
     pub refused: Option<String>,
     /// Sums of squared errors, `n_blocks × n_axes` row-major.
     #[serde(skip)]
@@ -95,7 +97,7 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// Returns a model that is not yet compared with other models.
+    /// Returns a model before its comparison with other models.
     pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
         Self {
             at: 0,
@@ -152,7 +154,7 @@ impl Best {
         self.tried.iter().find(|tried| tried.is_smallest)
     }
 
-    /// Returns one sentence with the reason for the proposal, and one with the smallest model.
+    /// Returns a sentence with the reason for the proposal, and a sentence about the smallest model.
     pub fn why(&self) -> Vec<String> {
         let (Some(proposed), Some(smallest)) = (self.proposed(), self.smallest()) else {
             return Vec::new();
@@ -172,7 +174,7 @@ impl Best {
             )];
         }
         let first = format!(
-            "Proposed: {}, the most accurate: {} of the conventional error ({}); {}",
+            "Proposed: {}, the most accurate model: {} of the conventional error ({}); {}",
             proposed.name,
             percent(proposed),
             self.folds,
@@ -191,16 +193,16 @@ impl Best {
         vec![first, second]
     }
 
-    /// Returns further facts about the search, one sentence each.
+    /// Returns sentences with further results of the search.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let lowest = self.proposed().map_or(1.0, |own| own.relative);
-        // Users ask why a model with a lower error is not proposed.
+        // A model with a lower error than the proposed one needs an explanation.
         let lower = self.tried.iter().filter(|own| own.relative < lowest);
         remarks.extend(lower.map(|own| match &own.refused {
             Some(why) => format!("{} is not proposed: {why}", own.name),
             None => format!(
-                "{} has a lower mean error only because of the most extreme tenth of the blocks: on the other blocks, another model is \
+                "{} has a lower mean error, but only because of a few extreme blocks of samples; without the extreme tenth, another model is \
                  better with 90 % confidence",
                 own.name
             ),
@@ -223,7 +225,7 @@ impl Best {
         remarks
     }
 
-    /// Returns the candidates that could not be tried, with the reasons, one sentence each.
+    /// Returns sentences with the candidates that could not be tried, and the reasons.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failed.iter().map(|(name, why)| format!("{name} could not be tried: {why}"))
     }
@@ -237,7 +239,7 @@ impl Best {
         let weights = weights(rmse.unwrap_or_default());
         let of = |own: &Tried| weighed(&own.squares, &weights);
         let (own, reference) = (of(&tried), of(&conventional));
-        // Without any error, no model is better than another.
+        // If the conventional calibration has no error, no model is better.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
         tried.at = self.tried.len();
         tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
@@ -295,7 +297,8 @@ struct Cut {
 }
 
 impl Cut {
-    /// Returns blocks that are longer than the correlation time of the errors of the conventional calibration.
+    /// Returns blocks that are longer than the correlation time of these errors, which are those of the conventional
+    /// calibration.
     fn of(folds: &NestedFolds, errors: &FoldErrors, n_axes: usize) -> Self {
         let length = TIMES_CORRELATED * correlated(errors, n_axes);
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
@@ -329,17 +332,20 @@ impl Cut {
     fn words(&self, refused: Refusal) -> String {
         match refused {
             Refusal::NotBetter => {
-                "its error is not below the conventional one with 90 % confidence".to_owned()
+                "its error is not below the conventional error with 90 % confidence".to_owned()
             }
             Refusal::Harms { group, ratio } => {
                 let ratio = significant(ratio, 2);
-                format!("unstable: {ratio} times the conventional error on {}", self.groups[group])
+                format!(
+                    "unstable: its error on {} is {ratio} times the conventional one",
+                    self.groups[group]
+                )
             }
         }
     }
 }
 
-/// Returns the samples of each of `count` blocks.
+/// Returns the sample ranges of `count` blocks of nearly equal length.
 fn blocks(n_samples: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).map(move |at| at * n_samples / count..(at + 1) * n_samples / count)
 }
@@ -357,19 +363,16 @@ fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     let longest = all().map(|own| own.len() / n_axes).max().unwrap_or(1);
     let mut lag = 1;
     while lag < longest {
-        let mut sum = 0.0;
-        for axis in 0..n_axes {
-            let (mut products, mut squares) = (0.0, 0.0);
-            for own in all() {
-                let of_axis = || own.iter().skip(axis).step_by(n_axes);
-                products += of_axis().zip(of_axis().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
-                squares += of_axis()
-                    .take((own.len() / n_axes).saturating_sub(lag))
-                    .map(|a| a * a)
-                    .sum::<f64>();
+        let (mut products, mut squares) = (vec![0.0; n_axes], vec![0.0; n_axes]);
+        for own in all() {
+            let later = own.iter().skip(lag * n_axes);
+            for (at, (a, b)) in own.iter().zip(later).enumerate() {
+                products[at % n_axes] += a * b;
+                squares[at % n_axes] += a * a;
             }
-            sum += if squares > 0.0 { products / squares } else { 0.0 };
         }
+        let correlations = products.iter().zip(&squares).filter(|(_, square)| **square > 0.0);
+        let sum: f64 = correlations.map(|(product, square)| product / square).sum();
         if sum < n_axes as f64 / std::f64::consts::E {
             break;
         }
@@ -378,7 +381,7 @@ fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     lag
 }
 
-/// Tries the candidates, and passes the results so far to `show` after each candidate.
+/// Tries the candidates. `show` receives all results after each candidate.
 ///
 /// # Errors
 /// [`AnalysisError`] without training recordings, or after a cancellation.
@@ -505,7 +508,7 @@ impl<'a> Running<'a> {
         self.start.elapsed() > self.search.time_limit
     }
 
-    /// Fits a candidate in each fold, and returns the errors of each held-out recording.
+    /// Fits a candidate in each fold. Returns the errors of each held-out recording.
     fn errors(
         &mut self,
         recipe: &Recipe,
@@ -527,7 +530,7 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// Counts a trial, and returns its result. A candidate that could not be tried is noted, and the result is `None`.
+    /// Adds a candidate that could not be tried to the failed ones, and returns `None` for it. Any trial counts as progress.
     fn noted<T>(
         &mut self,
         recipe: &Recipe,
@@ -536,7 +539,7 @@ impl<'a> Running<'a> {
         self.progress.advance(1);
         match found {
             Ok(found) => Ok(Some(found)),
-            // Without the conventional calibration, which is tried first, there is no comparison.
+            // Without the conventional calibration, which is the first candidate, no model can be compared.
             Err(error) if self.best.tried.is_empty() => Err(error),
             Err(AnalysisError::Cancelled(cancelled)) => Err(cancelled.into()),
             Err(error) => {
@@ -546,14 +549,15 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Returns false if the error equals that of a linear model, because the second stage adds nothing.
+    /// Returns false if the error equals the error of a linear model: then the second stage has no effect.
     fn is_new(&self, relative: f64) -> bool {
         let is_linear = |own: &&Tried| own.regressor == Regressor::Linear;
         let same = |own: &Tried| (own.relative - relative).abs() < 1e-9;
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
-    /// Returns the recipe of a regressor with the lowest error; `None` if that error is far above the lowest of all models.
+    /// Returns the recipe with the lowest error of a regressor; `None` if this error is far above the lowest error of all
+    /// models.
     fn best_of<'r>(
         &self,
         regressor: Regressor,
@@ -583,7 +587,7 @@ impl<'a> Running<'a> {
         let tried = self.tried(recipe);
         let Some(mut tried) = self.noted(recipe, tried)? else { return Ok(()) };
         let is_same = |own: &Tried| own.model.settings == tried.model.settings;
-        // Without its useless blocks, a candidate may equal an earlier one.
+        // Blocks without effect were removed, so a candidate may equal an earlier one.
         if !self.best.tried.iter().any(is_same) {
             tried.model.seconds = Some(since.elapsed().as_secs_f64());
             self.best.push(tried);
@@ -630,7 +634,7 @@ fn spreads(errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
     (0..n_axes).map(of_axis).collect()
 }
 
-/// Removes the blocks that help no axis.
+/// Removes the blocks that the ridge has removed for all axes.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let ridges = &calibration.quality.ridge_by_block;
     for (own, ridge) in calibration.design().blocks().iter().zip(ridges) {

@@ -140,7 +140,7 @@ fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     (own.len() > 1 && !others.is_empty()).then_some(few)
 }
 
-/// Fits and scores candidates, two at a time, and shows all outcomes after each fit. A cancelled fit has no outcome.
+/// Fits and scores the candidates, two at a time. `show` receives all outcomes after each fit. A cancelled fit has no outcome.
 pub fn compare(
     asked: &Comparison,
     progress: &Progress,

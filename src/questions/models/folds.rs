@@ -1,4 +1,5 @@
-//! Folds of a model search: groups of recordings, or segments of one long recording.
+//! Folds of a model search. A fold holds out a group of recordings, or a segment of one long recording, and the other
+//! recordings are fitted.
 //!
 //! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long recording
 //! are held out a second time and predicted from the earlier segments alone, so that a drift increases the error.
@@ -10,7 +11,7 @@ use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 
-/// Number of segments of each recording if there is only one group.
+/// Number of segments of each recording, for recordings without at least two groups.
 const SEGMENTS: usize = 4;
 
 pub(super) struct NestedFolds {
@@ -19,7 +20,7 @@ pub(super) struct NestedFolds {
     pub whole: Arc<RecordingSet>,
     /// Description of the folds, for headings.
     pub what: String,
-    /// Names of the parts that the choice compares separately: groups or segments.
+    /// Names of the groups or segments. The choice of a model compares errors in each of them.
     pub parts: Vec<String>,
     /// Number of folds that hold out each sample once. Further folds predict forward in time.
     pub n_left_out: usize,
@@ -49,7 +50,8 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            // A recording that is one of several in a file is too short to be a group, so several are combined.
+            // One of several recordings in a file, such as one press, is too short for a group. Consecutive recordings are
+            // combined.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
             let pieces: Vec<Piece> = (training.into_iter())
                 .map(|(entry, group)| {
@@ -89,7 +91,7 @@ impl NestedFolds {
             let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
-        // Forward in time needs groups that follow one another in the file.
+        // Only groups that follow one another in the file can be predicted forward in time.
         let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|own| own.fold);
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
         let fold =
@@ -101,7 +103,7 @@ impl NestedFolds {
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
-            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a
+            // The last segment is predicted from all earlier ones already. Fewer than half of the segments are too few for a
             // fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));

@@ -23,13 +23,14 @@ use crate::recording::{Entry, Recording, Role};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::part_squares::PartSquares;
 
-/// One of this number of training groups, or this fraction of the samples, is held out for early stopping of a network.
+/// Number of training groups of which one is held out for early stopping of a network. With few groups, it is the corresponding
+/// fraction of the samples.
 const HELD_OUT: usize = 10;
 /// Minimum number of groups for holding out a whole group. With fewer groups, too few samples would remain for training.
 const FEWEST_GROUPS: usize = 3;
 /// Maximum number of cross-validation parts that choose the ridge strengths of a kernel.
 const MAX_PARTS: usize = 10;
-/// Maximum number of values in the rows that are kept for further passes of a kernel: 64 MB.
+/// Maximum number of values that are kept in memory for further passes of a kernel: 64 MB.
 const MOST_KEPT: usize = 8_000_000;
 /// Number of rows in a block.
 const BLOCK: usize = 128;
@@ -65,13 +66,13 @@ impl TrainingStep {
     }
 }
 
-/// Sums over samples, from which the squared error follows for each share of the second stage.
+/// Sums from which the squared error follows for any share of the second stage.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moments {
     pub n_samples: u64,
     /// `Σ r²`, `Σ r g` and `Σ g²` of each axis, with the residual r of the linear stage and the output g of the second stage.
     pub of_axes: Vec<[f64; 3]>,
-    /// Residual and output of evenly spaced samples, `n × n_axes` row-major.
+    /// Residual r and output g of evenly spaced samples, `n × n_axes` row-major.
     pub kept: Vec<[f64; 2]>,
 }
 
@@ -80,7 +81,7 @@ impl Moments {
         Self { n_samples: 0, of_axes: vec![[0.0; 3]; n_axes], kept: Vec::new() }
     }
 
-    /// Adds samples of residual and output, both `n × n_axes` row-major.
+    /// Adds residuals and outputs of the second stage to the sums, both `n × n_axes` row-major.
     pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
         let n_axes = self.of_axes.len();
         for (left_over, added) in left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes)) {
@@ -93,7 +94,7 @@ impl Moments {
         }
     }
 
-    /// Keeps every `step`-th sample of residual and output, both `n × n_axes` row-major.
+    /// Keeps residual and output of every `step`-th sample, both `n × n_axes` row-major.
     pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
         let n_axes = self.of_axes.len();
         let rows = left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes));
@@ -102,7 +103,7 @@ impl Moments {
         }
     }
 
-    /// Returns the sum of squared errors if this share of the second stage is added.
+    /// Returns the sum of squared errors with this share of the second stage.
     pub fn squares(&self, axis: usize, share: f64) -> f64 {
         let [rr, rg, gg] = self.of_axes[axis];
         (rr - 2.0 * share * rg + share * share * gg).max(0.0)
@@ -111,7 +112,7 @@ impl Moments {
 
 pub(crate) struct Fitted {
     pub past: Vec<Past>,
-    /// Calibration with the whole second stage, which [`Learned::scale`] reduces to its share.
+    /// Calibration whose second stage is not reduced to its share yet.
     pub calibration: Calibration,
     /// Squared errors of the linear fits without each part.
     pub linear: Option<PartSquares>,
@@ -134,7 +135,7 @@ pub(crate) fn fit_all(
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
-        // The standard errors would be those of the linear stage alone.
+        // The standard errors of the linear stage are not those of the whole model.
         calibration.quality.coefficients = None;
         if !settings.regressor.is_hybrid() {
             calibration.compensated = None;
@@ -206,11 +207,11 @@ struct TrainingRows<'a> {
     target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
-    /// Decimation of the rows.
+    /// Every `step`-th sample of a recording is a row.
     step: usize,
     /// True if some rows are held out for early stopping of a network.
     holds_out: bool,
-    /// Rows of each run that are computed once; empty for too many rows.
+    /// Rows of each recording that stay in memory; empty if there are too many.
     kept: Vec<Vec<KeptBlock>>,
 }
 
@@ -251,7 +252,7 @@ impl TrainingRows<'_> {
         (0..self.runs.len()).map(|run| self.n_samples(run)).sum()
     }
 
-    /// Computes all rows for several passes, unless they need too much memory.
+    /// Computes all rows once for several passes, unless the rows need too much memory.
     fn keep(&mut self) {
         let (n_inputs, n_axes) = self.widths();
         let n_linear = self.linear_stage().map_or(0, |stage| stage.kinds.len());
@@ -268,8 +269,8 @@ impl TrainingRows<'_> {
         self.kept = (0..self.runs.len()).into_par_iter().map(run).collect();
     }
 
-    /// Returns true if sample `at`, counted over all runs, is held out for early stopping. Whole groups of recordings are held out, or
-    /// the last tenth of all samples if there are few groups.
+    /// Returns true if sample `at` of all recordings is held out for early stopping. Whole groups of recordings are held out,
+    /// or the last tenth of all samples if there are few groups.
     fn is_held_out(&self, run: usize, at: usize) -> bool {
         if !self.holds_out {
             return false;

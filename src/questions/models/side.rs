@@ -26,9 +26,9 @@ const MOST_LAGS: usize = 160;
 const MOST_LAG_COLUMNS: usize = 200;
 /// Maximum number of multiplications in each fold with [`Times::EverySample`]. They limit the computing time.
 const MOST_LAG_WORK: usize = 400_000_000;
-/// Lists of lags to try for the auxiliary channels (s).
+/// Lists of lags to try for the effect of auxiliary channels (s).
 const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
-/// Maximum squared error with a lag, as a share of the squared error without a lag. Above it, the lag is not used.
+/// Maximum squared error for the use of a lag of auxiliary channels, as a share of the squared error without a lag.
 const LAG_HELPS: f64 = 0.9;
 
 /// Limits of a training.
@@ -42,7 +42,7 @@ pub(super) struct Effort {
     pub units: usize,
 }
 
-/// Recordings of one fold, with the choices made on the training recordings.
+/// Recordings of one fold, and the values chosen on the training recordings.
 pub(super) struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
@@ -108,7 +108,7 @@ impl Side {
                 features.blocks.set(block, self.values(block, recipe, progress)?);
             }
         }
-        // A linear map of the present gauges alone is the conventional calibration.
+        // The conventional calibration has no auxiliary channels.
         let more_than_conventional =
             recipe.look_back || !recipe.blocks.is_empty() || recipe.regressor.learner().is_some();
         if more_than_conventional && !self.auxiliary.is_empty() {
@@ -258,12 +258,12 @@ impl Side {
     }
 }
 
-/// Returns a time with six digits, which is short in a list of settings.
+/// Rounds a time to six digits, so that it is short in a list of settings (s).
 fn significant_secs(secs: f64) -> f64 {
     format!("{secs:.5e}").parse().unwrap_or(secs)
 }
 
-/// Returns [`SPREAD`] of these values, evenly spaced in the list.
+/// Returns at most [`SPREAD`] of these values, evenly spaced in the list.
 fn spread(candidates: &[f64]) -> Vec<f64> {
     let n = candidates.len().min(SPREAD);
     let at = |k: usize| candidates[k * (candidates.len() - 1) / (n - 1).max(1)];

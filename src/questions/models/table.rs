@@ -1,4 +1,4 @@
-//! A tried model with its settings and results, and the table of models.
+//! Fitted model with its settings and results, and the table of models.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -30,10 +30,10 @@ pub struct Model {
     pub axes: Vec<Axis>,
     #[serde(flatten)]
     pub scores: Scores,
-    /// Standard deviation over the left-out parts of the cross-validated RMSE, per axis; empty if unknown.
+    /// Standard deviation of the cross-validated RMSE between the left-out parts, per axis; empty if unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference between the mean squared errors of the model and of the conventional calibration, over
-    /// blocks of held-out samples. The conventional mean squared error is 1; `None` if unknown.
+    /// Standard error of the difference between the mean squared errors of the model and of the conventional calibration, as a
+    /// share of the conventional mean squared error; `None` if unknown.
     pub spread: Option<f64>,
     /// Description of the cross-validation; may be empty.
     #[serde(skip)]
@@ -76,8 +76,7 @@ impl Model {
         }
     }
 
-    /// Returns the RMSE divided by that of the conventional calibration, with all axes weighted alike; `None` if either RMSE is
-    /// unknown.
+    /// Returns the RMSE divided by the conventional RMSE, with all axes weighted alike; `None` if one of them is unknown.
     pub fn relative(&self, set: ScoreSet) -> Option<f64> {
         let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);
@@ -87,7 +86,8 @@ impl Model {
     }
 }
 
-/// Returns the weights of the squared errors that make all axes count alike: the inverse conventional mean squared errors.
+/// Returns the weight of each axis' squared error: the inverse of the conventional mean squared error, so that all axes count
+/// alike.
 pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
@@ -144,7 +144,7 @@ impl Mark {
     }
 }
 
-/// Returns the name of the amount of data with this decimation, as in the paper.
+/// Returns the paper's name of the amount of data for this decimation.
 pub fn pattern(decimation: usize) -> String {
     match decimation {
         1 => "A".to_owned(),
@@ -153,18 +153,18 @@ pub fn pattern(decimation: usize) -> String {
     }
 }
 
-/// Name of the column that the list of models is sorted by at first.
+/// Name of the column by which the window first sorts the list of models.
 pub const RELATIVE: &str = "relative RMSE";
 
 pub struct ModelRow<'a> {
     pub mark: Cell,
     pub name: &'a str,
-    /// Amount of data as named in the paper; empty if the settings give it.
+    /// Amount of data as named in the paper; empty if it follows from the decimation.
     pub data: &'a str,
     pub model: &'a Model,
 }
 
-/// Returns the table with one row per model: errors on the chosen sets of samples, and cost.
+/// Returns the table of models with errors on these sets of samples, parameters, memory and computing time.
 pub fn model_table<'a>(
     axes: &[Axis],
     sets: &[ScoreSet],
@@ -193,13 +193,13 @@ pub fn model_table<'a>(
             sets,
             |set| {
                 let head = Column::numbers(RELATIVE).unit("%");
-                in_group(set, head.about("RMSE divided by that of the conventional calibration, with all axes weighted alike"))
+                in_group(set, head.about("RMSE as a share of the conventional RMSE, with all axes weighted alike"))
             },
             |row, set| Cell::digits(percent(row.model.relative(**set)), 3),
         )
         .columns(
             has_spread.then(|| Column::numbers("±").unit("%").about(
-                "Standard error of the difference between the model's mean squared error and the conventional one, over blocks of left-out samples",
+                "Standard error of the difference between the model's mean squared error and the conventional one, from blocks of left-out samples",
             )),
             Column::clone,
             |row, _| Cell::digits(percent(row.model.spread), 2),

@@ -1,4 +1,4 @@
-//! Fits of any regressor with their scores, which are measured on samples outside the fit.
+//! Fits any regressor and scores it on samples outside the fit.
 
 use crate::calibration::{Calibration, Regressor};
 use crate::progress::Progress;
@@ -13,7 +13,7 @@ use crate::scoring::part_squares::PartSquares;
 
 /// Fits the request with its regressor. Test recordings are only scored.
 ///
-/// A network reports each epoch, and after a cancellation keeps its best one. A cancelled cross-validation has no score.
+/// A network reports each epoch. A cancelled network keeps its best epoch. A cancelled cross-validation gives no score.
 ///
 /// # Errors
 /// [`AnalysisError`] if the request cannot be fitted.
@@ -49,7 +49,7 @@ pub(crate) fn fit_and_score(
     if settings.regressor.learner().is_none() {
         return Ok((calibration, linear));
     }
-    // If too few samples remain for the linear stage, its residuals are no targets for the second stage.
+    // Without enough samples for the linear stage, a cross-validation of the second stage is meaningless.
     let moments = match steps > 0 && (linear.is_some() || !settings.regressor.is_hybrid()) {
         true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
         false => None,
@@ -60,7 +60,7 @@ pub(crate) fn fit_and_score(
         learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
     }
     let left_out = moments.as_ref().map(|moments| part_squares(moments, has_shares));
-    // A network whose training was cancelled is scored, too.
+    // A network is scored even if its training was cancelled.
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;

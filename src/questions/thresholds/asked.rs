@@ -17,10 +17,11 @@ use crate::scoring::mean_hysteresis::MeanHysteresis;
 /// Number of values of F_th, and of t_th, in the map.
 const MAP_SIDE: usize = 40;
 
-/// Question for the errors of a look-back at all thresholds, and for the past samples that the present thresholds find.
+/// Question for the errors of a look-back at many thresholds, and for the past samples that the present thresholds find.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyThresholds {
-    /// Request whose first look-back has default thresholds, so that the present thresholds do not change the map.
+    /// Request for the map. Its first look-back has default thresholds, so that the map stays when the user changes the
+    /// thresholds.
     request: Request,
     thresholds: Thresholds,
 }
@@ -30,7 +31,7 @@ pub struct StudyThresholds {
 pub struct ThresholdStudy {
     /// Map of errors, in which rows may be missing; `None` before the first row.
     pub map: Option<Arc<ThresholdMap>>,
-    /// Ages of the past samples that the present thresholds find.
+    /// Ages of the past samples at the present thresholds.
     pub past_ages: PastAges,
     /// Mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
@@ -44,12 +45,12 @@ struct Prepared {
     map: Option<Arc<ThresholdMap>>,
 }
 
-/// Prepared study for further questions about the same recordings and settings.
+/// Study that is kept for further questions about the same recordings and settings.
 #[derive(Default)]
 pub struct StudyCache(Option<Prepared>);
 
 impl StudyThresholds {
-    /// Returns the study of a request's fit with these present thresholds.
+    /// Returns the question about the fit of a request, with these present thresholds.
     pub fn of(request: &Request, thresholds: Thresholds) -> Self {
         let mut request = request.plain();
         let features = &mut request.settings.features;
@@ -100,7 +101,7 @@ impl Query for StudyThresholds {
                 show(ThresholdStudy { map, ..found.clone() });
             });
             found.map = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
-            // A cancelled map is continued by the next question.
+            // The next question continues a cancelled map.
             map.clone_from(&found.map);
             made?;
         }
@@ -111,7 +112,7 @@ impl Query for StudyThresholds {
 /// Question for the values of a feature with the lowest cross-validation error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChooseBlock {
-    /// Feature whose values are chosen.
+    /// Feature whose values are to be chosen.
     pub block: HistoryBlock,
     /// Error to minimise; `None` for the default.
     pub measure: Option<Measure>,

@@ -8,13 +8,13 @@ use crate::scoring::numbers::{decimals, round_step};
 pub const MAX_VALUES: usize = 2000;
 /// Maximum number of pairs of thresholds. More pairs would fill the memory.
 const MAX_PAIRS: usize = 250_000;
-/// Approximate number of F_th that are tried first, spread over the whole range.
+/// Approximate number of F_th in the first level, which spans the whole range.
 const COARSEST: usize = 5;
 
-/// All pairs of an F_th and a t_th.
+/// Grid of all pairs of these F_th and t_th.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdGrid {
-    /// Values of F_th, ascending, in the unit of the distance.
+    /// Values of F_th, ascending (N, or share of full scale).
     pub(crate) f_ths: Vec<f64>,
     /// Values of t_th, ascending (s).
     pub(crate) t_ths_secs: Vec<f64>,
@@ -86,9 +86,9 @@ fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {
 }
 
 impl ThresholdGrid {
-    /// Checks the values.
+    /// Returns a grid of these values, if they are valid.
     ///
-    /// **Units** F_th in that of the distance; t_th (s).
+    /// **Units** F_th in N or as a share of full scale; t_th in s.
     ///
     /// # Errors
     /// [`GridError`] for the first invalid value.
@@ -113,8 +113,9 @@ impl ThresholdGrid {
         Ok(Self { f_ths, t_ths_secs })
     }
 
-    /// Returns a grid for a sensor with this largest full scale in the unit of F_th. The `n_f` values of F_th go in round steps from zero
-    /// to 1.2 times full scale. The `n_t` values of t_th go from half a second to a minute in a constant ratio.
+    /// Returns a grid for a sensor. `largest_distance` is the largest full scale in the unit of F_th. The `n_f` values of F_th
+    /// go in round steps from zero to 1.2 times full scale. The `n_t` values of t_th go from half a second to a minute in a
+    /// constant ratio.
     ///
     /// # Errors
     /// [`GridError`] if a count is zero or too large.

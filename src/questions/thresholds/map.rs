@@ -10,7 +10,7 @@ use crate::questions::thresholds::measure::{Measure, MeasureScale};
 use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::quantile::quantile;
 
-/// Share of a map's errors within the range of its colours.
+/// Share of the map's errors that the colours distinguish. The largest errors all have the last colour.
 const SHADED_SHARE: f64 = 0.95;
 
 /// Samples on which errors are measured.
@@ -18,7 +18,7 @@ const SHADED_SHARE: f64 = 0.95;
 pub enum ScoreSet {
     Train,
     Test,
-    /// Training recordings, each predicted by a fit to the other ones.
+    /// Training recordings in cross-validation: each group is predicted by a fit to the other groups.
     LeftOut,
 }
 
@@ -74,7 +74,8 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the RMSE of the factory calibration per axis. It has no cross-validation, because it was fitted to other samples.
+    /// Returns the RMSE of the factory calibration per axis; empty for cross-validation, because this calibration is not fitted
+    /// here.
     pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
         match self {
             Self::Train => &scores.train_rmse,
@@ -200,7 +201,7 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// Returns the pairs `(threshold, error)` of a curve through this position, ascending, without missing errors.
+    /// Returns the points `(threshold, error)` of a curve through this position, ascending, without missing errors.
     pub fn curve(
         &self,
         along: Along,
@@ -220,7 +221,8 @@ impl ThresholdMap {
         thresholds.filter_map(|(at, threshold)| Some((*threshold, value(at)?))).collect()
     }
 
-    /// Returns the position of the lowest error, and that error. Among equal errors, the smallest thresholds count.
+    /// Returns the position and the value of the lowest error. Among equal errors, the pair with the smallest thresholds
+    /// counts.
     pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
         let n_t = self.grid.t_ths_secs.len();
         let values = self.values(set, measure).into_iter().enumerate();

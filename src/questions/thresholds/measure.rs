@@ -1,7 +1,7 @@
 //! Measures that combine the errors of several axes in one number.
 //!
-//! Guarantees: every measure is the root of a weighted sum of squared errors of the axes, so it applies to sums of squared errors
-//! and to RMSEs alike.
+//! Guarantees: every measure is the root of a weighted sum of the axes' squared errors. The same weights therefore apply to
+//! sums of squared errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,13 +11,13 @@ use crate::recording::Axis;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// One axis, by its index, in its unit.
+    /// RMSE of the axis with this index, in the unit of the axis.
     Axis(usize),
-    /// Root mean square over the force axes (N).
+    /// Root mean square of the RMSEs of the force axes (N).
     Forces,
-    /// Root mean square over the moment axes (N·m).
+    /// Root mean square of the RMSEs of the moment axes (N·m).
     Moments,
-    /// Root mean square over all axes, each in percent of its full scale (%). Axes without a full scale do not count.
+    /// Root mean square of the RMSEs of all axes, each in percent of its full scale. Axes without a full scale do not count.
     FullScale,
 }
 

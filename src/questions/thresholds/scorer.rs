@@ -16,11 +16,11 @@ pub struct PointScores {
     pub left_out_squares: Vec<f64>,
 }
 
-/// Scores fits that differ only in the thresholds of the first look-back.
+/// Sums of a fit, from which fits with other thresholds of the first look-back are scored.
 pub struct Scorer {
-    /// Sums for a first look-back that finds no past sample. The targets are the residuals of the conventional map.
-    sums: Sums,
-    /// Sums of two training recordings. An automatic ridge leaves out these recordings rather than the parts.
+    /// Sums as if the first look-back found no past sample. The targets are the residuals of the conventional map.
+    pub sums: Sums,
+    /// Sums by recording if there are exactly two training recordings. An automatic ridge leaves out recordings, not parts.
     recordings: Option<Vec<NormalEquations>>,
     kinds: Vec<ColumnKind>,
     /// Conventional map.
@@ -30,18 +30,18 @@ pub struct Scorer {
     conventional_rank: usize,
 }
 
-/// Changes of the sums at each t_th, for the past samples of one F_th.
+/// Changes of the sums from each t_th to the next, for one F_th.
 #[derive(Default)]
 pub struct AgedRow {
-    /// Changes of each training piece, with the part and the recording of the piece.
+    /// Changes by each piece of a training recording, with the positions of its part and of its recording.
     pub parts: Vec<(usize, usize, AgedSums)>,
-    /// Changes of the cold-start sums, with the part.
+    /// Changes of the cold-start sums, with the position of the part.
     pub cold: Vec<(usize, AgedSums)>,
     pub test: Vec<AgedSums>,
 }
 
 impl Scorer {
-    /// Returns a scorer from the sums for a first look-back that finds no past sample.
+    /// Returns a scorer. In `sums`, the first look-back finds no past sample.
     pub fn new(
         design: &Design,
         conventional: &LinearMap,
@@ -68,19 +68,11 @@ impl Scorer {
         }
     }
 
-    pub fn is_scored_cold(&self) -> bool {
-        self.sums.cold.is_some()
-    }
-
-    pub fn n_test(&self) -> u64 {
-        self.sums.test.n_samples()
-    }
-
     pub fn part_samples(&self) -> Vec<u64> {
         self.sums.parts.iter().map(NormalEquations::n_samples).collect()
     }
 
-    /// Returns the scores at each of `n_classes` t_th.
+    /// Returns the scores of one F_th at each of `n_classes` t_th.
     pub fn row(
         &self,
         row: &AgedRow,

@@ -10,7 +10,8 @@ use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
-/// Range of one threshold within which no error is above the lowest one with 90 % confidence.
+/// Range of one threshold whose errors are as low as the minimum. No error in the range is above the minimum with 90 %
+/// confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
     pub from: f64,
@@ -34,14 +35,14 @@ pub struct Suggestion {
     /// Cross-validation error at the minimum.
     pub left_out: f64,
     pub conventional: f64,
-    /// True if the conventional calibration is worse with 90 % confidence.
+    /// True if the conventional error is above the minimum with 90 % confidence.
     pub beats_conventional: bool,
     /// Equally good F_th at the suggested t_th.
     pub f_th_range: FlatRange,
     /// Equally good t_th at the suggested F_th (s).
     pub t_th_range: FlatRange,
     pub n_parts: usize,
-    /// True if the parts are blocks of fewer than three recordings.
+    /// True if cross-validation leaves out contiguous blocks, because there are fewer than three recordings.
     pub parts_are_blocks: bool,
     pub cross_validation: CrossValidation,
 }
@@ -50,11 +51,9 @@ pub struct Suggestion {
 pub enum NoSuggestion {
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    #[error(
-        "the sensor has no axis of this kind (force or moment); choose another measure of error"
-    )]
+    #[error("the sensor has no axis for this measure of error; choose another measure")]
     NoAxis,
-    #[error("no row of the map has been computed yet; wait for the first row")]
+    #[error("the map has no errors yet; wait for the first row")]
     NotYet,
 }
 

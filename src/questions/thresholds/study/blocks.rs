@@ -19,7 +19,7 @@ use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::scoring::left_out::LeftOut;
 
-/// Shortest time to try, as a multiple of the sample interval.
+/// Shortest time to try, as a share of the sample interval.
 const SHORTEST_TIME: f64 = 0.25;
 
 /// Feature block whose values can be chosen by a [`search`](Block::search).
@@ -43,7 +43,7 @@ pub struct BlockSuggestion {
     pub n_tried: usize,
 }
 
-/// Sums of all candidate values, from which each list is scored.
+/// Sums over the columns of all candidate values. Each list of values is scored from them.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
@@ -74,28 +74,30 @@ impl Tried {
 
 impl Study {
     /// Chooses the list of values with the lowest held-out error, with all other settings unchanged. The block's [`Lists`]
-    /// define the lists, and [`ErrorBlocks`] compares their errors. A block without a search has no lists.
+    /// define the lists, and [`ErrorBlocks`] compares their errors.
     ///
     /// # Errors
     /// [`AnalysisError`] if the recordings are too short for cross-validation, if the measure has no axis, or after a cancellation.
+    ///
+    /// # Panics
+    /// If the block has no [`search`](Block::search).
     pub fn suggest_block(
         &self,
         block: HistoryBlock,
         measure: Measure,
         progress: &Progress,
     ) -> Result<BlockSuggestion, AnalysisError> {
-        let search = block.search();
-        let candidates = search.map_or_else(Vec::new, |search| self.candidates(block, search));
+        let search = block.search().expect("only blocks with a search are offered");
+        let candidates = self.candidates(block, search);
         let bench = Bench::prepare(self, block, &candidates, measure, progress)?;
         progress.check()?;
         let without = bench.try_one(Vec::new())?;
-        let (best, n_tried) = match search.map(|search| search.lists) {
-            None => (without.clone(), 0),
-            Some(Lists::Even { min, max }) => {
+        let (best, n_tried) = match search.lists {
+            Lists::Even { min, max } => {
                 let lists = even_lists(candidates.len(), min..=max);
                 bench.shortest_good_list(lists, &without, progress)?
             }
-            Some(Lists::OneByOne(max)) => {
+            Lists::OneByOne(max) => {
                 bench.one_after_another(candidates.len(), max, &without, progress)?
             }
         };
@@ -143,7 +145,7 @@ fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) 
 }
 
 impl Bench {
-    /// Returns the root of the mean squared error of the held-out parts.
+    /// Returns the root mean squared error of the held-out parts.
     fn measure(&self, tried: &Tried) -> f64 {
         (tried.sum() / self.sums.train.n_samples().max(1) as f64).sqrt()
     }
@@ -211,8 +213,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists, and returns the shortest one with an error near the lowest, and the number of lists. Returns `without` if no
-    /// list reduces the error with 90 % confidence.
+    /// Tries all lists. Returns the shortest list with an error near the lowest one, and the number of lists. Returns `without`
+    /// if no list reduces the error with 90 % confidence.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
@@ -230,8 +232,8 @@ impl Bench {
         Ok((tried.swap_remove(found.smallest), n_tried))
     }
 
-    /// Adds one value at a time, each time the best one, while the error falls with 90 % confidence. Also returns the number of tried
-    /// lists.
+    /// Extends a list by the best value while this reduces the error with 90 % confidence. Returns the list, and the number of
+    /// tried lists.
     fn one_after_another(
         &self,
         n_candidates: usize,
@@ -264,7 +266,7 @@ impl Bench {
     }
 }
 
-/// Returns every list of evenly spaced indices with one of these lengths.
+/// Returns all lists of evenly spaced indices below `n` with these lengths.
 fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
     let mut lists = Vec::new();
     for length in lengths {

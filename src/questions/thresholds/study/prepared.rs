@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings};
-use crate::features::{Distance, Thresholds};
+use crate::features::Thresholds;
 use crate::finding::Finding;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::{Dataset, Key, Paths};
@@ -57,17 +57,12 @@ impl Study {
         Ok(self.data.lag_as_hysteresis(&features, progress)?.cloned())
     }
 
-    /// Returns the axes and full scales of the errors.
+    /// Returns the axes of the errors, with their full scales.
     pub fn scale(&self) -> MeasureScale {
         MeasureScale { axes: self.blank.axes.clone(), full_scale: self.blank.full_scale.clone() }
     }
 
-    /// Returns the quantity in which F_th is measured.
-    pub fn distance(&self) -> Distance {
-        self.blank.features.distance
-    }
-
-    /// Returns the largest full scale of the axes that count for F_th, in the unit of F_th.
+    /// Returns the largest full scale of the axes that F_th applies to, in the unit of F_th.
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);
@@ -77,7 +72,7 @@ impl Study {
     /// Returns the thresholds of the first look-back in the settings, or the default ones.
     pub fn present_thresholds(&self) -> Thresholds {
         let first = self.settings.features.look_backs.first();
-        first.copied().unwrap_or_else(|| Thresholds::default_for(self.distance()))
+        first.copied().unwrap_or_else(|| Thresholds::default_for(self.blank.features.distance))
     }
 
     /// Returns the ages of the past samples that these thresholds find in the training recordings.

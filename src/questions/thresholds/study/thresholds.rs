@@ -4,8 +4,10 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use crate::calibration::{AgedSums, NoCrossValidation, RidgeChoice, ThresholdAges, aged_sums};
-use crate::features::{ColumnKind, Design, FeatureSettings, Thresholds};
+use crate::calibration::{
+    AgedSums, NoCrossValidation, Past, RidgeChoice, ThresholdAges, aged_sums,
+};
+use crate::features::{ColumnKind, Design, Thresholds};
 use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
@@ -18,15 +20,15 @@ use crate::scoring::left_out::too_short;
 
 /// Maximum memory for the sums of the rows that are computed at the same time (bytes).
 const MAX_BYTES: usize = 2 << 30;
-/// Number of rows that are computed at the same time, for the estimate of the memory.
+/// Number of rows that are computed at the same time.
 const AT_ONCE: usize = 2;
 
 struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
     design: Design,
-    /// Past samples of the other look-backs of each recording.
-    further: Vec<Vec<Vec<u32>>>,
+    /// Past samples of each recording as if the first look-back found none.
+    unmoved: Vec<Past>,
     scorer: Scorer,
 }
 
@@ -34,8 +36,9 @@ impl Study {
     /// Computes the errors at every pair of the grid for the first look-back, with all other settings unchanged. If the
     /// settings have no look-back, one is added.
     ///
-    /// Rows are computed from coarse to fine, except those in `begun`, a part of the same map. `show` receives the map at first and
-    /// after each row, from several threads. An automatic ridge is chosen anew at every pair, as in a fit. `progress` counts rows.
+    /// Rows are computed from coarse to fine. Rows of `begun`, an incomplete map of the same grid, are kept. `show` receives
+    /// the map before the first row and after each row, from several threads. An automatic ridge is chosen anew at each pair,
+    /// as in a fit. `progress` counts rows.
     ///
     /// # Errors
     /// [`AnalysisError`] if the training recordings are too short to leave a part out, the map would not fit in memory, or
@@ -52,12 +55,12 @@ impl Study {
         let scorer = &rows.scorer;
         let mut map = ThresholdMap::new(
             grid.clone(),
-            self.distance(),
+            self.blank.features.distance,
             self.scale(),
             scorer.conventional.clone(),
             scorer.part_samples(),
         );
-        map.n_test = scorer.n_test();
+        map.n_test = scorer.sums.test.n_samples();
         map.cross_validation = self.data.cross_validation();
         if let Some(begun) = begun.filter(|begun| begun.grid == *grid) {
             map.clone_from(begun);
@@ -80,7 +83,7 @@ impl Study {
         Ok(map)
     }
 
-    /// Checks that enough samples remain without each part. An automatic ridge counts as none, because it may be zero.
+    /// Checks that enough samples remain without each part. An automatic ridge counts as zero, because it may become zero.
     pub(super) fn check_parts(
         &self,
         part_samples: &[u64],
@@ -127,20 +130,21 @@ impl<'a> Rows<'a> {
                 parts: n_lists,
             });
         }
-        let further = further_past(study, &design.features, progress)?;
+        let unmoved = (data.entries.par_iter().zip(&*study.paths)).map(|(entry, path)| {
+            progress.check()?;
+            let times = entry.recording.times();
+            let further = design.features.look_backs[1..].iter();
+            let further = further.map(|own| path.past_samples_until(times, *own, progress));
+            Ok(std::iter::once((0..times.len() as u32).collect()).chain(further).collect())
+        });
+        let unmoved = unmoved.collect::<Result<Vec<Past>, Cancelled>>()?;
         progress.check()?;
-        let unmoved: Vec<Vec<Vec<u32>>> = (data.entries.iter().zip(&further))
-            .map(|(entry, further)| {
-                let own: Vec<u32> = (0..entry.recording.n_samples() as u32).collect();
-                std::iter::once(own).chain(further.iter().cloned()).collect()
-            })
-            .collect();
         let mut sums = data.sums(&design, &unmoved, n_axes, progress);
         progress.check()?;
         let recordings = data.recordings_left_out(&std::mem::take(&mut sums.of_recordings));
         let scorer = Scorer::new(&design, &data.map, sums, recordings, study.settings.ridge);
         study.check_parts(&scorer.part_samples(), design.kinds().into_iter())?;
-        Ok(Self { study, grid, design, further, scorer })
+        Ok(Self { study, grid, design, unmoved, scorer })
     }
 
     fn row(&self, f_th: f64, progress: &Progress) -> Result<Vec<PointScores>, Cancelled> {
@@ -157,11 +161,12 @@ impl<'a> Rows<'a> {
                 let path = &self.study.paths[at];
                 let past = path.past_samples_until(entry.recording.times(), thresholds, progress);
                 progress.check()?;
-                let ages = ThresholdAges { past: &past, further: &self.further[at], t_ths_secs };
+                let ages =
+                    ThresholdAges { past: &past, further: &self.unmoved[at][1..], t_ths_secs };
                 let (loads, pieces) = (data.present_loads(at), &data.folds.pieces[at]);
                 let aged =
                     |is_cold| aged_sums(&self.design, loads, ages, pieces, is_cold, progress);
-                let is_scored_cold = self.scorer.is_scored_cold() && entry.role == Role::Train;
+                let is_scored_cold = self.scorer.sums.cold.is_some() && entry.role == Role::Train;
                 let both = [aged(false), if is_scored_cold { aged(true) } else { Vec::new() }];
                 progress.check()?;
                 Ok(both)
@@ -183,24 +188,4 @@ impl<'a> Rows<'a> {
         }
         self.scorer.row(&row, t_ths_secs.len(), progress)
     }
-}
-
-/// Returns the past samples of all look-backs after the first, for each recording.
-fn further_past(
-    study: &Study,
-    features: &FeatureSettings,
-    progress: &Progress,
-) -> Result<Vec<Vec<Vec<u32>>>, Cancelled> {
-    let data = &study.data;
-    (data.entries.par_iter().zip(&*study.paths))
-        .map(|(entry, path)| {
-            progress.check()?;
-            let further = features.look_backs[1..].iter();
-            Ok(further
-                .map(|thresholds| {
-                    path.past_samples_until(entry.recording.times(), *thresholds, progress)
-                })
-                .collect())
-        })
-        .collect()
 }
