@@ -78,7 +78,8 @@ mod tests {
     const NOISE: f64 = 0.02;
     const N: usize = 400;
 
-    /// Returns the temperature of recording `at` at sample `k`. It varies by `moves` degrees over all recordings.
+    /// Returns the temperature of recording `at` at sample `k`. The temperature varies by about `moves` degrees between the
+    /// recordings.
     fn temperature(at: usize, k: usize, moves: f64) -> f64 {
         let within = (k as f64 / 70.0 + at as f64).sin();
         20.0 + moves * (0.2 * at as f64 + 0.1 * within)
@@ -158,7 +159,7 @@ mod tests {
         assert!(test_rmse(&without.calibration) > 50.0 * NOISE);
         let cv = with.calibration.quality.compensated.cv_rmse.as_ref().unwrap();
         assert!(cv[0] < 1.15 * NOISE, "{cv:?}");
-        // The supply is constant, so it is not used, and a sentence reports this.
+        // The supply voltage U is constant, so the fit does not use it and reports the reason.
         let channels = &with.calibration.features.auxiliary;
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);

@@ -24,7 +24,7 @@ use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
-/// Speed-up of two networks that are trained at the same time, relative to one after the other.
+/// Ratio of the training time of two networks one after the other to the time of both at once.
 const GAIN_OF_TWO: f64 = 1.8;
 
 /// Returns the approximate duration of the cross-validation, as a multiple of the duration of the fit; zero without
@@ -51,7 +51,7 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Returns, for each axis, the share of a network's output with the lowest error when it is added to the linear stage. Without
+/// Returns, for each axis, the share of a network's output that gives the lowest error when added to the linear stage. Without
 /// any part, all shares are 1.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
@@ -242,7 +242,7 @@ mod tests {
     use crate::recording::RecordingSet;
     use crate::recording::{Axis, Recording, Source};
 
-    /// Recordings with a nonlinear, noisy gauge and a linear one, with two axes.
+    /// Recordings with two axes, a nonlinear gauge and a linear gauge, and noisy loads.
     fn recordings(lengths: &[usize]) -> Vec<Arc<Recording>> {
         let of_length = |(at, &n): (usize, &usize)| {
             let mut random = Random::new(11, &[at as u64]);
@@ -306,7 +306,7 @@ mod tests {
         fit_and_score(&request, true, 1, &Progress::default(), &mut |_| {}).unwrap()
     }
 
-    /// Expected scores from fits from scratch: each recording in the test role, all parts fitted again to the others.
+    /// The expected scores come from independent fits, each with another recording in the test role.
     #[test]
     fn scores_are_those_of_fits_from_scratch_without_the_part() {
         let recordings = recordings(&[60, 50, 70, 40, 55]);
@@ -371,7 +371,7 @@ mod tests {
         assert!(calibration.no_cross_validation().is_some());
     }
 
-    /// The second stage is half right on average, so each fold chooses a share of one half on the other folds.
+    /// The second stage is twice as large as the residuals, so each fit chooses a share of one half on the other parts.
     #[test]
     fn the_share_that_scores_a_part_is_chosen_by_the_others() {
         let part = |r: f64, g: f64| {
@@ -383,7 +383,7 @@ mod tests {
         assert_eq!(best_shares(&parts), [0.5]);
         parts.push(part(1.0, -30.0));
         let squares = part_squares(&parts, true);
-        // Parts 4 and 9 are left out together; the others agree.
+        // Parts 4 and 9 are left out of the same fit. All other parts prefer a share of one half.
         assert_eq!((squares.squares[4], squares.squares[9]), (0.0, 256.0));
         assert_eq!(squares.squares[0], 1.0);
     }

@@ -70,14 +70,14 @@ pub(crate) struct Dataset {
     /// Conventional fit of the training recordings; `None` if a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
-    /// Conventional loads of each recording; `None` if the recordings have too many samples to keep them.
+    /// Conventional loads of each recording; `None` if they would need too much memory.
     loads: Option<Vec<Arc<Vec<f64>>>>,
     /// Full scale of each axis in the training recordings, for axes without a rated load.
     full_scale: Vec<f64>,
     /// Largest magnitude of each axis in the training recordings.
     largest: Vec<f64>,
-    /// Length from which a pause counts as a gap (s): the longest one of the training recordings; `None` if no recording
-    /// determines it.
+    /// Minimum length of a pause that counts as a gap (s), from the training recordings; `None` if no recording determines this
+    /// length.
     gap_secs: Option<f64>,
     pub derived: Derived,
 }
@@ -341,8 +341,8 @@ impl Dataset {
         Ok(known.get().and_then(Option::as_ref))
     }
 
-    /// Returns the finding of a time lag if the features would describe the lag as hysteresis. Features with a fixed lag
-    /// describe it as a lag.
+    /// Returns the finding of a time lag if the features would describe the lag as hysteresis. A fixed-lag feature describes
+    /// the lag correctly.
     pub fn lag_as_hysteresis(
         &self,
         features: &FeatureSettings,

@@ -7,7 +7,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
 use crate::questions::loops::LookError;
 
-/// Maximum age of a computation that continues although a newer question has arrived. It lets a moving slider show results.
+/// Maximum age of a computation that continues after a newer question has arrived, so that a moving slider shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,8 +35,8 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     /// Shortest interval between partial answers after the first.
     const PARTS_INTERVAL: Duration = Duration::from_secs(1);
 
-    /// Start of the notice about a failure, for work that the user starts and waits for. The status line shows such work.
-    /// `None` if a pane shows the failure.
+    /// First words of the notice about a failure, for work that the user starts. The status line shows this work. `None` if a
+    /// pane shows the failure.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
     fn title(&self) -> String;

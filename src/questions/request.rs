@@ -45,7 +45,7 @@ impl Request {
         }
     }
 
-    /// Returns a request that fits `recordings` and shows the first one.
+    /// Returns a request that fits `recordings` and shows the first recording.
     pub fn fit(recordings: Arc<RecordingSet>, settings: FitSettings) -> Self {
         Self {
             recordings,

@@ -1,4 +1,4 @@
-//! Runs fits on two threads of their own, because one network keeps one core busy.
+//! Runs several fits on two new threads. One fit of a network uses only one processor core.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,4 +1,4 @@
-//! Range that a gauge has covered since the start of a recording. It determines when the state of a play operator is known.
+//! Range that a gauge has covered since the start of a recording, from which the state of a play operator becomes known.
 
 use crate::features::GaugeScale;
 use crate::min_max::MinMax;

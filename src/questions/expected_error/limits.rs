@@ -84,7 +84,7 @@ pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 pub struct Checked {
     pub figure: Limited,
     pub axis: Axis,
-    /// Value of the figure, in `unit`; `None` if it is unknown.
+    /// Value of the figure, in `unit`; `None` if unknown.
     pub value: Option<f64>,
     pub limit: f64,
     pub unit: &'static str,

@@ -119,7 +119,7 @@ impl Dataset {
             if !is_trained(entry) || progress.is_cancelled() {
                 continue;
             }
-            // Cross-validation leaves out whole groups here, so a recording is one piece.
+            // Only whole recordings are left out here, so each recording is one piece.
             own.compensated = Some(fits[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
             errors.add_loads(&loads, entry.recording.loads(), step);

@@ -11,8 +11,7 @@ use crate::scoring::quantile::quantile;
 /// Share of the held-out errors that lie within the expected error.
 const SHARE: f64 = 0.95;
 
-/// Minimum number of left-out groups for an expected error. Without left-out groups, it is the minimum number of test
-/// recordings.
+/// Minimum number of left-out groups for an expected error. The same number of test recordings is enough, too.
 pub(crate) const MIN_GROUPS: usize = 3;
 
 /// Minimum load range for an expected error of an axis, as a share of the largest range of the axes with the same unit.
@@ -21,7 +20,8 @@ pub(crate) const STANDS_STILL: f64 = 0.02;
 /// Minimum load of an axis that counts as loaded, as a share of the axis' largest load.
 const LOADED: f64 = 0.1;
 
-/// Minimum share of samples with several loaded axes among the loaded samples. Below it, the recordings have no combined loads.
+/// Minimum share of samples with several loaded axes among the loaded samples. With fewer of these samples, the recordings
+/// count as loaded one axis at a time.
 const COMBINED: f64 = 0.05;
 
 /// Magnitudes of held-out errors.

@@ -85,8 +85,8 @@ pub fn coarse_history(
     Ok(chosen)
 }
 
-/// Returns the mean error of all axes as a share of full scale. The error is that of cross-validation, or else of the training
-/// recordings.
+/// Returns the mean error of all axes as a share of full scale. The error is the cross-validation error, or else the training
+/// error.
 fn error_of(calibration: &Calibration) -> f64 {
     calibration.mean_cv_share().or(calibration.mean_train_share()).unwrap_or(f64::NAN)
 }

@@ -1,8 +1,7 @@
-//! Search for the best model. Each candidate is fitted in several folds, which hold out different recordings for the score.
-//! [`ErrorBlocks`] chooses among the candidates.
+//! Search for the best model. Cross-validation scores each candidate, and [`ErrorBlocks`] chooses among the candidates.
 //!
-//! Guarantees: the held-out recordings of a fold influence neither conventional calibration, thresholds and values of blocks,
-//! nor ridge and training. They are predicted from a cold start. Test recordings are not used for the choice.
+//! Guarantees: held-out recordings influence no step of a fit: conventional calibration, thresholds, values of blocks, ridge,
+//! and training. Held-out recordings are predicted from a cold start. Test recordings are not used for the choice.
 
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -61,11 +60,11 @@ pub struct Search {
     pub settings: FitSettings,
     /// Time after which no further candidate starts.
     pub time_limit: Duration,
-    /// Maximum difference between the errors of the smallest and of the most accurate proposed model, as a share of the latter.
+    /// Maximum error of the smallest proposed model above the error of the most accurate model, as a share of that error.
     pub within: f64,
 }
 
-/// Errors of each held-out recording in each fold, `n_samples × n_axes` row-major.
+/// Errors of each held-out recording in each cross-validation fold, `n_samples × n_axes` row-major.
 type FoldErrors = [Vec<Vec<f64>>];
 
 #[derive(Clone, Debug, Serialize)]
@@ -80,16 +79,16 @@ pub struct Tried {
     /// Description of the features; empty for the gauges alone.
     pub blocks: String,
     pub regressor: Regressor,
-    /// Settings chosen on all training recordings, and the errors over all folds.
+    /// Settings chosen on all training recordings, with the cross-validation errors.
     #[serde(flatten)]
     pub model: Model,
     /// Root mean squared error divided by the conventional one, with all axes weighted alike.
     pub relative: f64,
     /// True for the most accurate candidate, which is proposed.
     pub is_proposed: bool,
-    /// True for the smallest candidate that is nearly as accurate as the proposed one.
+    /// True for the smallest candidate whose error is within [`Search::within`] of the proposed candidate's error.
     pub is_smallest: bool,
-    /// Reason why the candidate cannot be proposed; `None` if it can.
+    /// Reason why the candidate cannot be proposed; `None` if the candidate is eligible.
     pub refused: Option<String>,
     /// Sums of squared errors, `n_blocks × n_axes` row-major.
     #[serde(skip)]
@@ -133,7 +132,7 @@ pub struct Best {
     /// Number of candidates that were not tried within the time limit.
     pub n_left: usize,
     pub n_folds: usize,
-    /// Description of the folds.
+    /// Description of the cross-validation.
     pub folds: String,
     /// Decimation of the recordings while models were compared.
     pub decimation: usize,
@@ -197,7 +196,7 @@ impl Best {
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let lowest = self.proposed().map_or(1.0, |own| own.relative);
-        // A model with a lower error than the proposed one needs an explanation.
+        // A model with a lower error than the proposed model needs an explanation.
         let lower = self.tried.iter().filter(|own| own.relative < lowest);
         remarks.extend(lower.map(|own| match &own.refused {
             Some(why) => format!("{} is not proposed: {why}", own.name),
@@ -290,43 +289,39 @@ impl Best {
 #[derive(Clone, Debug, Default)]
 struct Cut {
     blocks: ErrorBlocks,
-    /// Number of blocks of each held-out recording in each fold.
-    of_recordings: Vec<Vec<usize>>,
+    /// Number of blocks of each held-out recording.
+    counts: Vec<usize>,
     /// Names of the groups.
     groups: Vec<String>,
 }
 
 impl Cut {
-    /// Returns blocks that are longer than the correlation time of these errors, which are those of the conventional
-    /// calibration.
+    /// Returns blocks that are longer than the correlation time of `errors`, the errors of the conventional calibration.
     fn of(folds: &NestedFolds, errors: &FoldErrors, n_axes: usize) -> Self {
         let length = TIMES_CORRELATED * correlated(errors, n_axes);
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
         let mut cut = Self { groups: folds.parts.clone(), ..Self::default() };
-        for (fold, errors) in folds.folds.iter().zip(errors) {
-            let of_recordings = fold.parts.iter().zip(errors).map(|(part, own)| {
-                let n = own.len() / n_axes;
-                let count = (n / length).clamp(fewest, MOST_BLOCKS).min(n.max(1));
-                cut.blocks.samples.extend(blocks(n, count).map(|own| own.len() as f64));
-                cut.blocks.groups.extend(std::iter::repeat_n(*part, count));
-                count
-            });
-            let of_recordings = of_recordings.collect();
-            cut.of_recordings.push(of_recordings);
+        let parts = folds.folds.iter().flat_map(|fold| &fold.parts);
+        for (part, own) in parts.zip(errors.iter().flatten()) {
+            let n = own.len() / n_axes;
+            let count = (n / length).clamp(fewest, MOST_BLOCKS).min(n.max(1));
+            cut.blocks.samples.extend(blocks(n, count).map(|own| own.len() as f64));
+            cut.blocks.groups.extend(std::iter::repeat_n(*part, count));
+            cut.counts.push(count);
         }
         cut
     }
 
     /// Returns the sums of squared errors of each block, `n_blocks × n_axes`.
     fn squares(&self, errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
-        let counts = self.of_recordings.iter().flatten();
-        let of_recording = |(count, own): (&usize, &Vec<f64>)| {
-            let blocks = blocks(own.len() / n_axes, *count);
-            blocks
-                .flat_map(|at| summed_squares(&own[at.start * n_axes..at.end * n_axes], n_axes))
-                .collect::<Vec<_>>()
-        };
-        counts.zip(errors.iter().flatten()).flat_map(of_recording).collect()
+        let mut squares = Vec::new();
+        for (count, own) in self.counts.iter().zip(errors.iter().flatten()) {
+            for at in blocks(own.len() / n_axes, *count) {
+                let block = &own[at.start * n_axes..at.end * n_axes];
+                squares.extend(summed_squares(block, n_axes));
+            }
+        }
+        squares
     }
 
     fn words(&self, refused: Refusal) -> String {
@@ -335,11 +330,8 @@ impl Cut {
                 "its error is not below the conventional error with 90 % confidence".to_owned()
             }
             Refusal::Harms { group, ratio } => {
-                let ratio = significant(ratio, 2);
-                format!(
-                    "unstable: its error on {} is {ratio} times the conventional one",
-                    self.groups[group]
-                )
+                let (group, ratio) = (&self.groups[group], significant(ratio, 2));
+                format!("unstable: its error on {group} is {ratio} times the conventional one")
             }
         }
     }
@@ -456,7 +448,7 @@ struct Running<'a> {
     folds: NestedFolds,
     /// All training recordings.
     whole: Side,
-    /// Recordings of each fold.
+    /// Recordings of each cross-validation fold.
     sides: Vec<Side>,
     n_axes: usize,
     best: Best,
@@ -508,7 +500,7 @@ impl<'a> Running<'a> {
         self.start.elapsed() > self.search.time_limit
     }
 
-    /// Fits a candidate in each fold. Returns the errors of each held-out recording.
+    /// Fits a candidate in each cross-validation fold. Returns the errors of each held-out recording.
     fn errors(
         &mut self,
         recipe: &Recipe,
@@ -520,7 +512,7 @@ impl<'a> Running<'a> {
             let settings = side.settle(recipe, effort, progress)?;
             side.errors(settings, effort.rows, progress)
         };
-        // Each fold has its own thread. The shared pool stays free for the questions of the window.
+        // Each fit has its own thread, so that the shared thread pool stays free for the window.
         let run = &run;
         std::thread::scope(|scope| {
             let threads: Vec<_> =
@@ -530,7 +522,7 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// Adds a candidate that could not be tried to the failed ones, and returns `None` for it. Any trial counts as progress.
+    /// Returns the result of a trial. If the candidate could not be fitted, stores the reason and returns `None`.
     fn noted<T>(
         &mut self,
         recipe: &Recipe,
@@ -587,7 +579,7 @@ impl<'a> Running<'a> {
         let tried = self.tried(recipe);
         let Some(mut tried) = self.noted(recipe, tried)? else { return Ok(()) };
         let is_same = |own: &Tried| own.model.settings == tried.model.settings;
-        // Blocks without effect were removed, so a candidate may equal an earlier one.
+        // Blocks without effect were removed, so a candidate may equal an earlier candidate.
         if !self.best.tried.iter().any(is_same) {
             tried.model.seconds = Some(since.elapsed().as_secs_f64());
             self.best.push(tried);
@@ -618,7 +610,7 @@ impl<'a> Running<'a> {
     }
 }
 
-/// Returns the standard deviation over the folds of the RMSE of each axis.
+/// Returns the standard deviation of each axis' RMSE between the cross-validation folds.
 fn spreads(errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
     let rmse = errors.iter().filter_map(|fold| {
         let all = fold.concat();
@@ -743,7 +735,7 @@ mod tests {
         assert!(idle.len() > 10 && idle == busy);
     }
 
-    /// One series of errors is constant for ten samples each; the other changes at every sample.
+    /// One series of errors changes at every tenth sample, the other series at every sample.
     #[test]
     fn blocks_are_longer_than_errors_are_correlated() {
         let mut random = Random::new(3, &[]);

@@ -1,8 +1,8 @@
-//! Folds of a model search. A fold holds out a group of recordings, or a segment of one long recording, and the other
-//! recordings are fitted.
+//! Cross-validation folds of a model search. A fold holds out a group of recordings, or a segment of one long recording. The
+//! other recordings are fitted.
 //!
-//! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long recording
-//! are held out a second time and predicted from the earlier segments alone, so that a drift increases the error.
+//! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long
+//! recording are also predicted from the earlier segments alone, so that a drift increases the error.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub(super) struct NestedFolds {
     pub whole: Arc<RecordingSet>,
     /// Description of the folds, for headings.
     pub what: String,
-    /// Names of the groups or segments. The choice of a model compares errors in each of them.
+    /// Names of the groups or segments. The choice of a model compares the errors of each group or segment.
     pub parts: Vec<String>,
     /// Number of folds that hold out each sample once. Further folds predict forward in time.
     pub n_left_out: usize,
@@ -50,7 +50,7 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            // One of several recordings in a file, such as one press, is too short for a group. Consecutive recordings are
+            // One of several recordings in a file, such as one press, is too short for a group, so consecutive recordings are
             // combined.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
             let pieces: Vec<Piece> = (training.into_iter())
@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
     }
 
-    /// Twelve presses of one file are judged in five parts; those of twelve files are judged separately.
+    /// Twelve presses in one file form five parts. Twelve presses in twelve files form twelve parts.
     #[test]
     fn presses_of_one_file_are_no_groups() {
         let all = simulated::recordings(1);
@@ -199,7 +199,8 @@ mod tests {
         let of_one = found(&one, &|_| None).parts;
         assert_eq!((of_one.len(), &*of_one[0]), (5, "press #1 to press #3"));
         assert_eq!(found(&|at| format!("/{at}.csv"), &|_| None).parts.len(), 12);
-        // Four groups that a column names: one after the other, and in turn. Only the former are predicted forward in time.
+        // A column names four groups, which follow one another or alternate. Only groups that follow one another are predicted
+        // forward in time.
         let days = found(&one, &|at| Some(format!("day {}", at / 3)));
         assert_eq!(days.parts, ["day 0", "day 1", "day 2", "day 3"]);
         assert_eq!((days.n_left_out, days.folds.len()), (4, 5));
@@ -207,7 +208,7 @@ mod tests {
         assert_eq!((conditions.n_left_out, conditions.folds.len()), (4, 4));
     }
 
-    /// The choice within a fold also holds out groups, although fewer groups remain.
+    /// The recordings of a fold still have groups, so that thresholds are also chosen by leaving out groups.
     #[test]
     fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
         let all = simulated::recordings(1);

@@ -23,8 +23,8 @@ use crate::recording::{Entry, Recording, Role};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::part_squares::PartSquares;
 
-/// Number of training groups of which one is held out for early stopping of a network. With few groups, it is the corresponding
-/// fraction of the samples.
+/// Number of training groups of which one is held out for early stopping of a network. With few groups, the last tenth of the
+/// samples is held out.
 const HELD_OUT: usize = 10;
 /// Minimum number of groups for holding out a whole group. With fewer groups, too few samples would remain for training.
 const FEWEST_GROUPS: usize = 3;
@@ -70,7 +70,7 @@ impl TrainingStep {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moments {
     pub n_samples: u64,
-    /// `Σ r²`, `Σ r g` and `Σ g²` of each axis, with the residual r of the linear stage and the output g of the second stage.
+    /// `Σ r²`, `Σ r g` and `Σ g²` of each axis. The residual of the linear stage is r, the output of the second stage g.
     pub of_axes: Vec<[f64; 3]>,
     /// Residual r and output g of evenly spaced samples, `n × n_axes` row-major.
     pub kept: Vec<[f64; 2]>,
@@ -116,7 +116,7 @@ pub(crate) struct Fitted {
     pub calibration: Calibration,
     /// Squared errors of the linear fits without each part.
     pub linear: Option<PartSquares>,
-    /// Sums over each recording that was held out for early stopping.
+    /// Sums of each recording that was held out for early stopping.
     pub held_out: Vec<Moments>,
 }
 
@@ -135,7 +135,7 @@ pub(crate) fn fit_all(
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
-        // The standard errors of the linear stage are not those of the whole model.
+        // The standard errors of the linear stage do not apply to the whole model.
         calibration.quality.coefficients = None;
         if !settings.regressor.is_hybrid() {
             calibration.compensated = None;
@@ -223,8 +223,8 @@ enum Target<'a> {
     Load,
     /// Residual of this linear map.
     LeftOver(&'a LinearMap),
-    /// Residual of a linear fit that is repeated in each fold. The rows contain the columns of that fit, and the residuals of the
-    /// conventional calibration as targets.
+    /// Residual of a linear fit that the kernel repeats without each part. The rows contain the columns of this linear fit.
+    /// Their targets are the residuals of the conventional calibration.
     AfterStage(LinearStage),
 }
 

@@ -9,7 +9,7 @@ pub(super) struct Recipe {
     pub name: String,
     pub look_back: bool,
     pub blocks: Vec<&'static dyn Block>,
-    /// Degree of the polynomial; zero without one.
+    /// Degree of the polynomial; zero without a polynomial.
     pub degree: f64,
     pub times: Times,
     pub regressor: Regressor,

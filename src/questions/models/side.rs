@@ -1,4 +1,5 @@
-//! One fold of a model search: its recordings, and the thresholds, radii and times chosen on the training recordings.
+//! One cross-validation fold of a model search: recordings, and the thresholds, radii and times chosen on the training
+//! recordings.
 
 use std::sync::Arc;
 
@@ -24,7 +25,7 @@ const SPREAD: usize = 6;
 const MOST_LAGS: usize = 160;
 /// Maximum number of columns with [`Times::EverySample`].
 const MOST_LAG_COLUMNS: usize = 200;
-/// Maximum number of multiplications in each fold with [`Times::EverySample`]. They limit the computing time.
+/// Maximum number of multiplications for the sums of a fit with [`Times::EverySample`], to limit the computing time.
 const MOST_LAG_WORK: usize = 400_000_000;
 /// Lists of lags to try for the effect of auxiliary channels (s).
 const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
@@ -42,7 +43,7 @@ pub(super) struct Effort {
     pub units: usize,
 }
 
-/// Recordings of one fold, and the values chosen on the training recordings.
+/// Recordings of one cross-validation fold, and the values chosen on the training recordings.
 pub(super) struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
@@ -258,7 +259,7 @@ impl Side {
     }
 }
 
-/// Rounds a time to six digits, so that it is short in a list of settings (s).
+/// Rounds a time (s) to six digits for a short text in the settings.
 fn significant_secs(secs: f64) -> f64 {
     format!("{secs:.5e}").parse().unwrap_or(secs)
 }

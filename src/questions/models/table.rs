@@ -32,8 +32,8 @@ pub struct Model {
     pub scores: Scores,
     /// Standard deviation of the cross-validated RMSE between the left-out parts, per axis; empty if unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference between the mean squared errors of the model and of the conventional calibration, as a
-    /// share of the conventional mean squared error; `None` if unknown.
+    /// Standard error of the difference between the model's and the conventional mean squared error, as a share of the
+    /// conventional one; `None` if unknown.
     pub spread: Option<f64>,
     /// Description of the cross-validation; may be empty.
     #[serde(skip)]
@@ -76,7 +76,7 @@ impl Model {
         }
     }
 
-    /// Returns the RMSE divided by the conventional RMSE, with all axes weighted alike; `None` if one of them is unknown.
+    /// Returns the RMSE divided by the conventional RMSE, with all axes weighted alike; `None` if one RMSE is unknown.
     pub fn relative(&self, set: ScoreSet) -> Option<f64> {
         let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);

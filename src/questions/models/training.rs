@@ -86,8 +86,8 @@ mod tests {
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-    /// Five recordings of noise: with many monomials the linear stage fits the noise, so its residual on a recording that it
-    /// was fitted to is far too small.
+    /// Five recordings of noise. With many monomials, the linear stage fits the noise, so its residuals on the training
+    /// recordings are far too small.
     #[test]
     fn a_hybrid_is_scored_on_recordings_that_neither_stage_has_seen() {
         let mut set = RecordingSet::default();

@@ -42,7 +42,7 @@ pub enum GridError {
     TooManyPairs { f_ths: usize, t_ths: usize },
 }
 
-/// Returns the values from `start` to `stop` in equal steps. `stop` is included if it is a whole number of steps away.
+/// Returns the values from `start` to `stop` in equal steps. `stop` is included if a step reaches it.
 ///
 /// # Errors
 /// [`GridError`] for a step that is not positive, a reversed range, or too many values.
@@ -86,7 +86,7 @@ fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {
 }
 
 impl ThresholdGrid {
-    /// Returns a grid of these values, if they are valid.
+    /// Returns a grid of valid values.
     ///
     /// **Units** F_th in N or as a share of full scale; t_th in s.
     ///
@@ -135,8 +135,8 @@ impl ThresholdGrid {
         Self::new(f_ths, t_ths_secs)
     }
 
-    /// Returns the positions of the F_th in levels. Each level halves the gaps of the previous level, so a map that is computed in this
-    /// order shows the whole range from the first level on.
+    /// Returns the positions of the F_th in levels. Each level halves the gaps of the previous level. A map that is computed in
+    /// this order shows the whole range from the first level on.
     pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
         let n = self.f_ths.len();
         let mut stride = 1;

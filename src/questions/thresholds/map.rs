@@ -192,8 +192,8 @@ impl ThresholdMap {
         (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
     }
 
-    /// Returns the range of errors that the colours distinguish; `None` without any error. The few largest errors lie above the range,
-    /// because a pair that finds hardly any past sample can have an error many times the other errors.
+    /// Returns the range of errors that the colours distinguish; `None` without any error. The few largest errors lie above the
+    /// range, because a pair that finds hardly any past sample can have a far larger error.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
         let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
         let (least, greatest) = known.iter().collect::<MinMax>().ends()?;

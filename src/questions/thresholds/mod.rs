@@ -9,7 +9,8 @@
 //! | suggested pair, and the range of equally good pairs | [`Suggestion`] |
 //! | ages of the past samples that a pair finds | [`PastAges`] |
 //! Guarantees: every error equals the error of a new fit at the same thresholds, up to rounding. If no past sample differs from
-//! the present one, it is exactly the conventional error. Test recordings are scored, but do not influence a suggestion.
+//! the present sample, the error is exactly the conventional error. Test recordings are scored, but do not influence a
+//! suggestion.
 
 pub mod asked;
 mod grid;

@@ -47,7 +47,7 @@ impl PastAges {
     }
 
     /// Adds the samples of one recording to the counts. `past` contains the index of each sample's past sample without the
-    /// limit t_th, or the sample's own index if no past sample is found.
+    /// limit t_th. Without a past sample, it is the sample's own index.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {
@@ -100,7 +100,8 @@ impl PastAges {
 mod tests {
     use super::*;
 
-    /// Ages: none, 1, 2, 3, then the last sample 7 s after the first. t_th is 2 s, in two bins of one second.
+    /// The first sample has no past sample, and the ages of the other samples are 1, 2, 3 and 7 s. t_th is 2 s, in two bins of
+    /// one second.
     #[test]
     fn every_sample_is_found_cut_off_or_never_differed() {
         let mut past_ages = PastAges::new(2.0, 2);

@@ -16,7 +16,7 @@ pub struct PointScores {
     pub left_out_squares: Vec<f64>,
 }
 
-/// Sums of a fit, from which fits with other thresholds of the first look-back are scored.
+/// Sums of a fit. Fits with other thresholds of the first look-back are scored from these sums.
 pub struct Scorer {
     /// Sums as if the first look-back found no past sample. The targets are the residuals of the conventional map.
     pub sums: Sums,
@@ -123,7 +123,7 @@ impl Scorer {
         };
         let mut found = fit_targets(train, terms, &terms.of_targets(&strengths));
         if found.rank == self.conventional_rank {
-            // If no past sample differs from the present one, the answer is the conventional one, to the bit.
+            // If no past sample differs from the present sample, the result is exactly the conventional one.
             found.coefficients.fill(0.0);
         }
         point_scores(sums, &found.coefficients, squares)

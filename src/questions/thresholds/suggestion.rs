@@ -115,7 +115,7 @@ impl Suggestion {
     }
 }
 
-/// Returns the run of equally good values around the best one. Values of missing rows (`None`) are skipped.
+/// Returns the run of equally good values around the best value. Values of missing rows (`None`) are skipped.
 fn flat_range(values: &[f64], best: usize, is_flat: impl Fn(usize) -> Option<bool>) -> FlatRange {
     let last_flat = |candidates: &mut dyn Iterator<Item = usize>| {
         let known = candidates.filter_map(|at| Some((at, is_flat(at)?)));
@@ -165,7 +165,7 @@ mod tests {
         map
     }
 
-    /// One of forty rows of about 2 N finds hardly any past sample.
+    /// Forty rows have errors of about 2 N. The last row, with an error of 30 N, finds hardly any past sample.
     #[test]
     fn one_bad_pair_does_not_take_all_colours() {
         let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();
@@ -174,7 +174,7 @@ mod tests {
         let (low, high) = of(&rows).unwrap();
         assert_eq!(low, 2.0);
         assert!((2.05..2.1).contains(&high), "{high}");
-        // If all other pairs are equal, the different pair must be visible.
+        // If all other pairs have equal errors, the colours must still show the different pair.
         let mut rows = vec![[4.0; 4]; 40];
         rows[39] = [900.0; 4];
         assert_eq!(of(&rows), Some((2.0, 30.0)));

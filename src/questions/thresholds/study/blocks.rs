@@ -1,5 +1,5 @@
-//! Chooses the values of a feature block. One pass over the samples sums the columns of all candidate values, and each list of values
-//! is scored from these sums.
+//! Chooses the values of a feature block. One pass over the samples sums the columns of all candidate values. Each list of
+//! values is scored from the sums.
 
 use std::ops::RangeInclusive;
 
@@ -43,7 +43,7 @@ pub struct BlockSuggestion {
     pub n_tried: usize,
 }
 
-/// Sums over the columns of all candidate values. Each list of values is scored from them.
+/// Sums over the columns of all candidate values. Each list of values is scored from these sums.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
@@ -62,7 +62,7 @@ struct Bench {
 struct Tried {
     /// Positions of the values among the candidates.
     chosen: Vec<usize>,
-    /// Sums of squared errors of each held-out part, over all axes with their weights.
+    /// Sums of squared errors of each held-out part, weighted and added over all axes.
     squares: Vec<f64>,
 }
 
@@ -213,8 +213,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists. Returns the shortest list with an error near the lowest one, and the number of lists. Returns `without`
-    /// if no list reduces the error with 90 % confidence.
+    /// Tries all lists. Returns the shortest list whose error is near the lowest error, and the number of lists. Returns
+    /// `without` if no list reduces the error with 90 % confidence.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,

@@ -69,7 +69,7 @@ impl Study {
         scaled.map(|(weight, full)| weight * full).fold(0.0, f64::max)
     }
 
-    /// Returns the thresholds of the first look-back in the settings, or the default ones.
+    /// Returns the thresholds of the first look-back in the settings, or the default thresholds.
     pub fn present_thresholds(&self) -> Thresholds {
         let first = self.settings.features.look_backs.first();
         first.copied().unwrap_or_else(|| Thresholds::default_for(self.blank.features.distance))

@@ -1,4 +1,5 @@
-//! Computes the map of errors over F_th and t_th. One look-back search and one pass over the samples give a row: one F_th, all t_th.
+//! Computes the map of errors over F_th and t_th. One look-back search and one pass over the samples give the errors of one
+//! F_th at all t_th.
 
 use std::sync::Mutex;
 
@@ -41,8 +42,8 @@ impl Study {
     /// as in a fit. `progress` counts rows.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the training recordings are too short to leave a part out, the map would not fit in memory, or
-    /// the work was cancelled.
+    /// [`AnalysisError`] if the training recordings are too short for cross-validation, the map would not fit in memory, or the
+    /// work was cancelled.
     pub fn threshold_map(
         &self,
         begun: Option<&ThresholdMap>,
