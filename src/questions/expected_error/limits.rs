@@ -46,6 +46,17 @@ pub struct Measured<'a> {
 }
 
 impl Measured<'_> {
+    fn in_unit_of(&self, bound: Bound, figure: Limited, axis: Axis) -> Result<f64, String> {
+        let at = self.axes.iter().position(|own| own.0 == axis);
+        let at = at.ok_or("the calibration does not have this axis")?;
+        let value = self.of(figure, at)?;
+        match (bound, self.axes[at].1) {
+            (Bound::Load(_), _) => Ok(value),
+            (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
+            _ => Err("the axis has no full scale".to_owned()),
+        }
+    }
+
     fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
         match figure {
             Limited::ExpectedError => {
@@ -181,37 +192,27 @@ impl Limits {
     }
 
     pub fn check(&self, measured: &Measured<'_>) -> Vec<Checked> {
-        let of_limit = |(figure, axis, bound): &(Limited, Option<Axis>, Bound)| {
-            let (all, figure, bound) = (measured.axes.iter(), *figure, *bound);
-            let axes: Vec<Axis> =
-                axis.map_or_else(|| all.map(|own| own.0).collect(), |own| vec![own]);
-            axes.into_iter().map(move |axis| {
-                let at = measured.axes.iter().position(|own| own.0 == axis);
-                let value = at.ok_or_else(|| "the calibration does not have this axis".to_owned());
-                let value = value.and_then(|at| {
-                    let value = measured.of(figure, at)?;
-                    match (bound, measured.axes[at].1) {
-                        (Bound::Load(_), _) => Ok(value),
-                        (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
-                        _ => Err("no full scale".to_owned()),
-                    }
-                });
-                let (limit, unit) = match bound {
+        let mut checked = Vec::new();
+        for (figure, axis, bound) in &self.0 {
+            let all = measured.axes.iter().map(|own| own.0);
+            for axis in axis.map_or_else(|| all.collect(), |own| vec![own]) {
+                let (limit, unit) = match *bound {
                     Bound::Percent(limit) => (limit, "% FS"),
                     Bound::Load(limit) => (limit, axis.unit()),
                 };
-                Checked {
-                    figure,
+                let value = measured.in_unit_of(*bound, *figure, axis);
+                checked.push(Checked {
+                    figure: *figure,
                     axis,
                     limit,
                     unit,
                     pass: value.as_ref().is_ok_and(|value| *value <= limit),
                     reason: value.as_ref().err().cloned(),
                     value: value.ok(),
-                }
-            })
-        };
-        self.0.iter().flat_map(of_limit).collect()
+                });
+            }
+        }
+        checked
     }
 }
 

@@ -26,7 +26,7 @@ pub enum GridError {
         "{what} has no values; enter start:stop:step, or ascending numbers separated by commas"
     )]
     Empty { what: &'static str },
-    #[error("the step of {what} is {step}; it must be a number above zero")]
+    #[error("the step of {what} is {step}; enter a number above zero")]
     Step { what: &'static str, step: f64 },
     #[error("the range of {what} goes from {start} down to {stop}; enter the smaller value first")]
     Reversed { what: &'static str, start: f64, stop: f64 },
