@@ -7,15 +7,15 @@ use loopscope::calibration::{FitSettings, RidgeChoice};
 use loopscope::features::{Creep, FeatureSettings, Play, Thresholds};
 use loopscope::progress::Progress;
 use loopscope::questions::thresholds::{Measure, ThresholdGrid};
-use loopscope::questions::{Datasets, HistoryBlock, Study};
+use loopscope::questions::{HistoryBlock, Request, Study};
 use loopscope::recording::simulated;
 
 fn thresholds(c: &mut Criterion) {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let progress = Progress::default();
     let lay = |settings: &FitSettings| {
-        Study::prepare(&Datasets::default(), Arc::clone(&recordings), settings.clone(), &progress)
-            .expect("the built-in sensor can be fitted")
+        let request = Request::fit(Arc::clone(&recordings), settings.clone());
+        Study::prepare(&request, &progress).expect("the built-in sensor can be fitted")
     };
     let plain = FitSettings::default();
     let auto = FitSettings { ridge: RidgeChoice::Auto, ..plain.clone() };
@@ -28,10 +28,10 @@ fn thresholds(c: &mut Criterion) {
     group.sample_size(10);
     for (name, settings) in [("", &plain), (", automatic ridge", &auto)] {
         group.bench_function(format!("map of 40 x 40 with cross-validation{name}"), |b| {
-            b.iter(|| lay(settings).threshold_map(&grid, &progress, &|_| {}));
+            b.iter(|| lay(settings).threshold_map(None, &grid, &progress, &|_| {}));
         });
     }
-    let map = lay(&plain).threshold_map(&grid, &progress, &|_| {}).expect("long enough");
+    let map = lay(&plain).threshold_map(None, &grid, &progress, &|_| {}).expect("long enough");
     group.bench_function("suggestion from the map", |b| {
         b.iter(|| map.suggestion(Measure::FullScale));
     });

@@ -23,7 +23,7 @@ use crate::questions::thresholds::{
     ThresholdGrid, ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
     write_threshold_svg,
 };
-use crate::questions::{BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
+use crate::questions::{BlockSuggestion, HistoryBlock, Request, Study};
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
 use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
@@ -168,8 +168,8 @@ impl Work for SweepJob {
         let given = given.map(grid).transpose()?;
         let recordings = Arc::new(self.recordings.read(run, &self.blocks.common.rated())?);
         let settings = self.blocks.settings(&run.say, &recordings);
-        let (datasets, progress) = (Datasets::default(), &run.progress);
-        let study = Study::prepare(&datasets, Arc::clone(&recordings), settings, progress)?;
+        let progress = &run.progress;
+        let study = Study::prepare(&Request::fit(Arc::clone(&recordings), settings), progress)?;
         let measure = match self.measure {
             Some(measure) => measure.measure(&study.scale())?,
             None => study.scale().default_measure(),
@@ -178,14 +178,10 @@ impl Work for SweepJob {
             Some(grid) => grid,
             None => {
                 let covering = ThresholdGrid::covering(study.largest_distance(), DEFAULT_F_THS, 1)?;
-                grid(covering.f_ths().to_vec())?
+                grid(covering.f_ths.to_vec())?
             }
         };
-        let map = study.threshold_map(&grid, progress, &|event| {
-            if let StudyEvent::Row { .. } = event {
-                run.say.show(progress);
-            }
-        })?;
+        let map = study.threshold_map(None, &grid, progress, &|_| run.say.show(progress))?;
         let suggestion = map.suggestion(measure)?;
         if let Some(lag) = study.lag(progress)? {
             run.say.finding(lag);
@@ -264,8 +260,8 @@ struct ReportedPoint<'a> {
 }
 
 fn points(map: &ThresholdMap) -> Vec<ReportedPoint<'_>> {
-    let n_t = map.grid.t_ths_secs().len();
-    let pairs = (0..map.grid.f_ths().len() * n_t).map(|at| (at / n_t, at % n_t));
+    let n_t = map.grid.t_ths_secs.len();
+    let pairs = (0..map.grid.f_ths.len() * n_t).map(|at| (at / n_t, at % n_t));
     let points = pairs.filter_map(|(f_at, t_at)| {
         let Thresholds { f_th, t_th_secs } = map.thresholds(f_at, t_at);
         Some(ReportedPoint { f_th, t_th: t_th_secs, scores: &map.point(f_at, t_at)?.scores })
@@ -278,7 +274,7 @@ fn print_sweep(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "The built-in simulated sensor")?;
     }
     let Sweep { map, recordings, n_train, n_test, .. } = sweep;
-    let (f_ths, t_ths) = (map.grid.f_ths().len(), map.grid.t_ths_secs().len());
+    let (f_ths, t_ths) = (map.grid.f_ths.len(), map.grid.t_ths_secs.len());
     writeln!(
         out,
         "{recordings} recordings, {n_train} training and {n_test} test samples; {f_ths} F_th by {t_ths} t_th"

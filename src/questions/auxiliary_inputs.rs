@@ -1,45 +1,41 @@
-//! Finds the auxiliary channels that a fit can use, and the reasons why the others cannot be used.
+//! Finds the auxiliary channels that a fit can use.
 
 use std::sync::Arc;
 
 use crate::features::AuxiliaryChannel;
-use crate::recording::in_role;
-use crate::recording::{Entry, Recording, Role};
+use crate::recording::{Entry, Role, in_role};
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AuxiliaryInputs {
     pub channels: Vec<AuxiliaryChannel>,
-    /// Reasons why the other channels cannot be used, one sentence each.
+    /// Sentences that say why a channel cannot be used.
     pub unused: Vec<String>,
 }
 
 impl AuxiliaryInputs {
-    /// Reduces the recordings to the channels that all of them have and that vary in training, in one order.
+    /// Removes auxiliary channels that a recording lacks or that hardly vary in the training recordings. Afterwards all
+    /// recordings have the same channels in the same order.
     pub fn prepare(entries: &mut [Entry]) -> Self {
         let mut inputs = Self::default();
-        let mut names: Vec<(String, String)> = Vec::new();
-        for entry in &*entries {
+        let channels = |entry: &Entry| -> Vec<(String, String)> {
             let table = entry.recording.auxiliary();
-            for own in table.names().iter().zip(table.units()) {
-                let own = (own.0.clone(), own.1.clone());
-                if !names.contains(&own) {
-                    names.push(own);
-                }
+            table.names().iter().cloned().zip(table.units().iter().cloned()).collect()
+        };
+        let mut all = Vec::new();
+        for own in entries.iter().flat_map(channels) {
+            if !all.contains(&own) {
+                all.push(own);
             }
         }
         let mut kept: Vec<String> = Vec::new();
-        for (name, unit) in names {
-            let has_it = |recording: &Recording| {
-                let table = recording.auxiliary();
-                let mut own = table.names().iter().zip(table.units());
-                own.any(|own| *own.0 == name && *own.1 == unit)
-            };
-            let mut without = entries.iter().filter(|entry| !has_it(&entry.recording));
-            if let Some(first) = without.next() {
+        for own in all {
+            let lacks = entries.iter().find(|entry| !channels(entry).contains(&own));
+            let (name, unit) = own;
+            if let Some(entry) = lacks {
                 let of_unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
                 inputs.unused.push(format!(
-                    "{} has no {name}{of_unit}, so this channel cannot be used; load recordings that all have it, or close this one",
-                    first.recording.name(),
+                    "{} has no {name}{of_unit}, so the fit cannot use this channel; record the channel everywhere, or close this recording",
+                    entry.recording.name(),
                 ));
                 continue;
             }
@@ -82,7 +78,8 @@ mod tests {
     const NOISE: f64 = 0.02;
     const N: usize = 400;
 
-    /// Returns the temperature of recording `at` at sample `k`. It varies by `moves` degrees over all recordings.
+    /// Returns the temperature of recording `at` at sample `k`. The temperature varies by about `moves` degrees between the
+    /// recordings.
     fn temperature(at: usize, k: usize, moves: f64) -> f64 {
         let within = (k as f64 / 70.0 + at as f64).sin();
         20.0 + moves * (0.2 * at as f64 + 0.1 * within)
@@ -162,7 +159,7 @@ mod tests {
         assert!(test_rmse(&without.calibration) > 50.0 * NOISE);
         let cv = with.calibration.quality.compensated.cv_rmse.as_ref().unwrap();
         assert!(cv[0] < 1.15 * NOISE, "{cv:?}");
-        // The supply is constant, so it is not used, and a sentence reports this.
+        // The supply voltage U is constant, so the fit does not use it and reports the reason.
         let channels = &with.calibration.features.auxiliary;
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);

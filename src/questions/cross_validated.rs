@@ -1,37 +1,34 @@
-//! Cross-validated scores of networks, kernels and hybrids: everything is fitted again without the left-out part.
+//! Cross-validation of networks, kernels and hybrids: parts of the training recordings are left out in turn, and the complete
+//! fit is repeated without each part.
 //!
 //! Guarantees: no fitted value depends on the left-out part: conventional calibration and look-back, linear stage and ridge,
-//! standardisation, landmarks, ridge strengths, early stopping, and the share of the second stage. Only the full scales,
-//! which belong to the sensor, are kept.
+//! standardisation, landmarks, ridge strengths, early stopping, and the share of the second stage. Only the full scales, which
+//! belong to the sensor, are the same in every fit.
 
 use std::borrow::Borrow;
 use std::ops::Range;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, mpsc};
-use std::thread;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::calibration::{
-    Calibration, EpochReport, FitSettings, KernelSettings, Learner, NetworkSettings, Piece, SHARES,
-    best_share,
+    Calibration, EpochReport, FitSettings, Learner, NetworkSettings, Piece, SHARES, best_share,
 };
+use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::questions::dataset::{Dataset, Datasets};
 use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::questions::request::Request;
-use crate::recording::in_role;
+use crate::questions::side_by_side::side_by_side;
 use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
-/// Number of fits that run at the same time. A network keeps one core busy.
-const SIDE_BY_SIDE: usize = 2;
-/// Speed-up of two networks that are trained at the same time, relative to one after the other.
+/// Ratio of the training time of two networks one after the other to the time of both at once.
 const GAIN_OF_TWO: f64 = 1.8;
 
-/// Returns the approximate time of the cross-validation as a multiple of the time of the fit; zero without cross-validation.
+/// Returns the approximate duration of the cross-validation, as a multiple of the duration of the fit; zero without
+/// cross-validation.
 pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     let samples = MOST_FITS as f64 - 1.0; // each fit uses four fifths of the samples
     match settings.regressor.learner() {
@@ -43,7 +40,7 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
 
 /// Returns the approximate work of the cross-validation, in steps of the fit's progress.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
-    let training = in_role(&data.entries, Role::Train);
+    let training = data.training();
     let steps = match settings.regressor.learner() {
         Some(Learner::Network) => {
             let samples: usize = training.iter().map(|own| own.n_samples()).sum();
@@ -54,7 +51,8 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Returns the best share of a network's output to add to its linear stage, for each axis; 1 if no part was left out.
+/// Returns, for each axis, the share of a network's output that gives the lowest error when added to the linear stage. Without
+/// any part, all shares are 1.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
@@ -64,7 +62,8 @@ pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     (0..n_axes).map(share).collect()
 }
 
-/// Returns the share of the second stage for each part and axis, chosen on the parts of the other folds if shares are chosen.
+/// Returns the share of the second stage for each part and axis. If `has_shares` is true, the share of a part is chosen on the
+/// parts that other fits leave out. Otherwise all shares are 1.
 pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
     let of_folds: Vec<Vec<f64>> = (0..n.min(MOST_FITS))
@@ -80,7 +79,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// Returns the squared errors of the parts. If shares are chosen, the shares of each fold are chosen on the other folds.
+/// Returns the squared errors of the parts, with the shares from [`part_shares`].
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
@@ -92,16 +91,16 @@ pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     }
 }
 
-/// Returns the residuals of each part, predicted by a fit to the other parts. Reports `steps` to `progress`.
+/// Returns the residuals of each part, predicted by a fit to the other parts. The work counts as `steps` of `progress`.
 ///
-/// Returns `None` if the work was stopped, or if the other parts have too few samples for a fit.
+/// Returns `None` after a cancellation, or if the other parts have too few samples for a fit.
 pub(crate) fn cross_validated(
     data: &Dataset,
     calibration: &Calibration,
     settings: &FitSettings,
     steps: u64,
     progress: &Progress,
-    on_step: &mut dyn FnMut(TrainingStep),
+    on_step: &mut (dyn FnMut(TrainingStep) + Send),
 ) -> Option<Vec<Moments>> {
     let start = Instant::now();
     let training = data.entries.iter().zip(&data.folds.pieces).enumerate();
@@ -111,54 +110,37 @@ pub(crate) fn cross_validated(
         .collect();
     let n_parts = data.folds.n_parts;
     let n_folds = n_parts.min(MOST_FITS);
-    if n_folds < 2 || progress.is_cancelled() {
+    if n_folds < 2 {
         return None;
     }
     let step = data.step_of(|entry| entry.role == Role::Train);
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = mpsc::channel();
-    let scored = thread::scope(|scope| {
-        let workers: Vec<_> = (0..SIDE_BY_SIDE.min(n_folds))
-            .map(|_| {
-                let (sender, next, training) = (sender.clone(), &next, &training);
-                scope.spawn(move || {
-                    let mut scored = Vec::new();
-                    loop {
-                        let fold = next.fetch_add(1, Ordering::Relaxed);
-                        if fold >= n_folds || progress.is_cancelled() {
-                            return Ok(scored);
-                        }
-                        let mut reported = 0.0;
-                        // Progress is not reported after another fold has failed.
-                        let mut report_done = |done: f64| {
-                            let _ = sender.send(done - reported);
-                            reported = done;
-                        };
-                        let fold =
-                            fold_without(training, |part| fit_without(part, n_parts) == fold);
-                        let settings = fold.settings(settings, calibration);
-                        scored.extend(fold.score(settings, step, progress, &mut |report| {
-                            report_done(TrainingStep::Epoch(report).done());
-                        })?);
-                        report_done(1.0);
-                    }
-                })
-            })
-            .collect();
-        drop(sender);
-        let mut done = 0.0;
-        for more in receiver {
-            let before = (done * steps as f64) as u64;
-            done += more / n_folds as f64;
-            progress.advance((done * steps as f64) as u64 - before);
-            on_step(TrainingStep::CrossValidation { done, elapsed: start.elapsed() });
-        }
-        let ended = workers.into_iter().map(|worker| worker.join());
-        let ended = ended.map(|ended| ended.unwrap_or_else(|panic| resume_unwind(panic)));
-        ended.collect::<Result<Vec<_>, AnalysisError>>()
+    let full_scale = calibration.full_scale.iter();
+    let settings = FitSettings {
+        decimation: 1, // the recordings are decimated already
+        full_scale: full_scale.map(|own| (*own > 0.0).then_some(*own)).collect(),
+        network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
+        ..settings.clone()
+    };
+    let all_done = Mutex::new((0.0, on_step));
+    let scored = side_by_side(n_folds, progress, |at| {
+        let mut own_done = 0.0;
+        let mut report = |done: f64| {
+            let (all_done, on_step) = &mut *locked(&all_done);
+            let before = (*all_done * steps as f64) as u64;
+            *all_done += (done - own_done) / n_folds as f64;
+            own_done = done;
+            progress.advance((*all_done * steps as f64) as u64 - before);
+            on_step(TrainingStep::CrossValidation { done: *all_done, elapsed: start.elapsed() });
+        };
+        let fold = fold_without(&training, |part| fit_without(part, n_parts) == at);
+        let scored = fold.score(settings.clone(), step, progress, &mut |epoch| {
+            report(TrainingStep::Epoch(epoch).done());
+        })?;
+        report(1.0);
+        Ok::<_, AnalysisError>(scored)
     });
-    let scored = match scored {
-        // A network whose training was stopped is not scored.
+    let scored: Vec<_> = match scored.into_iter().collect::<Result<_, AnalysisError>>() {
+        // A cancelled training has no score.
         _ if progress.is_cancelled() => return None,
         Ok(scored) => scored,
         Err(error) => {
@@ -180,8 +162,8 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings without the left-out parts. A recording that is left out only in part is cut into several
-/// recordings, each with its own history.
+/// Returns the training recordings, with the left-out parts as test recordings. A recording with a left-out interval is cut
+/// into several recordings, each without history at its start.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {
@@ -212,31 +194,19 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
 }
 
 impl Fold {
-    fn settings(&self, settings: &FitSettings, calibration: &Calibration) -> FitSettings {
-        let full_scale = calibration.full_scale.iter();
-        let n_train = self.set.n_samples(Role::Train);
-        FitSettings {
-            decimation: 1, // the recordings are decimated already
-            full_scale: full_scale.map(|own| (*own > 0.0).then_some(*own)).collect(),
-            kernel: KernelSettings {
-                landmarks: settings.kernel.landmarks.min(n_train.max(1)),
-                ..settings.kernel
-            },
-            network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
-            ..settings.clone()
-        }
-    }
-
-    /// Scores a fit to the training recordings on the other recordings, with every `step`-th sample of each part.
+    /// Fits the training recordings, and returns the residuals of each left-out part. Every `step`-th residual is kept in
+    /// memory.
     fn score(
         self,
-        settings: FitSettings,
+        mut settings: FitSettings,
         step: usize,
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
     ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
-        // Progress counts the training of all folds.
+        // The caller counts the progress of all fits.
         let progress = &progress.part();
+        let n_train = self.set.n_samples(Role::Train);
+        settings.kernel.landmarks = settings.kernel.landmarks.min(n_train.max(1));
         let request = Request::fit(self.set, settings);
         let data = Datasets::default().get(&request.key(), progress)?;
         let Fitted { past, mut calibration, .. } =
@@ -265,14 +235,14 @@ impl Fold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::{Regressor, RidgeChoice};
+    use crate::calibration::{KernelSettings, Regressor, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
-    use crate::questions::models::training::{Scored, train_and_score};
+    use crate::questions::models::training::fit_and_score;
     use crate::random::Random;
     use crate::recording::RecordingSet;
     use crate::recording::{Axis, Recording, Source};
 
-    /// Recordings with a nonlinear, noisy gauge and a linear one, with two axes.
+    /// Recordings with two axes, a nonlinear gauge and a linear gauge, and noisy loads.
     fn recordings(lengths: &[usize]) -> Vec<Arc<Recording>> {
         let of_length = |(at, &n): (usize, &usize)| {
             let mut random = Random::new(11, &[at as u64]);
@@ -322,7 +292,7 @@ mod tests {
         recordings: &[Arc<Recording>],
         tested: Option<usize>,
         settings: &FitSettings,
-    ) -> Scored {
+    ) -> (Calibration, Option<PartSquares>) {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
             let mut entry = Entry::with_default_role((**recording).clone());
@@ -333,26 +303,26 @@ mod tests {
             set.push(entry).unwrap();
         }
         let request = Request::fit(Arc::new(set), settings.clone());
-        train_and_score(&request, &Progress::default(), &mut |_| {}).unwrap()
+        fit_and_score(&request, true, 1, &Progress::default(), &mut |_| {}).unwrap()
     }
 
-    /// Expected scores from fits from scratch: each recording in the test role, all parts fitted again to the others.
+    /// The expected scores come from independent fits, each with another recording in the test role.
     #[test]
     fn scores_are_those_of_fits_from_scratch_without_the_part() {
         let recordings = recordings(&[60, 50, 70, 40, 55]);
         for regressor in [Regressor::Kernel, Regressor::HybridKernel, Regressor::Network] {
             let settings = settings(regressor);
-            let whole = scored(&recordings, None, &settings);
-            let full_scale = whole.calibration.full_scale.iter();
+            let (whole, left_out) = scored(&recordings, None, &settings);
+            let full_scale = whole.full_scale.iter();
             let plain = FitSettings {
                 full_scale: full_scale.copied().map(Some).collect(),
                 network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
                 ..settings
             };
-            let left_out = whole.left_out.unwrap();
+            let left_out = left_out.unwrap();
             assert_eq!(left_out.part_samples, [60, 50, 70, 40, 55]);
             for (at, squares) in left_out.squares.chunks_exact(2).enumerate() {
-                let quality = scored(&recordings, Some(at), &plain).calibration.quality;
+                let quality = scored(&recordings, Some(at), &plain).0.quality;
                 let rmse = quality.compensated.test_rmse.unwrap();
                 for (square, rmse) in squares.iter().zip(rmse) {
                     let expected = rmse * rmse * left_out.part_samples[at] as f64;
@@ -360,7 +330,7 @@ mod tests {
                     assert!(off < 1e-9, "{regressor:?}, part {at}: {square} {expected}");
                 }
             }
-            let cv_rmse = whole.calibration.quality.compensated.cv_rmse;
+            let cv_rmse = whole.quality.compensated.cv_rmse;
             assert!(cv_rmse.is_some_and(|cv_rmse| Some(cv_rmse) == left_out.rmse()));
         }
     }
@@ -370,8 +340,7 @@ mod tests {
         for lengths in [&[60, 80][..], &[30, 40, 50, 35, 45, 60, 25]] {
             let recordings = recordings(lengths);
             let parts = |regressor| {
-                let scored = scored(&recordings, None, &settings(regressor));
-                let left_out = scored.left_out.unwrap();
+                let left_out = scored(&recordings, None, &settings(regressor)).1.unwrap();
                 assert_eq!(left_out.squares.len(), 2 * left_out.part_samples.len());
                 left_out.part_samples
             };
@@ -391,18 +360,18 @@ mod tests {
         }
         let request = Request::fit(Arc::new(set), settings(Regressor::Network));
         let progress = Progress::default();
-        let scored = train_and_score(&request, &progress, &mut |step| {
+        let scored = fit_and_score(&request, true, 1, &progress, &mut |step| {
             if matches!(step, TrainingStep::CrossValidation { .. }) {
                 progress.cancel();
             }
-        })
-        .unwrap();
-        assert!(scored.left_out.is_none() && scored.calibration.learned.is_some());
-        assert!(scored.calibration.quality.compensated.train_rmse.is_some());
-        assert!(scored.calibration.no_cross_validation().is_some());
+        });
+        let (calibration, left_out) = scored.unwrap();
+        assert!(left_out.is_none() && calibration.learned.is_some());
+        assert!(calibration.quality.compensated.train_rmse.is_some());
+        assert!(calibration.no_cross_validation().is_some());
     }
 
-    /// The second stage is half right on average, so each fold chooses a share of one half on the other folds.
+    /// The second stage is twice as large as the residuals, so each fit chooses a share of one half on the other parts.
     #[test]
     fn the_share_that_scores_a_part_is_chosen_by_the_others() {
         let part = |r: f64, g: f64| {
@@ -414,7 +383,7 @@ mod tests {
         assert_eq!(best_shares(&parts), [0.5]);
         parts.push(part(1.0, -30.0));
         let squares = part_squares(&parts, true);
-        // Parts 4 and 9 are left out together; the others agree.
+        // Parts 4 and 9 are left out of the same fit. All other parts prefer a share of one half.
         assert_eq!((squares.squares[4], squares.squares[9]), (0.0, 256.0));
         assert_eq!(squares.squares[0], 1.0);
     }

@@ -1,6 +1,7 @@
-//! Dataset cache: data of recordings that do not depend on the feature blocks, such as conventional loads and searches.
+//! Cache of datasets. A dataset contains the recordings of a fit and the data that no feature block changes, such as
+//! conventional loads.
 //!
-//! Guarantees: a dataset never changes, so questions on several threads share it. Shared data are prepared once.
+//! Guarantees: a dataset never changes, so questions on several threads share it. Each dataset is prepared once.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -34,7 +35,7 @@ use crate::scoring::cross_validation::Folds;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
 
-/// RMSE per axis of one recording: conventional, compensated.
+/// Conventional and compensated RMSE of one recording, per axis.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
 
 #[derive(Clone, Debug)]
@@ -48,13 +49,13 @@ pub(crate) struct Key {
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// Ratio to the largest training load above which a load counts as unknown if the user entered no rated load.
+/// Load above which the calibration is not valid, as a multiple of the largest training load. A rated load replaces this limit.
 const BEYOND_TRAINING: f64 = 1.2;
 
-/// Searches of all recordings, for one set of weights and one history step.
+/// Look-back searches of all recordings, for one set of axis weights and one history step.
 pub(crate) type Paths = Arc<Vec<LoadPath>>;
 
-/// Sums of each piece of each recording.
+/// Sums for the fit, one for each piece of each recording.
 pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 
 /// Recordings after decimation, with their conventional loads.
@@ -62,37 +63,44 @@ pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 pub(crate) struct Dataset {
     key: Key,
     pub entries: Vec<Entry>,
-    /// Groups that are left out together.
+    /// Groups of recordings, which cross-validation leaves out together.
     pub groups: Groups,
     pub folds: Folds,
     pub auxiliary: AuxiliaryInputs,
-    /// Data that the sums need; `None` if a calibration is applied.
+    /// Conventional fit of the training recordings; `None` if a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
-    /// Conventional loads of each recording, if there are few enough to keep; see [`Self::present_loads`].
+    /// Conventional loads of each recording; `None` if they would need too much memory.
     loads: Option<Vec<Arc<Vec<f64>>>>,
-    /// Full scale of each axis over the training recordings, used unless one is entered.
+    /// Full scale of each axis in the training recordings, for axes without a rated load.
     full_scale: Vec<f64>,
-    /// Largest magnitude of each axis over the training recordings.
+    /// Largest magnitude of each axis in the training recordings.
     largest: Vec<f64>,
-    /// Longest gap of the training recordings (s), if their time steps determine one.
+    /// Minimum length of a pause that counts as a gap (s), from the training recordings; `None` if no recording determines this
+    /// length.
     gap_secs: Option<f64>,
+    pub derived: Derived,
+}
+
+/// Results of a dataset that are computed at their first use.
+#[derive(Debug, Default)]
+pub(crate) struct Derived {
     coverage: OnceLock<Coverage>,
     rig: OnceLock<Option<RigReport>>,
     lag: OnceLock<Option<Finding>>,
-    /// Newest searches, with the weights and the step that they were prepared for.
+    /// Look-back searches of the newest question, with their axis weights and history step.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
-    /// Newest sums without any past sample, with their design at any thresholds.
+    /// Sums of the newest fit as if no past sample were found, with the design of the fit at any thresholds.
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of a dataset in the cache; the place is locked while the dataset is prepared.
+/// Place of a dataset in the cache. The place is locked while the dataset is prepared.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
-/// Datasets that questions about the same recordings share.
+/// Cache of datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
-    /// Places of the datasets, newest first. Only the place stays locked while its dataset is prepared.
+    /// Places of the datasets, newest first.
     places: Arc<Mutex<Vec<(Key, Place)>>>,
     /// Faults of the recordings of the newest request.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
@@ -111,16 +119,16 @@ impl FaultsOf {
     }
 }
 
-/// Maximum number of datasets that are kept: that of a fit and that of an applied calibration.
+/// Maximum number of cached datasets: one for a fit, and one for an applied calibration.
 const KEPT: usize = 2;
 
-/// Interval at which a waiting thread checks whether its answer is still wanted.
+/// Interval at which a waiting thread checks whether the user has cancelled its question.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
 /// Waits for data that another thread may be preparing.
 ///
 /// # Errors
-/// [`Cancelled`] if the answer is no longer wanted before the data are ready.
+/// [`Cancelled`] if the question is cancelled before the data are ready.
 fn waited_for<'a, T>(
     shared: &'a Mutex<T>,
     progress: &Progress,
@@ -165,10 +173,10 @@ impl Datasets {
         place
     }
 
-    /// Returns the faults of each of these recordings. One thread searches each recording once, and others wait.
+    /// Returns the faults of each recording. One thread searches each recording once, and other threads wait.
     ///
     /// # Errors
-    /// [`Cancelled`] if the answer is no longer wanted. Faults found until then are kept.
+    /// [`Cancelled`] if the question is cancelled. Faults of the recordings searched until then stay in the cache.
     pub fn faults(
         &self,
         recordings: &RecordingSet,
@@ -179,10 +187,10 @@ impl Datasets {
         let before = std::mem::take(&mut *kept);
         let all: Vec<&Arc<Recording>> =
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
-        let are_same =
+        let are_known =
             before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
-        // All load cases of a table are judged together.
-        let mut of_tables = match !are_same && all.iter().any(|own| own.is_static()) {
+        // The load cases of a table are judged together.
+        let mut of_tables = match !are_known && all.iter().any(|own| own.is_static()) {
             true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
             false => Vec::new(),
         }
@@ -237,10 +245,8 @@ impl Dataset {
             progress.advance(1);
             Ok(Arc::new(loads))
         };
-        let ranges = load_ranges(
-            training.iter().copied(),
-            training.first().map_or(0, |own| own.axes().len()),
-        );
+        let n_axes = training.first().map_or(0, |own| own.axes().len());
+        let ranges = load_ranges(training.iter().copied(), n_axes);
         let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
         let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES)
             .then(|| entries.par_iter().map(kept).collect::<Result<_, Cancelled>>());
@@ -258,12 +264,12 @@ impl Dataset {
             conventional,
             map,
             loads,
-            coverage: OnceLock::new(),
-            rig: OnceLock::new(),
-            lag: OnceLock::new(),
-            paths: Mutex::default(),
-            unmoved: Mutex::default(),
+            derived: Derived::default(),
         })
+    }
+
+    pub fn training(&self) -> Vec<&Recording> {
+        in_role(&self.entries, Role::Train)
     }
 
     pub fn training_groups(&self) -> BTreeSet<usize> {
@@ -283,7 +289,7 @@ impl Dataset {
         }
     }
 
-    /// Drops the conventional loads, as a dataset with many samples does.
+    /// Returns the dataset without stored conventional loads, as for recordings with many samples.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self { loads: None, ..self }
@@ -293,7 +299,7 @@ impl Dataset {
         self.loads.as_deref()
     }
 
-    /// Returns a dataset of every `each`-th sample of each recording, with the same conventional calibration and full scales.
+    /// Returns a dataset of every `each`-th sample, with the same conventional calibration and full scales.
     pub fn thinned(&self, each: usize) -> Self {
         let entries = decimated(&self.entries, each);
         let loads = entries.par_iter();
@@ -310,42 +316,33 @@ impl Dataset {
             gap_secs: self.gap_secs,
             entries,
             auxiliary: self.auxiliary.clone(),
-            coverage: OnceLock::new(),
-            rig: OnceLock::new(),
-            lag: OnceLock::new(),
-            paths: Mutex::default(),
-            unmoved: Mutex::default(),
+            derived: Derived::default(),
         }
     }
 
     pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
-        self.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
+        self.derived.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// Returns the state of the rig according to the training recordings; `None` if no load moves.
+    /// Returns the state of the test rig in the training recordings, such as changed zeros; `None` if no load changes.
     pub fn rig(&self) -> Option<&RigReport> {
-        let training = || in_role(&self.entries, Role::Train);
-        let made = || RigReport::of(&training(), &self.full_scale, &Progress::default());
-        self.rig.get_or_init(|| made().ok().flatten()).as_ref()
+        let made = || RigReport::of(&self.training(), &self.full_scale, &Progress::default());
+        self.derived.rig.get_or_init(|| made().ok().flatten()).as_ref()
     }
 
-    /// Returns the finding that gauges and reference differ in time; `None` if the difference does not matter.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
+    /// Returns the finding of a time lag between gauges and reference; `None` for a lag that does not matter.
     pub fn lag(&self, progress: &Progress) -> Result<Option<&Finding>, Cancelled> {
-        if self.lag.get().is_none() {
-            // If two threads measure the lag at the same time, they find the same.
-            let found = lag(&in_role(&self.entries, Role::Train), progress)?;
-            self.lag.get_or_init(|| found);
+        let known = &self.derived.lag;
+        if known.get().is_none() {
+            // Two threads that measure the lag at the same time find the same value.
+            let found = lag(&self.training(), progress)?;
+            known.get_or_init(|| found);
         }
-        Ok(self.lag.get().and_then(Option::as_ref))
+        Ok(known.get().and_then(Option::as_ref))
     }
 
-    /// Returns the finding of [`Self::lag`] if these features would describe the lag as hysteresis. A fixed lag does not.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
+    /// Returns the finding of a time lag if the features would describe the lag as hysteresis. A fixed-lag feature describes
+    /// the lag correctly.
     pub fn lag_as_hysteresis(
         &self,
         features: &FeatureSettings,
@@ -362,7 +359,7 @@ impl Dataset {
         let weights = calibration.distance_weights();
         let step_secs = calibration.history_step_secs;
         let key = [weights.clone(), vec![step_secs]].concat();
-        let mut newest = locked(&self.paths);
+        let mut newest = locked(&self.derived.paths);
         match &*newest {
             Some((own, paths)) if *own == key => Arc::clone(paths),
             _ => {
@@ -388,7 +385,7 @@ impl Dataset {
             });
         }
         let mut features = match self.key.recordings.is_static() {
-            // Load cases have no past.
+            // Load cases without times have no past samples.
             true => settings.features.without_history(),
             false => settings.features.clone(),
         };
@@ -400,32 +397,22 @@ impl Dataset {
             let entered = settings.auxiliary_references.get(&channel.name);
             channel.reference = entered.copied().unwrap_or(channel.reference);
         }
-        features
-            .check_columns(layout.gauge_names.len())
-            .map_err(crate::calibration::SettingsError::from)?;
-        let full_scale = self
-            .full_scale
-            .iter()
-            .enumerate()
-            .map(|(axis, measured)| {
-                let entered = settings.full_scale.get(axis).copied().flatten();
-                entered.unwrap_or(*measured)
-            })
-            .collect();
-        let is_entered = |axis| settings.full_scale.get(axis).is_some_and(Option::is_some);
-        let rated: Vec<bool> = (0..layout.axes.len()).map(is_entered).collect();
+        features.check_columns(layout.gauge_names.len())?;
+        let entered = |axis: usize| settings.full_scale.get(axis).copied().flatten();
+        let full_scale = self.full_scale.iter().enumerate();
+        let full_scale = full_scale.map(|(axis, measured)| entered(axis).unwrap_or(*measured));
+        let rated: Vec<bool> = (0..layout.axes.len()).map(|axis| entered(axis).is_some()).collect();
         let rated = if rated.contains(&true) { rated } else { Vec::new() };
-        let training = in_role(&self.entries, Role::Train);
+        let training = self.training();
         let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
         let history_step_secs = match settings.history_rate_hz {
             0.0 => history_step_by_rate(rate_hz),
-            // The small reduction keeps clock rounding from dropping a sample.
+            // The step is a little shorter, so that rounded times do not drop a sample.
             rate_hz => (1.0 - 1e-6) / rate_hz,
         };
-        let limits = self.largest.iter().enumerate().map(|(axis, largest)| {
-            let entered = settings.full_scale.get(axis).copied().flatten();
-            entered.unwrap_or(BEYOND_TRAINING * largest)
-        });
+        let limits = self.largest.iter().enumerate();
+        let limits =
+            limits.map(|(axis, largest)| entered(axis).unwrap_or(BEYOND_TRAINING * largest));
         features.distance = features.distance.effective(&layout.axes);
         let conventional =
             self.conventional.as_ref().expect("a fit prepares the conventional calibration");
@@ -438,7 +425,7 @@ impl Dataset {
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
             units: layout.axes.iter().map(|axis| axis.unit().to_owned()).collect(),
-            full_scale,
+            full_scale: full_scale.collect(),
             rated,
             offset: settings.offset,
             decimation: settings.decimation,
@@ -477,7 +464,7 @@ impl Dataset {
             .collect()
     }
 
-    /// Scores a complete calibration sample by sample, on the recordings whose reference has its axes.
+    /// Scores a calibration sample by sample on the recordings with the same reference axes.
     pub fn score_applied(
         &self,
         past: &[Past],
@@ -501,30 +488,28 @@ impl Dataset {
                 Some((rmse(&conventional)?, rmse(&compensated)?))
             })
             .collect();
-        let pooled = |role: Role, pick: fn(&Errors) -> &Vec<f64>| {
+        let scored = |role: Role| {
+            let own = self.entries.iter().zip(&errors).filter(move |(own, _)| own.role == role);
+            own.filter_map(|(own, errors)| Some((own.recording.n_samples(), errors.as_ref()?)))
+        };
+        let n = |role| scored(role).map(|(n, _)| n as u64).sum::<u64>();
+        let pooled = |role, pick: fn(&Errors) -> &Vec<f64>| {
             let mut squares = vec![0.0; n_axes];
-            let mut n = 0;
-            for (entry, errors) in self.entries.iter().zip(&errors) {
-                if let Some(errors) = errors
-                    && entry.role == role
-                {
-                    let samples = entry.recording.n_samples();
-                    for (square, rmse) in squares.iter_mut().zip(pick(errors)) {
-                        *square += rmse * rmse * samples as f64;
-                    }
-                    n += samples as u64;
+            for (n, errors) in scored(role) {
+                for (square, rmse) in squares.iter_mut().zip(pick(errors)) {
+                    *square += rmse * rmse * n as f64;
                 }
             }
-            (metrics::root_mean(&squares, n), n)
+            metrics::root_mean(&squares, n(role))
         };
         let scores = |pick: fn(&Errors) -> &Vec<f64>| Scores {
-            train_rmse: pooled(Role::Train, pick).0,
-            test_rmse: pooled(Role::Test, pick).0,
+            train_rmse: pooled(Role::Train, pick),
+            test_rmse: pooled(Role::Test, pick),
             cv_rmse: None,
         };
         calibration.quality = Quality {
-            n_train: pooled(Role::Train, |errors| &errors.0).1,
-            n_test: pooled(Role::Test, |errors| &errors.0).1,
+            n_train: n(Role::Train),
+            n_test: n(Role::Test),
             conventional: scores(|errors| &errors.0),
             compensated: scores(|errors| &errors.1),
             ..std::mem::take(&mut calibration.quality)
@@ -533,6 +518,7 @@ impl Dataset {
     }
 }
 
+/// Largest magnitude of a gauge or load whose square can still be summed.
 const LARGEST: f64 = 1e140;
 
 fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
@@ -570,7 +556,8 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
-/// Returns the valid range of each gauge minus its tare, from samples without faults; empty if it is unknown.
+/// Returns the range of each gauge, after the tare, in which no training recording was clipped; empty if clipped samples were
+/// not searched.
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
     for recording in training {

@@ -1,6 +1,9 @@
-//! Reasons why a question has no answer.
+//! Errors of questions.
 
+use crate::calibration::kernel::KernelError;
+use crate::calibration::network::NetworkError;
 use crate::calibration::{CalibrationError, LearnedError, NoCrossValidation, SettingsError};
+use crate::features::FeatureError;
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
@@ -9,28 +12,24 @@ use crate::questions::thresholds::{GridError, NoSuggestion};
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum AnalysisError {
     #[error(
-        "the recordings are load cases without times, so there are no past samples; record over time, with a column t"
+        "the recordings have no times, so there are no past samples; record each load over time, with a column t"
     )]
     NoTimes,
     #[error("no recording is loaded; open a file or the built-in sensor")]
     NoRecordings,
     #[error(
-        "no recording is in the train role; give one the role Train, or open a calibration to apply"
+        "no recording is in the train role; give a recording the role Train, or open a calibration and apply it"
     )]
     NoTraining,
     #[error(
-        "{recording}: sample {sample} is {value:e}, which is too large to be squared; leave that row out, or use a larger unit"
+        "{recording}: sample {sample} is {value:e}, which is too large for the fit; remove the row from the file, or use a larger unit"
     )]
     TooLarge { recording: String, sample: usize, value: f64 },
-    #[error(
-        "the training recordings have no groups of load programmes, or only one, so pattern C (one programme) cannot be compared"
-    )]
-    OneProgramme,
-    #[error("{given} full scales are given for {axes} axes")]
+    #[error("{given} full scales were entered for {axes} axes; enter one for each axis")]
     FullScales { given: usize, axes: usize },
     #[error(
-        "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; take fewer values of t_th, \
-         or fewer blocks"
+        "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; use fewer values of t_th or fewer \
+         features"
     )]
     MapTooLarge { t_ths: usize, columns: usize, parts: usize },
     #[error(transparent)]
@@ -44,9 +43,25 @@ pub enum AnalysisError {
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
     #[error(transparent)]
-    Learned(#[from] LearnedError),
+    Learned(LearnedError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     #[error(transparent)]
     Panicked(#[from] Panicked),
+}
+
+impl From<LearnedError> for AnalysisError {
+    fn from(error: LearnedError) -> Self {
+        match error {
+            LearnedError::Network(NetworkError::Cancelled)
+            | LearnedError::Kernel(KernelError::Cancelled(_)) => Self::Cancelled(Cancelled),
+            error => Self::Learned(error),
+        }
+    }
+}
+
+impl From<FeatureError> for AnalysisError {
+    fn from(error: FeatureError) -> Self {
+        Self::Settings(error.into())
+    }
 }

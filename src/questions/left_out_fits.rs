@@ -1,4 +1,4 @@
-//! Fits without each part of the training recordings: their predictions, and the spread of their coefficients.
+//! Cross-validation of a linear calibration: one fit without each part of the training recordings.
 
 use crate::calibration::{Calibration, LinearMap, NoCrossValidation, Terms};
 use crate::features::Design;
@@ -7,15 +7,12 @@ use crate::questions::errors::fit::Sums;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 
 impl Dataset {
-    /// Returns the fits of a linear calibration's model without each part, with its ridge.
+    /// Returns one fit without each part of the training recordings, with the features and the ridge of a linear calibration.
     pub fn fits_left_out(
         &self,
         calibration: &Calibration,
         sums: &Sums,
     ) -> Result<Vec<LinearMap>, NoCrossValidation> {
-        if sums.parts.len() < 2 {
-            return Err(NoCrossValidation::FewGroups { found: sums.parts.len(), needed: 2 });
-        }
         let design = calibration.design();
         let (kinds, known, all) = (design.kinds(), self.map.standardised(&design), design.all());
         let terms = Terms { used: &all, kinds: &kinds, known: &known };
@@ -30,26 +27,22 @@ impl Dataset {
         Ok(fits.iter().map(|found| self.map_of(&design, found)).collect())
     }
 
-    /// Returns the linear map with these coefficients on top of the conventional ones.
+    /// Returns the linear map of the conventional coefficients plus these standardised coefficients.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
         LinearMap::new(design.columns(), self.map.corrected(design, coefficients))
     }
 }
 
-/// Returns the ridge of each column of a fit, as a share of its squared length.
+/// Returns the ridge for each axis and column, as a share of the column's squared length.
 fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Vec<Vec<f64>> {
     let quality = &calibration.quality;
-    match quality.ridge_by_block.is_empty() {
-        true => terms.of_targets(&quality.ridge),
-        false => {
-            let blocks: Vec<Vec<usize>> =
-                design.blocks().into_iter().map(|own| own.columns).collect();
-            let of_axis = |axis: usize| {
-                let strengths: Vec<Option<f64>> =
-                    quality.ridge_by_block.iter().map(|own| own.strengths[axis]).collect();
-                shares_of_blocks(design.n_columns(), &blocks, &strengths)
-            };
-            (0..calibration.axes.len()).map(of_axis).collect()
-        }
+    if quality.ridge_by_block.is_empty() {
+        return terms.of_targets(&quality.ridge);
     }
+    let blocks: Vec<Vec<usize>> = design.blocks().into_iter().map(|own| own.columns).collect();
+    let of_axis = |axis: usize| {
+        let strengths = quality.ridge_by_block.iter().map(|own| own.strengths[axis]);
+        shares_of_blocks(design.n_columns(), &blocks, &strengths.collect::<Vec<_>>())
+    };
+    (0..calibration.axes.len()).map(of_axis).collect()
 }

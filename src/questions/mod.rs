@@ -19,6 +19,7 @@ pub(crate) mod models;
 pub mod page;
 pub(crate) mod question;
 pub(crate) mod request;
+mod side_by_side;
 pub mod thresholds;
 mod travels;
 
@@ -47,5 +48,5 @@ pub use models::training::train;
 pub(crate) use page::check_limits;
 pub use page::report;
 pub use request::Request;
-pub(crate) use thresholds::study::{BlockSuggestion, StudyEvent};
+pub(crate) use thresholds::study::BlockSuggestion;
 pub use thresholds::study::{HistoryBlock, Study};

@@ -1,4 +1,5 @@
-//! Questions: pure functions of their inputs, answered in the background of the window or on the command line.
+//! Questions are pure functions of their inputs. The window answers them in the background, the command line waits for the
+//! answer.
 
 use std::time::Duration;
 
@@ -6,7 +7,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
 use crate::questions::loops::LookError;
 
-/// Age up to which a run may continue after a newer question arrives, so that a moving slider shows results.
+/// Maximum age of a computation that continues after a newer question has arrived, so that a moving slider shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,17 +26,17 @@ impl From<Cancelled> for Unanswered {
 /// A question whose answer takes time to compute. Equal questions have equal answers.
 pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     type Answer: Send + 'static;
-    /// Data that are kept for the next question.
+    /// Data that a question keeps for the next question of its kind.
     type Cache: Default;
 
-    /// Age up to which a run that has shown a partial answer may continue after a newer question arrives; see [`PATIENCE`].
+    /// Value of [`PATIENCE`] for a computation that has shown a partial answer.
     const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
 
     /// Shortest interval between partial answers after the first.
     const PARTS_INTERVAL: Duration = Duration::from_secs(1);
 
-    /// Name of work that the user starts and waits for. The status line shows the work, and a notice with this name reports a
-    /// failure. `None` for questions of a pane, which shows the reason itself.
+    /// First words of the notice about a failure, for work that the user starts. The status line shows this work. `None` if a
+    /// pane shows the failure.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
     /// True if the question is about the newest analysis. The answer is then removed when there is no analysis any more.
@@ -43,7 +44,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
 
     fn title(&self) -> String;
 
-    /// Returns true if an answer to the other question may stay on screen until this one is answered.
+    /// Returns true if the answer to `other` may stay on screen until this question is answered.
     fn is_akin(&self, _other: &Self) -> bool {
         true
     }
@@ -55,7 +56,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
 pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
 
 pub struct Work<'a, Q: Query> {
-    /// Data that earlier questions have left.
+    /// Data that earlier questions of this kind have kept.
     pub cache: &'a mut Q::Cache,
     pub progress: &'a Progress,
     pub show: &'a (dyn Fn(Q::Answer) + Sync),

@@ -1,21 +1,22 @@
-//! Distance that the gauges of a recording have moved, which determines when the state of a play operator is known.
+//! Range that a gauge has covered since the start of a recording, from which the state of a play operator becomes known.
 
 use crate::features::GaugeScale;
 use crate::min_max::MinMax;
 use crate::questions::dataset::Dataset;
 use crate::recording::Role;
 
-/// Largest share of a group's samples in which the state of a radius may be undetermined.
+/// Maximum share of a group's samples in which the state of a play operator may be unknown.
 pub(crate) const MOST_UNKNOWN: f64 = 0.1;
 
-/// Distance that each gauge has moved up to each sample of a group, with the gauge's weight.
+/// Range that each gauge has covered up to each sample.
 pub(crate) struct Travels {
-    /// For each group, one list for each recording and gauge: distance moved up to each sample (σ), and weight.
+    /// One list per group, with an entry for each recording and gauge: the range covered up to each sample (σ), and the weight
+    /// of the gauge.
     groups: Vec<Vec<(Vec<f32>, f64)>>,
 }
 
 impl Travels {
-    /// Measures the travel of every gauge of the training recordings.
+    /// Measures the range of every gauge of the training recordings.
     pub fn of(data: &Dataset, scale: &GaugeScale) -> Self {
         let n_groups = data.groups.of.iter().max().map_or(0, |last| last + 1);
         let mut groups = vec![Vec::new(); n_groups];
@@ -39,8 +40,8 @@ impl Travels {
         Self { groups }
     }
 
-    /// Returns the largest share of a group's samples before its gauges have moved this distance (σ). Gauges are weighted by
-    /// their motion in the group.
+    /// Returns the share of samples before a gauge has covered this range (σ), in the group with the largest share. Gauges are
+    /// weighted by their motion.
     pub fn unknown(&self, travel: f64) -> f64 {
         let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
             let (mut unknown, mut all) = (0.0, 0.0);

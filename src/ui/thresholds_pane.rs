@@ -158,7 +158,7 @@ impl View {
                 });
             }
             if !map.is_complete() {
-                ui.weak(format!("{} of {} rows", map.n_rows_done(), map.grid.f_ths().len()));
+                ui.weak(format!("{} of {} rows", map.n_rows_done(), map.grid.f_ths.len()));
             }
         });
     }
@@ -213,7 +213,7 @@ fn suggestion(
         }
         match found {
             Ok(_) if !is_complete => {
-                let (done, all) = (map.n_rows_done(), map.grid.f_ths().len());
+                let (done, all) = (map.n_rows_done(), map.grid.f_ths.len());
                 ui.weak(format!("{done} of {all} rows of the map are computed; the minimum follows with the last row"))
             }
             Ok(found) => ui.label(suggestion_text(map, measure, &found)),

@@ -133,7 +133,7 @@ fn static_loads_give_reasons_for_loops_and_dwells_and_figures_for_the_rest() {
         }
     }
     let sweep = run(workshop.path(), &["sweep", "--train", "poses.csv"]);
-    assert!(stderr(&sweep).contains("load cases without times"), "{}", stderr(&sweep));
+    assert!(stderr(&sweep).contains("have no times"), "{}", stderr(&sweep));
 }
 
 /// If a column is monotonic, or if there are too many rows for load cases, the program asks for the time.

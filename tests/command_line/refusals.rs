@@ -148,9 +148,9 @@ fn impossible_sweeps_are_refused_with_a_correction() {
         &[
             ("--train a.csv --f-th 0:5:0", &["step of F_th", "above zero"]),
             ("--train a.csv --f-th 0:5:-1", &["step of F_th", "-1"]),
-            ("--train a.csv --f-th 5:0:1", &["F_th", "must not be above"]),
-            ("--train a.csv --t-th 5,3", &["t_th", "rise"]),
-            ("--train a.csv --t-th 5,5", &["t_th", "rise"]),
+            ("--train a.csv --f-th 5:0:1", &["F_th", "smaller value first"]),
+            ("--train a.csv --t-th 5,3", &["t_th", "ascending"]),
+            ("--train a.csv --t-th 5,5", &["t_th", "ascending"]),
             ("--train a.csv --t-th -1", &["t_th", "-1"]),
             ("--train a.csv --t-th inf", &["t_th", "inf"]),
             ("--train a.csv --f-th 0:1:1e-9", &["F_th", "larger step"]),
@@ -162,7 +162,7 @@ fn impossible_sweeps_are_refused_with_a_correction() {
         ],
     );
     let message = refused(&workshop, &["sweep", "--train", "a.csv", "--t-th", ""]);
-    assert!(message.contains("t_th has no values; give"), "{message}");
+    assert!(message.contains("t_th has no values; enter"), "{message}");
 }
 
 #[test]

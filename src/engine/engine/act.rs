@@ -120,25 +120,24 @@ impl Engine {
     /// hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
-        let request = Request {
-            datasets: self.datasets.clone(),
-            ..Request::fit(recordings, self.project.settings.clone())
-        };
+        let request = self.request_of(recordings);
         let on_trained: OnTrained = Arc::new(move |request, calibration| {
             autosave.take_trained(&request.recordings, &request.settings, calibration);
         });
         Train { request, on_trained }
     }
 
+    fn request_of(&self, recordings: Arc<RecordingSet>) -> Request {
+        Request {
+            datasets: self.datasets.clone(),
+            ..Request::fit(recordings, self.project.settings.clone())
+        }
+    }
+
     pub(super) fn choose_block(&mut self, block: HistoryBlock, measure: Option<Measure>) {
         if self.lane::<ChooseBlock>().is_idle() {
-            self.lanes.of_mut().ask_again(ChooseBlock {
-                block,
-                measure,
-                recordings: Arc::clone(&self.project.recordings),
-                settings: self.project.settings.clone(),
-                datasets: self.datasets.clone(),
-            });
+            let request = self.request_of(Arc::clone(&self.project.recordings));
+            self.lanes.of_mut().ask_again(ChooseBlock { block, measure, request });
         }
     }
 

@@ -22,6 +22,7 @@ use crate::scoring::part_squares::PartSquares;
 /// Maximum size of the sums that are kept for the next change of thresholds (bytes).
 const MOST_KEPT_BYTES: usize = 1 << 26;
 
+#[derive(Clone, Debug)]
 pub(crate) struct Sums {
     /// Sums of each piece of each recording.
     pub of_recordings: Vec<Vec<NormalEquations>>,
@@ -97,7 +98,7 @@ impl Dataset {
         progress: &Progress,
     ) -> Vec<Vec<NormalEquations>> {
         let key = design.with_any_thresholds();
-        let known = match &*locked(&self.unmoved) {
+        let known = match &*locked(&self.derived.unmoved) {
             Some((own, sums)) if *own == key => Some(Arc::clone(sums)),
             _ => None,
         };
@@ -124,7 +125,7 @@ impl Dataset {
             let without = |own: &NormalEquations| own.without(look_backs.clone());
             let unmoved = sums.iter().map(|own| own.iter().map(without).collect());
             let unmoved = (key, Arc::new(unmoved.collect()));
-            *locked(&self.unmoved) = Some(unmoved);
+            *locked(&self.derived.unmoved) = Some(unmoved);
         }
         sums
     }

@@ -1,6 +1,7 @@
-//! Limits that a calibration must keep: a maximum of the expected error, the RMSE and the loop width, for all axes or for each.
+//! Limits that the user sets for a calibration: the maximum expected error, RMSE and loop width, for all axes or for each axis.
 //!
-//! Guarantees: an unknown figure does not pass. An unknown name is an error that lists the known ones.
+//! Guarantees: a figure without a known value does not pass. A misspelt name in the file is an error that lists the valid
+//! names.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,15 +14,15 @@ use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 use crate::small_file::{TomlError, read_toml};
 
-/// A figure that can be limited.
+/// Figure of a calibration that the user can limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limited {
     /// Value within which 95 % of the held-out errors lie.
     ExpectedError,
-    /// Root mean squared error: the larger one of cross-validation and of the test recordings.
+    /// Root mean squared error of cross-validation or of the test recordings, whichever is larger.
     Rmse,
-    /// Largest width of the largest cycle's loop, compensated.
+    /// Largest compensated width of the loop of the largest load cycle.
     LoopWidth,
 }
 
@@ -45,6 +46,17 @@ pub struct Measured<'a> {
 }
 
 impl Measured<'_> {
+    fn in_unit_of(&self, bound: Bound, figure: Limited, axis: Axis) -> Result<f64, String> {
+        let at = self.axes.iter().position(|own| own.0 == axis);
+        let at = at.ok_or("the calibration does not have this axis")?;
+        let value = self.of(figure, at)?;
+        match (bound, self.axes[at].1) {
+            (Bound::Load(_), _) => Ok(value),
+            (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
+            _ => Err("the axis has no full scale".to_owned()),
+        }
+    }
+
     fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
         match figure {
             Limited::ExpectedError => {
@@ -55,7 +67,9 @@ impl Measured<'_> {
                 let scores = &self.quality.compensated;
                 let held_out = [&scores.cv_rmse, &scores.test_rmse].into_iter().flatten();
                 let worst = held_out.map(|rmse| rmse[at]).reduce(f64::max);
-                worst.ok_or_else(|| "nothing was held out".to_owned())
+                worst.ok_or_else(|| {
+                    "there is neither cross-validation nor a test recording".to_owned()
+                })
             }
             Limited::LoopWidth => {
                 let rows = &self.metrology?.rows;
@@ -73,7 +87,7 @@ enum Bound {
     Load(f64),
 }
 
-/// All limits of a file: figure, axis (`None` for all axes), and maximum.
+/// All limits of a file: figure, axis, and maximum. `None` stands for all axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 
@@ -81,7 +95,7 @@ pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 pub struct Checked {
     pub figure: Limited,
     pub axis: Axis,
-    /// Value of the figure, in `unit`; `None` if it is unknown.
+    /// Value of the figure, in `unit`; `None` if unknown.
     pub value: Option<f64>,
     pub limit: f64,
     pub unit: &'static str,
@@ -137,7 +151,7 @@ impl Entry {
 }
 
 impl Limits {
-    /// Reads a file like
+    /// Reads a file such as
     ///
     /// ```toml
     /// expected_error = 1.0                      # at most 1 % of full scale, every axis
@@ -145,7 +159,7 @@ impl Limits {
     /// ```
     ///
     /// # Errors
-    /// [`TomlError`] if the file cannot be read, or has an unknown figure.
+    /// [`TomlError`] if the file cannot be read, or names an unknown figure.
     pub fn read(path: &Path) -> Result<Self, TomlError> {
         read_toml(path, "a list of limits", Self::from_toml)
     }
@@ -165,7 +179,7 @@ impl Limits {
             for (axis, entry) in own {
                 let bound = entry.bound().ok_or_else(|| {
                     let name = figure.name();
-                    format!("the limit of the {name} is neither a number nor one with a unit like \"0.2 N\" or \"1 %\"")
+                    format!("the limit of the {name} is neither a number nor a number with a unit such as \"0.2 N\" or \"1 %\"")
                 })?;
                 limits.push((figure, axis, bound));
             }
@@ -178,37 +192,27 @@ impl Limits {
     }
 
     pub fn check(&self, measured: &Measured<'_>) -> Vec<Checked> {
-        let of_limit = |(figure, axis, bound): &(Limited, Option<Axis>, Bound)| {
-            let (all, figure, bound) = (measured.axes.iter(), *figure, *bound);
-            let axes: Vec<Axis> =
-                axis.map_or_else(|| all.map(|own| own.0).collect(), |own| vec![own]);
-            axes.into_iter().map(move |axis| {
-                let at = measured.axes.iter().position(|own| own.0 == axis);
-                let value = at.ok_or_else(|| "the calibration does not have this axis".to_owned());
-                let value = value.and_then(|at| {
-                    let value = measured.of(figure, at)?;
-                    match (bound, measured.axes[at].1) {
-                        (Bound::Load(_), _) => Ok(value),
-                        (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
-                        _ => Err("no full scale".to_owned()),
-                    }
-                });
-                let (limit, unit) = match bound {
+        let mut checked = Vec::new();
+        for (figure, axis, bound) in &self.0 {
+            let all = measured.axes.iter().map(|own| own.0);
+            for axis in axis.map_or_else(|| all.collect(), |own| vec![own]) {
+                let (limit, unit) = match *bound {
                     Bound::Percent(limit) => (limit, "% FS"),
                     Bound::Load(limit) => (limit, axis.unit()),
                 };
-                Checked {
-                    figure,
+                let value = measured.in_unit_of(*bound, *figure, axis);
+                checked.push(Checked {
+                    figure: *figure,
                     axis,
                     limit,
                     unit,
                     pass: value.as_ref().is_ok_and(|value| *value <= limit),
                     reason: value.as_ref().err().cloned(),
                     value: value.ok(),
-                }
-            })
-        };
-        self.0.iter().flat_map(of_limit).collect()
+                });
+            }
+        }
+        checked
     }
 }
 

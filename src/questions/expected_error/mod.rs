@@ -3,17 +3,15 @@
 //! Held-out errors are those of groups of training recordings, each predicted by a fit to the other groups, and those of test
 //! recordings. The larger of the two values counts.
 //!
-//! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups, there is a reason in place of a value. Each value
-//! comes with the loads, groups and samples that it is based on, and with the conditions that it does not cover.
+//! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups, a reason takes the place of the value. Each value comes
+//! with the underlying loads, groups and samples, and with a list of conditions that the recordings do not cover.
 
 pub mod asked;
 pub(crate) mod limits;
-pub(crate) mod limits_shown;
 pub mod query;
 pub(crate) mod rule;
 pub(crate) mod shown;
 
-pub(crate) use limits_shown::limits_table;
 #[cfg(feature = "gui")]
 pub(crate) use shown::expected_error_column;
-pub(crate) use shown::expected_error_table;
+pub(crate) use shown::{expected_error_table, limits_table};

@@ -1,4 +1,4 @@
-//! The expected error of a calibration on the recordings that it was fitted to.
+//! Computes the expected error of a calibration from the recordings of its fit.
 
 use crate::calibration::{Calibration, ExpectedError, NoCrossValidation, Past};
 use crate::export::with_sources;
@@ -6,18 +6,19 @@ use crate::progress::Progress;
 use crate::questions::cross_validated::part_shares;
 use crate::questions::dataset::{Dataset, Key};
 use crate::questions::error::AnalysisError;
-use crate::questions::expected_error::rule::{Evidence, HeldOutErrors, MIN_GROUPS};
+use crate::questions::expected_error::rule::{HeldOutErrors, MIN_GROUPS, expected_from};
 use crate::questions::models::learning::Moments;
 use crate::questions::request::Request;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
 
-/// Maximum number of samples whose errors are kept for each axis.
-pub(crate) const KEPT: usize = 200_000;
+/// Maximum number of held-out samples whose errors are kept in memory.
+const KEPT: usize = 200_000;
 
 /// Returns the expected error of a calibration, or the reason why there is none.
 ///
-/// A fitted linear calibration is fitted again without each group. Networks and kernels were cross-validated during training.
-/// A calibration that was not fitted to these recordings keeps the expected error of its file.
+/// A linear calibration is fitted again without each group. Networks and kernels were cross-validated during training. `fitted`
+/// is true if the calibration was fitted to these recordings. Otherwise only the calibration's file can contain an expected
+/// error.
 ///
 /// # Errors
 /// [`AnalysisError`] if the recordings cannot be used, or the work was cancelled.
@@ -41,10 +42,10 @@ pub fn expected_error(
     Ok(data.expected_error(calibration, &past, left_out))
 }
 
-/// Completes a fitted calibration for export: adds its expected error and the files that it was fitted to.
+/// Completes a fitted calibration for export: adds its expected error, and the files of the recordings.
 ///
 /// # Errors
-/// As [`expected_error`].
+/// Those of [`expected_error`].
 pub fn handed_over(
     request: &Request,
     calibration: &Calibration,
@@ -77,22 +78,12 @@ impl Dataset {
         let mut tested = HeldOutErrors::new(calibration.axes.len());
         for (entry, past) in self.entries.iter().zip(past).filter(|(entry, _)| is_test(entry)) {
             let loads = calibration.compensated_loads(&entry.recording, past);
-            tested.add(
-                loads.iter().zip(entry.recording.loads()).map(|(own, known)| own - known),
-                step,
-            );
+            tested.add_loads(&loads, entry.recording.loads(), step);
             tested.n_groups += 1;
         }
-        let axes: Vec<(Axis, f64)> =
-            calibration.axes.iter().copied().zip(calibration.full_scale.iter().copied()).collect();
-        let evidence = Evidence {
-            entries: &self.entries,
-            axes: &axes,
-            grouped_by: self.groups.by,
-            left_out,
-            tested,
-        };
-        evidence.weighed()
+        let full_scale = calibration.full_scale.iter().copied();
+        let axes: Vec<(Axis, f64)> = calibration.axes.iter().copied().zip(full_scale).collect();
+        expected_from(&self.entries, &axes, self.groups.by, left_out, tested)
     }
 
     fn groups_left_out(&self) -> Result<usize, NoCrossValidation> {
@@ -105,7 +96,8 @@ impl Dataset {
         }
     }
 
-    /// Returns the errors of a linear calibration on each group of training recordings, predicted by a fit to the others.
+    /// Returns the errors of a linear calibration on each group of training recordings. A group is predicted by a fit to the
+    /// other groups.
     fn left_out_errors(
         &self,
         calibration: &Calibration,
@@ -127,18 +119,15 @@ impl Dataset {
             if !is_trained(entry) || progress.is_cancelled() {
                 continue;
             }
-            // Groups are left out as a whole, so a recording is one piece.
+            // Only whole recordings are left out here, so each recording is one piece.
             own.compensated = Some(fits[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
-            errors.add(
-                loads.iter().zip(entry.recording.loads()).map(|(own, known)| own - known),
-                step,
-            );
+            errors.add_loads(&loads, entry.recording.loads(), step);
         }
         Ok(errors)
     }
 
-    /// Returns the held-out errors of a network or a kernel, from the residuals of its cross-validation.
+    /// Returns the held-out errors of a network or a kernel from the residuals of the cross-validation.
     pub(crate) fn left_out_errors_of(
         &self,
         parts: &[Moments],
@@ -146,23 +135,20 @@ impl Dataset {
     ) -> Result<HeldOutErrors, NoCrossValidation> {
         let n_groups = self.groups_left_out()?;
         let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
-        let mut errors = HeldOutErrors::new(n_axes);
+        let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
         for (part, shares) in parts.iter().zip(part_shares(parts, has_shares)) {
             let kept = part.kept.iter().enumerate();
-            errors.add(
-                kept.map(|(at, [left_over, added])| left_over - shares[at % n_axes] * added),
-                1,
-            );
+            let kept = kept.map(|(at, [residual, output])| residual - shares[at % n_axes] * output);
+            errors.add(kept, 1);
         }
-        errors.n_groups = n_groups;
         errors.n_samples = parts.iter().map(|part| part.n_samples).sum();
         Ok(errors)
     }
 
-    /// Returns the step by which the samples of these recordings are thinned to at most [`KEPT`].
-    pub(crate) fn step_of(&self, is_meant: impl Fn(&Entry) -> bool) -> usize {
-        let meant = self.entries.iter().filter(|entry| is_meant(entry));
-        let n: usize = meant.map(|entry| entry.recording.n_samples()).sum();
+    /// Returns the step by which the samples of the chosen recordings are thinned to at most [`KEPT`].
+    pub(crate) fn step_of(&self, is_chosen: impl Fn(&Entry) -> bool) -> usize {
+        let chosen = self.entries.iter().filter(|entry| is_chosen(entry));
+        let n: usize = chosen.map(|entry| entry.recording.n_samples()).sum();
         n.div_ceil(KEPT).max(1)
     }
 }

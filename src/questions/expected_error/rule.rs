@@ -1,45 +1,46 @@
-//! Rule of the expected error: the errors that count, and the resulting value.
+//! Rule of the expected error: when it exists, its value per axis, and the conditions that the recordings do not cover.
+
+use std::collections::BTreeSet;
 
 use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation};
 use crate::min_max::MinMax;
 use crate::recording::in_role;
 use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
 use crate::scoring::quantile::quantile;
-use crate::shown::counted;
 
 /// Share of the held-out errors that lie within the expected error.
-pub(crate) const SHARE: f64 = 0.95;
+const SHARE: f64 = 0.95;
 
-/// Minimum number of left-out groups, or of test recordings if no groups were left out.
+/// Minimum number of left-out groups for an expected error. The same number of test recordings is enough, too.
 pub(crate) const MIN_GROUPS: usize = 3;
 
-/// An axis has no expected error if its range is below this share of the largest range among axes of its unit.
+/// Minimum load range for an expected error of an axis, as a share of the largest range of the axes with the same unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
-/// Share of an axis' largest load from which the axis counts as loaded.
-pub(crate) const LOADED: f64 = 0.1;
+/// Minimum load of an axis that counts as loaded, as a share of the axis' largest load.
+const LOADED: f64 = 0.1;
 
-/// Share of the loaded samples below which samples with several loaded axes do not count as combined loads.
-pub(crate) const COMBINED: f64 = 0.05;
+/// Minimum share of samples with several loaded axes among the loaded samples. With fewer of these samples, the recordings
+/// count as loaded one axis at a time.
+const COMBINED: f64 = 0.05;
 
 /// Magnitudes of held-out errors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeldOutErrors {
-    /// Number of groups that were left out in turn, or of test recordings.
+    /// Number of left-out groups or of test recordings.
     pub n_groups: usize,
-    /// Number of samples. `sizes` holds only a part of them.
+    /// Number of held-out samples, which may be larger than the number of stored errors.
     pub n_samples: u64,
-    /// Absolute errors of evenly spread samples, for each axis in its unit.
+    /// Absolute errors of evenly spread samples, one list per axis, in the axis' unit.
     pub sizes: Vec<Vec<f64>>,
 }
 
 impl HeldOutErrors {
-    /// Returns an empty set of errors with this number of axes.
     pub fn new(n_axes: usize) -> Self {
         Self { sizes: vec![Vec::new(); n_axes], ..Self::default() }
     }
 
-    /// Adds every `step`-th of these errors, `n × n_axes` row-major.
+    /// Adds every `step`-th sample of errors, `n × n_axes` row-major.
     pub fn add(&mut self, errors: impl ExactSizeIterator<Item = f64>, step: usize) {
         let n_axes = self.sizes.len();
         self.n_samples += (errors.len() / n_axes.max(1)) as u64;
@@ -50,81 +51,73 @@ impl HeldOutErrors {
         }
     }
 
+    /// Adds the errors of loads against reference loads for every `step`-th sample, both `n × n_axes` row-major.
+    pub fn add_loads(&mut self, loads: &[f64], reference: &[f64], step: usize) {
+        self.add(loads.iter().zip(reference).map(|(own, reference)| own - reference), step);
+    }
+
     /// Returns the value within which 95 % of the errors lie, per axis; `None` without errors.
-    pub(crate) fn values(&mut self) -> Option<Vec<f64>> {
+    fn values(&mut self) -> Option<Vec<f64>> {
         let values = self.sizes.iter_mut();
         values.map(|sizes| quantile(sizes, SHARE)).collect()
     }
 }
 
-/// Inputs of the expected error.
-pub struct Evidence<'a> {
-    /// All recordings with their roles.
-    pub entries: &'a [Entry],
-    /// Axes of the calibration, each with its full scale; 0 if there is none.
-    pub axes: &'a [(Axis, f64)],
-    /// Kind of the left-out groups.
-    pub grouped_by: GroupedBy,
-    /// Errors on left-out groups, or the reason why there are none.
-    pub left_out: Result<HeldOutErrors, NoCrossValidation>,
-    /// Errors on test recordings.
-    pub tested: HeldOutErrors,
-}
-
-impl Evidence<'_> {
-    /// Returns the expected error, or the reason why there is none.
-    ///
-    /// # Errors
-    /// A clause with the reason.
-    pub fn weighed(self) -> Result<ExpectedError, String> {
-        let Evidence { entries, axes, grouped_by, left_out, mut tested } = self;
-        let mut left_out = match left_out {
-            Ok(own) if own.n_groups < MIN_GROUPS => {
-                Err(NoCrossValidation::FewGroups { found: own.n_groups, needed: MIN_GROUPS })
-            }
-            own => own,
-        };
-        if let Err(reason) = &left_out
-            && tested.n_groups < MIN_GROUPS
-        {
-            return Err(format!(
-                "{reason}. {MIN_GROUPS} test recordings would give an expected error as well (now {})",
-                counted(tested.n_groups, "test recording")
-            ));
+/// Returns the expected error from the errors on left-out groups and on test recordings.
+///
+/// `axes` contains each axis of the calibration with its full scale, which is 0 if unknown.
+///
+/// # Errors
+/// A clause with the reason why there is no expected error.
+pub fn expected_from(
+    entries: &[Entry],
+    axes: &[(Axis, f64)],
+    grouped_by: GroupedBy,
+    left_out: Result<HeldOutErrors, NoCrossValidation>,
+    mut tested: HeldOutErrors,
+) -> Result<ExpectedError, String> {
+    let mut left_out = match left_out {
+        Ok(own) if own.n_groups < MIN_GROUPS => {
+            Err(NoCrossValidation::FewGroups { found: own.n_groups, needed: MIN_GROUPS })
         }
-        let by_cross_validation = left_out.as_mut().ok().and_then(HeldOutErrors::values);
-        let by_test = tested.values().filter(|_| tested.n_groups > 0);
-        let ranges = load_ranges(used(entries), axes.len());
-        let spans = ranges.iter().map(|own| own.span());
-        let spans: Vec<f64> = spans.collect();
-        let of_axis = |(at, (axis, full_scale)): (usize, &(Axis, f64))| {
-            let same_unit = axes.iter().zip(&spans);
-            let same_unit = same_unit.filter(|((own, _), _)| own.is_force() == axis.is_force());
-            let most = same_unit.map(|(_, span)| *span).fold(2.0 * full_scale, f64::max);
-            let is_known = spans[at] > STANDS_STILL * most;
-            let figure =
-                |values: &Option<Vec<f64>>| Some(values.as_ref()?[at]).filter(|_| is_known);
-            let (cross_validation, test) = (figure(&by_cross_validation), figure(&by_test));
-            let value = cross_validation.into_iter().chain(test).reduce(f64::max);
-            AxisExpectedError {
-                axis: *axis,
-                unit: axis.unit().to_owned(),
-                range: ranges[at].ends().unwrap_or_default(),
-                value,
-                percent_fs: value.filter(|_| *full_scale > 0.0).map(|own| 100.0 * own / full_scale),
-                cross_validation,
-                test,
-            }
-        };
-        let held_out =
-            |own: &HeldOutErrors| HeldOut { groups: own.n_groups, samples: own.n_samples };
-        Ok(ExpectedError {
-            axes: axes.iter().enumerate().map(of_axis).collect(),
-            cross_validation: left_out.as_ref().ok().map(held_out),
-            test: (tested.n_groups > 0).then(|| held_out(&tested)),
-            not_covered: not_covered(entries, axes.len(), grouped_by),
-        })
+        own => own,
+    };
+    if let Err(reason) = &left_out
+        && tested.n_groups < MIN_GROUPS
+    {
+        return Err(format!(
+            "{reason}. {MIN_GROUPS} test recordings are enough, too (there are {})",
+            tested.n_groups
+        ));
     }
+    let by_cross_validation = left_out.as_mut().ok().and_then(HeldOutErrors::values);
+    let by_test = tested.values().filter(|_| tested.n_groups > 0);
+    let ranges = load_ranges(used(entries), axes.len());
+    let of_axis = |(at, (axis, full_scale)): (usize, &(Axis, f64))| {
+        let same_unit = axes.iter().zip(&ranges);
+        let same_unit = same_unit.filter(|((own, _), _)| own.is_force() == axis.is_force());
+        let largest = same_unit.map(|(_, own)| own.span()).fold(2.0 * full_scale, f64::max);
+        let moves = ranges[at].span() > STANDS_STILL * largest;
+        let figure = |values: &Option<Vec<f64>>| Some(values.as_ref()?[at]).filter(|_| moves);
+        let (cross_validation, test) = (figure(&by_cross_validation), figure(&by_test));
+        let value = cross_validation.into_iter().chain(test).reduce(f64::max);
+        AxisExpectedError {
+            axis: *axis,
+            unit: axis.unit().to_owned(),
+            range: ranges[at].ends().unwrap_or_default(),
+            value,
+            percent_fs: value.filter(|_| *full_scale > 0.0).map(|own| 100.0 * own / full_scale),
+            cross_validation,
+            test,
+        }
+    };
+    let held_out = |own: &HeldOutErrors| HeldOut { groups: own.n_groups, samples: own.n_samples };
+    Ok(ExpectedError {
+        axes: axes.iter().enumerate().map(of_axis).collect(),
+        cross_validation: left_out.as_ref().ok().map(held_out),
+        test: (tested.n_groups > 0).then(|| held_out(&tested)),
+        not_covered: not_covered(entries, axes.len(), grouped_by),
+    })
 }
 
 pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
@@ -134,20 +127,19 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
 
 /// Returns a sentence that lists the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
-    let mut missing = vec!["loads beyond those recorded".to_owned()];
+    let mut missing = vec!["loads beyond the recorded loads".to_owned()];
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
         missing.push("combined loads (the axes were loaded one at a time)".to_owned());
     }
     if is_one_programme(&in_role(entries, Role::Train)) {
-        missing.push("other load programmes (all training recordings repeat one)".to_owned());
+        missing
+            .push("other load programmes (all training recordings repeat the same one)".to_owned());
     }
     if !matches!(grouped_by, GroupedBy::Mounting | GroupedBy::Mount | GroupedBy::Setup) {
         missing.push("another mounting".to_owned());
     }
-    let mut days: Vec<_> = used(entries).map(|own| own.dated().map(|own| own.day)).collect();
-    days.sort();
-    days.dedup();
-    if days.iter().flatten().count() < 2 {
+    let days = used(entries).filter_map(|own| Some(own.dated()?.day));
+    if days.collect::<BTreeSet<_>>().len() < 2 {
         missing.push("another day".to_owned());
     }
     let last = missing.pop().expect("the list has at least one entry");
@@ -157,7 +149,7 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
     }
 }
 
-/// Returns true if hardly any loaded sample has more than one loaded axis.
+/// Returns true if only few of the loaded samples have more than one loaded axis.
 pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     let largest: Vec<f64> =
         load_ranges(used(entries), n_axes).into_iter().map(MinMax::magnitude).collect();
@@ -173,7 +165,7 @@ pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     loaded > 0 && (combined as f64) < COMBINED * loaded as f64
 }
 
-/// Returns true if there are several recordings and all go through the same loads at the same shares of their length.
+/// Returns true if several recordings all have the same loads at the same shares of their length.
 pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
     match recordings {
         [first, others @ ..] => !others.is_empty() && others.iter().all(|own| own.repeats(first)),
@@ -217,14 +209,7 @@ mod tests {
         tested: HeldOutErrors,
     ) -> Result<ExpectedError, String> {
         let axes = [(Axis::Fx, 10.0), (Axis::Fy, 10.0)];
-        let evidence = Evidence {
-            entries,
-            axes: &axes,
-            grouped_by: GroupedBy::Recording,
-            left_out: Ok(left_out),
-            tested,
-        };
-        evidence.weighed()
+        expected_from(entries, &axes, GroupedBy::Recording, Ok(left_out), tested)
     }
 
     fn path(at: f64) -> impl Fn(f64) -> [f64; 2] {
@@ -295,7 +280,7 @@ mod tests {
         ] {
             let text = missing(entries, GroupedBy::Recording);
             assert_eq!(text.contains("one at a time"), single, "{text}");
-            assert_eq!(text.contains("repeat one"), programme, "{text}");
+            assert_eq!(text.contains("repeat the same one"), programme, "{text}");
             assert!(text.contains("another mounting") && text.contains("another day"));
         }
         assert!(!missing(&free, GroupedBy::Mount).contains("another mounting"));

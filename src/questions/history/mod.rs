@@ -1,4 +1,4 @@
-//! The history rate of an export: the coarsest that the fit allows.
+//! History rate of an export: the lowest rate of stored samples that hardly increases the error of the fit.
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,18 +12,18 @@ use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::scoring::numbers::significant;
 
-/// History rates to try, from the coarsest (Hz).
+/// History rates to try, ascending (Hz).
 const RATES_HZ: [f64; 9] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-/// Largest accepted ratio of the error with a coarser history to the error with all samples.
+/// Maximum error with a lower history rate, as a multiple of the error with all samples.
 const LARGEST_COST: f64 = 1.01;
 
-/// A history that keeps fewer samples than the recordings have.
+/// History with fewer samples than the recordings have.
 #[derive(Clone, Copy, Debug)]
 pub struct CoarseHistory {
     pub rate_hz: f64,
-    /// Memory on a controller with this history and with all samples (bytes).
+    /// Memory on a controller (bytes): with this history, and with all samples.
     memory: [usize; 2],
-    /// Mean error of the linear fit as a share of full scale, with this history and with all samples.
+    /// Mean error of the linear fit as a share of full scale: with this history, and with all samples.
     errors: [f64; 2],
 }
 
@@ -33,15 +33,15 @@ impl fmt::Display for CoarseHistory {
         let [error, all] = self.errors.map(|error| significant(100.0 * error, 3));
         write!(
             f,
-            "with {} samples a second in the history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; the mean error of the \
-             linear fit is {error} % of full scale, with all samples {all} %",
+            "with {} samples per second in the history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; the mean error of the \
+             linear fit is then {error} % of full scale instead of {all} %",
             self.rate_hz
         )
     }
 }
 
-/// Returns the coarsest history whose fit increases the error by less than 1 %. If there is none, returns the finest history
-/// that needs at most 64 kB on a controller.
+/// Returns the history with the lowest rate that increases the error of the fit by less than 1 %. Without such a rate, returns
+/// the history with the highest rate that needs at most 64 kB on a controller.
 ///
 /// Returns `None` if all samples fit into 64 kB, or if a history rate is set.
 ///
@@ -55,7 +55,7 @@ pub fn coarse_history(
     if settings.history_rate_hz != 0.0 || !settings.features.has_history() {
         return Ok(None);
     }
-    // All regressors have the same blocks, and least squares is the fastest.
+    // A linear fit has the same history as the other regressors, and is the fastest.
     let fitted = |history_rate_hz| {
         let regressor = Regressor::Linear;
         let settings = FitSettings { history_rate_hz, regressor, ..settings.clone() };
@@ -64,9 +64,11 @@ pub fn coarse_history(
         Ok::<_, AnalysisError>((error_of(&own), Footprint::of(&own)))
     };
     let (whole_error, whole) = fitted(0.0)?;
+    if !whole.is_large() || !whole_error.is_finite() {
+        return Ok(None);
+    }
     let mut chosen = None;
-    let is_worth_it = whole.is_large() && whole_error.is_finite();
-    for rate_hz in RATES_HZ.into_iter().take_while(|_| is_worth_it) {
+    for rate_hz in RATES_HZ {
         let (error, footprint) = fitted(rate_hz)?;
         if footprint.is_large() {
             break;
@@ -83,13 +85,13 @@ pub fn coarse_history(
     Ok(chosen)
 }
 
-/// Returns the mean error over the axes as a share of full scale, in cross-validation or else on the training recordings.
+/// Returns the mean error of all axes as a share of full scale. The error is the cross-validation error, or else the training
+/// error.
 fn error_of(calibration: &Calibration) -> f64 {
-    let shares = [calibration.mean_cv_share(), calibration.mean_train_share()];
-    shares.into_iter().flatten().next().unwrap_or(f64::NAN)
+    calibration.mean_cv_share().or(calibration.mean_train_share()).unwrap_or(f64::NAN)
 }
 
-/// Question for a coarser history, if the calibration needs too much memory on a controller.
+/// Question for a history with a lower rate, for a calibration that needs too much memory on a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskHistory(pub Request);
 

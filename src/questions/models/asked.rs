@@ -1,4 +1,4 @@
-//! Training, and trying models, as questions.
+//! Background questions that train a model, or try several models.
 
 use std::sync::Arc;
 
@@ -11,11 +11,12 @@ use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::same::same_where;
 
-/// Request to train a network or a kernel, which takes longer than a slider may wait. A stopped network keeps its best epoch.
+/// Request to train a network or a kernel, which takes too long to follow a slider. A network that the user stops keeps its
+/// best epoch.
 #[derive(Clone)]
 pub struct Train {
     pub request: Request,
-    /// Called with the result at once, even while the window draws nothing.
+    /// Function that receives the result at once, even while the window is hidden.
     pub on_trained: OnTrained,
 }
 
@@ -25,7 +26,7 @@ pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
 
 #[derive(Clone, Debug, Default)]
 pub struct Trained {
-    /// Reports of the network, one for each epoch.
+    /// Reports of a network's training, one for each epoch.
     pub epochs: Vec<EpochReport>,
     pub step: Option<TrainingStep>,
     pub calibration: Option<Arc<Calibration>>,
@@ -65,20 +66,20 @@ impl Query for Train {
     }
 }
 
-/// Request to try models.
+/// Request to fit and score several models.
 #[derive(Clone, Debug)]
 pub struct TryModels {
-    /// Number of the run.
+    /// Number by which requests are distinguished.
     pub run: u64,
     pub list: List,
 }
 
-/// Models to try.
+/// Models to fit and score.
 #[derive(Clone, Debug)]
 pub enum List {
-    /// Those that may be the best.
+    /// Candidates of a search for the best model.
     Search(Search),
-    /// Those of the paper's comparison.
+    /// Candidates of the paper's comparison.
     Paper(Comparison),
 }
 

@@ -1,10 +1,10 @@
-//! Search for the best model: candidates that follow from the list of blocks, each scored on held-out recordings, and the
-//! rule of choice ([`ErrorBlocks`]).
+//! Search for the best model. Cross-validation scores each candidate, and [`ErrorBlocks`] chooses among the candidates.
 //!
-//! Guarantees: for each fold, all steps are repeated without its recordings: the conventional calibration, thresholds, values
-//! of blocks, ridge, and training. Held-out recordings are predicted from a cold start. Test recordings are not used for the
-//! choice.
+//! Guarantees: held-out recordings influence no step of a fit: conventional calibration, thresholds, values of blocks, ridge,
+//! and training. Held-out recordings are predicted from a cold start. Test recordings are not used for the choice.
 
+use std::ops::Range;
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -23,30 +23,35 @@ use crate::questions::models::table::{Mark, Model, ModelRow, model_table, weight
 use crate::questions::thresholds::ScoreSet;
 use crate::recording::{RecordingSet, Role};
 use crate::report::Table;
+use crate::scoring::left_out::summed_by_target;
+use crate::scoring::metrics::root_mean;
 use crate::scoring::numbers::significant;
+use crate::shown::counted;
 
-/// Maximum number of training samples while models are compared. More samples are decimated.
+/// Maximum number of training samples while models are compared. Recordings with more samples are decimated.
 const ENOUGH_SAMPLES: usize = 60_000;
-/// Effort of the first, short training of each network and kernel.
+/// Limits of the short training, which selects networks and kernels for the full training.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// Models that are trained fully. For each regressor: the maximum short-training error as a multiple of the lowest error, and
-/// the maximum number of models. A short training is less conclusive for a network.
+/// Selection for the full training. For each regressor: the maximum error of the short training as a multiple of the lowest
+/// error, and the maximum number of models. The maximum error of networks is larger, because a short training says less about
+/// networks.
 const CAN_WIN: [(Regressor, f64, usize); 4] = [
     (Regressor::HybridKernel, 1.3, 3),
     (Regressor::Kernel, 1.3, 3),
     (Regressor::HybridNetwork, 1.6, 1),
     (Regressor::Network, 1.6, 1),
 ];
-/// Maximum error of the best model of a regressor for a longer training, as a multiple of the lowest error.
+/// Maximum error of a model that is trained again for longer, as a multiple of the lowest error.
 const NEARLY_BEST: f64 = 1.15;
 /// Length of a block of errors, as a multiple of their correlation time.
 const TIMES_CORRELATED: usize = 4;
+/// Maximum number of blocks of one recording.
 const MOST_BLOCKS: usize = 50;
-/// Maximum excess of the smallest model's error over the lowest error, as a share.
+/// Default of [`Search::within`].
 pub const WITHIN: f64 = 0.05;
 
-/// Request for a search.
+/// Request for a search of the best model.
 #[derive(Clone, Debug)]
 pub struct Search {
     /// Recordings with their roles.
@@ -55,9 +60,12 @@ pub struct Search {
     pub settings: FitSettings,
     /// Time after which no further candidate starts.
     pub time_limit: Duration,
-    /// Maximum excess of the smallest model's error over that of the most accurate one, as a share.
+    /// Maximum error of the smallest proposed model above the error of the most accurate model, as a share of that error.
     pub within: f64,
 }
+
+/// Errors of each held-out recording in each cross-validation fold, `n_samples × n_axes` row-major.
+type FoldErrors = [Vec<Vec<f64>>];
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
@@ -65,31 +73,30 @@ pub struct Tried {
     #[serde(skip)]
     pub at: usize,
     pub name: String,
-    /// Amount of data as named in the paper; empty if the settings give it.
+    /// Amount of data as named in the paper; empty if it follows from the decimation.
     #[serde(skip)]
     pub data: String,
-    /// Description of the blocks; empty without blocks.
+    /// Description of the features; empty for the gauges alone.
     pub blocks: String,
     pub regressor: Regressor,
-    /// Settings with the numbers chosen from all training recordings, and the errors over all folds. Test recordings are not
-    /// used for the choice.
+    /// Settings chosen on all training recordings, with the cross-validation errors.
     #[serde(flatten)]
     pub model: Model,
-    /// Root mean squared error relative to the conventional calibration, each axis weighted alike; 1 is no better.
+    /// Root mean squared error divided by the conventional one, with all axes weighted alike.
     pub relative: f64,
     /// True for the most accurate candidate, which is proposed.
     pub is_proposed: bool,
-    /// True for the smallest candidate that is nearly as accurate.
+    /// True for the smallest candidate whose error is within [`Search::within`] of the proposed candidate's error.
     pub is_smallest: bool,
-    /// Reason why the candidate is not eligible; `None` if it is.
+    /// Reason why the candidate cannot be proposed; `None` if the candidate is eligible.
     pub refused: Option<String>,
-    /// Summed squared errors, `n_blocks × n_axes`.
+    /// Sums of squared errors, `n_blocks × n_axes` row-major.
     #[serde(skip)]
     squares: Vec<f64>,
 }
 
 impl Tried {
-    /// Creates the row of a model that is not yet compared with others.
+    /// Returns a model before its comparison with other models.
     pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
         Self {
             at: 0,
@@ -113,15 +120,6 @@ impl Tried {
             (false, false) => Mark::None,
         }
     }
-
-    fn row(&self) -> ModelRow<'_> {
-        ModelRow {
-            mark: self.mark().cell(),
-            name: &self.name,
-            data: &self.data,
-            model: &self.model,
-        }
-    }
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -129,32 +127,33 @@ pub struct Best {
     pub tried: Vec<Tried>,
     /// Names of candidates that could not be tried, with the reasons.
     pub failed: Vec<(String, String)>,
-    /// Networks and kernels that the short training ruled out, with their relative errors there.
+    /// Networks and kernels that were dropped after the short training, with their relative errors.
     pub ruled_out: Vec<(String, f64)>,
     /// Number of candidates that were not tried within the time limit.
     pub n_left: usize,
     pub n_folds: usize,
+    /// Description of the cross-validation.
     pub folds: String,
     /// Decimation of the recordings while models were compared.
     pub decimation: usize,
-    /// Maximum excess of the smallest model's error, as a share.
+    /// Copy of [`Search::within`].
     pub within: f64,
     #[serde(skip)]
     cut: Cut,
 }
 
 impl Best {
-    /// Returns the most accurate candidate; `None` while nothing is tried.
+    /// Returns the most accurate candidate; `None` before the first result.
     pub fn proposed(&self) -> Option<&Tried> {
         self.tried.iter().find(|tried| tried.is_proposed)
     }
 
-    /// Returns the smallest candidate that is nearly as accurate; `None` while nothing is tried.
+    /// Returns the smallest candidate that is nearly as accurate; `None` before the first result.
     pub fn smallest(&self) -> Option<&Tried> {
         self.tried.iter().find(|tried| tried.is_smallest)
     }
 
-    /// Returns the reason for the proposal, and the smallest model, one sentence each.
+    /// Returns a sentence with the reason for the proposal, and a sentence about the smallest model.
     pub fn why(&self) -> Vec<String> {
         let (Some(proposed), Some(smallest)) = (self.proposed(), self.smallest()) else {
             return Vec::new();
@@ -166,7 +165,7 @@ impl Best {
         };
         if proposed.name == self.tried[0].name {
             return vec![format!(
-                "Proposed: {}. None of the {} others is surely better (90 % confidence over {} blocks of left-out samples) without \
+                "Proposed: {}. None of the {} other models is better with 90 % confidence over {} blocks of left-out samples and without \
                  harm to a group",
                 proposed.name,
                 self.tried.len() - 1,
@@ -174,7 +173,7 @@ impl Best {
             )];
         }
         let first = format!(
-            "Proposed: {}, the most accurate: {} of the conventional error ({}); {}",
+            "Proposed: {}, the most accurate model: {} of the conventional error ({}); {}",
             proposed.name,
             percent(proposed),
             self.folds,
@@ -182,9 +181,9 @@ impl Best {
         );
         let within = significant(100.0 * self.within, 2);
         let second = match smallest.name == proposed.name {
-            true => format!("It is also the smallest within {within} %"),
+            true => format!("No smaller model has an error within {within} % of this one"),
             false => format!(
-                "Smallest within {within} % of it: {}, {} of the conventional error; {}",
+                "Smallest model with an error within {within} % of this one: {}, {} of the conventional error; {}",
                 smallest.name,
                 percent(smallest),
                 cost(smallest)
@@ -193,41 +192,41 @@ impl Best {
         vec![first, second]
     }
 
-    /// Returns further facts about the search, one sentence each.
+    /// Returns sentences with further results of the search.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let lowest = self.proposed().map_or(1.0, |own| own.relative);
-        // A model with a lower error than the proposal needs a reason.
+        // A model with a lower error than the proposed model needs an explanation.
         let lower = self.tried.iter().filter(|own| own.relative < lowest);
         remarks.extend(lower.map(|own| match &own.refused {
             Some(why) => format!("{} is not proposed: {why}", own.name),
             None => format!(
-                "{} has a lower mean error, but only by the extreme tenth of the blocks: in the others another model is better with 90 % \
-                 confidence",
+                "{} has a lower mean error, but only because of a few extreme blocks of samples; without the extreme tenth, another model is \
+                 better with 90 % confidence",
                 own.name
             ),
         }));
         if self.n_left > 0 {
-            let n = self.n_left;
-            remarks.push(format!("The time did not allow {n} more; a longer limit does"));
+            let n = counted(self.n_left, "model");
+            remarks.push(format!(
+                "{n} not tried within the time limit; set a longer limit to try more"
+            ));
         }
         remarks.extend(self.failures());
         if !self.ruled_out.is_empty() {
-            let (n, at) = (self.ruled_out.len(), significant(100.0 * self.least_ruled_out(), 3));
+            let lowest = self.ruled_out.iter().map(|own| own.1).fold(f64::INFINITY, f64::min);
             remarks.push(format!(
-                "A short training ruled out {n} networks and kernels, the best of them with {at} % of the conventional error"
+                "{} networks and kernels were dropped after a short training; their lowest error was {} % of the conventional one",
+                self.ruled_out.len(),
+                significant(100.0 * lowest, 3)
             ));
         }
         remarks
     }
 
-    /// Returns the candidates that could not be tried, with the reasons, one sentence each.
+    /// Returns sentences with the candidates that could not be tried, and the reasons.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failed.iter().map(|(name, why)| format!("{name} could not be tried: {why}"))
-    }
-
-    fn least_ruled_out(&self) -> f64 {
-        self.ruled_out.iter().map(|(_, relative)| *relative).fold(f64::INFINITY, f64::min)
     }
 
     fn push(&mut self, mut tried: Tried) {
@@ -239,7 +238,7 @@ impl Best {
         let weights = weights(rmse.unwrap_or_default());
         let of = |own: &Tried| weighed(&own.squares, &weights);
         let (own, reference) = (of(&tried), of(&conventional));
-        // Without any error, no model is better than another.
+        // If the conventional calibration has no error, no model is better.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
         tried.at = self.tried.len();
         tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
@@ -269,60 +268,57 @@ impl Best {
             ScoreSet::Test => String::new(),
             _ => format!("; {}", self.folds),
         };
+        let rows = self.tried.iter().map(|own| ModelRow {
+            mark: own.mark().cell(),
+            name: &own.name,
+            data: &own.data,
+            model: &own.model,
+        });
         Table {
             title: format!("RMSE, {}{folds}", set.label()),
             note: format!(
-                "→ proposed: the most accurate; = the smallest within {} % of it",
+                "→: the proposed, most accurate model; =: the smallest model with an error within {} % of this one",
                 significant(100.0 * self.within, 2)
             ),
-            ..model_table(axes, &[set], self.tried.iter().map(Tried::row))
+            ..model_table(axes, &[set], rows)
         }
     }
 }
 
+/// Division of the held-out samples into blocks.
 #[derive(Clone, Debug, Default)]
 struct Cut {
     blocks: ErrorBlocks,
-    /// Number of blocks of each held-out recording in each fold.
-    of_recordings: Vec<Vec<usize>>,
+    /// Number of blocks of each held-out recording.
+    counts: Vec<usize>,
+    /// Names of the groups.
     groups: Vec<String>,
 }
 
 impl Cut {
-    /// Divides by the errors of the conventional calibration: blocks are longer than their correlation time.
-    fn of(folds: &NestedFolds, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Self {
+    /// Returns blocks that are longer than the correlation time of `errors`, the errors of the conventional calibration.
+    fn of(folds: &NestedFolds, errors: &FoldErrors, n_axes: usize) -> Self {
         let length = TIMES_CORRELATED * correlated(errors, n_axes);
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
         let mut cut = Self { groups: folds.parts.clone(), ..Self::default() };
-        for (fold, errors) in folds.folds.iter().zip(errors) {
-            let of_recordings = fold.parts.iter().zip(errors).map(|(part, own)| {
-                let n = own.len() / n_axes;
-                let count = (n / length).clamp(fewest, MOST_BLOCKS).min(n.max(1));
-                let ends = (0..=count).map(|at| at * n / count);
-                let lengths = ends.clone().zip(ends.skip(1)).map(|(start, end)| end - start);
-                cut.blocks.samples.extend(lengths.map(|length| length as f64));
-                cut.blocks.groups.extend(std::iter::repeat_n(*part, count));
-                count
-            });
-            let of_recordings = of_recordings.collect();
-            cut.of_recordings.push(of_recordings);
+        let parts = folds.folds.iter().flat_map(|fold| &fold.parts);
+        for (part, own) in parts.zip(errors.iter().flatten()) {
+            let n = own.len() / n_axes;
+            let count = (n / length).clamp(fewest, MOST_BLOCKS).min(n.max(1));
+            cut.blocks.samples.extend(blocks(n, count).map(|own| own.len() as f64));
+            cut.blocks.groups.extend(std::iter::repeat_n(*part, count));
+            cut.counts.push(count);
         }
         cut
     }
 
     /// Returns the sums of squared errors of each block, `n_blocks × n_axes`.
-    fn squares(&self, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Vec<f64> {
+    fn squares(&self, errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
         let mut squares = Vec::new();
-        for (counts, errors) in self.of_recordings.iter().zip(errors) {
-            for (&count, own) in counts.iter().zip(errors) {
-                let n = own.len() / n_axes;
-                for at in 0..count {
-                    let block = &own[at * n / count * n_axes..(at + 1) * n / count * n_axes];
-                    let of_axis = |axis| block.iter().skip(axis).step_by(n_axes);
-                    squares.extend(
-                        (0..n_axes).map(|axis| of_axis(axis).map(|own| own * own).sum::<f64>()),
-                    );
-                }
+        for (count, own) in self.counts.iter().zip(errors.iter().flatten()) {
+            for at in blocks(own.len() / n_axes, *count) {
+                let block = &own[at.start * n_axes..at.end * n_axes];
+                squares.extend(summed_squares(block, n_axes));
             }
         }
         squares
@@ -331,36 +327,44 @@ impl Cut {
     fn words(&self, refused: Refusal) -> String {
         match refused {
             Refusal::NotBetter => {
-                "its error is not below the conventional one with 90 % confidence".to_owned()
+                "its error is not below the conventional error with 90 % confidence".to_owned()
             }
             Refusal::Harms { group, ratio } => {
-                let ratio = significant(ratio, 2);
-                format!("unstable: {ratio} times the conventional error on {}", self.groups[group])
+                let (group, ratio) = (&self.groups[group], significant(ratio, 2));
+                format!("unstable: its error on {group} is {ratio} times the conventional one")
             }
         }
     }
 }
 
-/// Returns the correlation time of errors in samples: the lag at which their autocorrelation around zero falls below 1/e. For a
-/// constant offset it is the length of the recording.
-fn correlated(errors: &[Vec<Vec<f64>>], n_axes: usize) -> usize {
+/// Returns the sample ranges of `count` blocks of nearly equal length.
+fn blocks(n_samples: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..count).map(move |at| at * n_samples / count..(at + 1) * n_samples / count)
+}
+
+/// Returns the sum of the squared errors of each axis.
+fn summed_squares(errors: &[f64], n_axes: usize) -> Vec<f64> {
+    let squares: Vec<f64> = errors.iter().map(|own| own * own).collect();
+    summed_by_target(&squares, n_axes)
+}
+
+/// Returns the correlation time of errors in samples: the lag at which the autocorrelation around zero falls below 1/e. The
+/// correlation time of a constant error is the length of the recording.
+fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     let all = || errors.iter().flatten();
     let longest = all().map(|own| own.len() / n_axes).max().unwrap_or(1);
     let mut lag = 1;
     while lag < longest {
-        let mut sum = 0.0;
-        for axis in 0..n_axes {
-            let (mut products, mut squares) = (0.0, 0.0);
-            for own in all() {
-                let of_axis = || own.iter().skip(axis).step_by(n_axes);
-                products += of_axis().zip(of_axis().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
-                squares += of_axis()
-                    .take((own.len() / n_axes).saturating_sub(lag))
-                    .map(|a| a * a)
-                    .sum::<f64>();
+        let (mut products, mut squares) = (vec![0.0; n_axes], vec![0.0; n_axes]);
+        for own in all() {
+            let later = own.iter().skip(lag * n_axes);
+            for (at, (a, b)) in own.iter().zip(later).enumerate() {
+                products[at % n_axes] += a * b;
+                squares[at % n_axes] += a * a;
             }
-            sum += if squares > 0.0 { products / squares } else { 0.0 };
         }
+        let correlations = products.iter().zip(&squares).filter(|(_, square)| **square > 0.0);
+        let sum: f64 = correlations.map(|(product, square)| product / square).sum();
         if sum < n_axes as f64 / std::f64::consts::E {
             break;
         }
@@ -369,10 +373,10 @@ fn correlated(errors: &[Vec<Vec<f64>>], n_axes: usize) -> usize {
     lag
 }
 
-/// Tries the candidates and shows the result after each.
+/// Tries the candidates. `show` receives all results after each candidate.
 ///
 /// # Errors
-/// [`AnalysisError`] if there are no training recordings, or the search is cancelled.
+/// [`AnalysisError`] without training recordings, or after a cancellation.
 pub fn find_best(
     search: &Search,
     progress: &Progress,
@@ -381,50 +385,37 @@ pub fn find_best(
     search.settings.validate()?;
     let mut running = Running::new(search, progress)?;
     let linear = recipes::linear(!running.whole.auxiliary.is_empty());
-    let mut learned = recipes::learned();
-    let n_candidates = linear.len() + learned.len();
+    let learned = recipes::learned();
+    let (n_linear, n_learned) = (linear.len(), learned.len());
     let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most).sum();
-    progress.add_total((n_candidates + most_trained + CAN_WIN.len()) as u64);
-    let mut short = Vec::new();
-    let n_linear = linear.len();
-    for (at, recipe) in linear.into_iter().enumerate() {
+    progress.add_total((n_linear + n_learned + most_trained + CAN_WIN.len()) as u64);
+    for (at, recipe) in linear.iter().enumerate() {
         if at > 0 && running.is_out_of_time() {
-            running.best.n_left = n_linear - at + learned.len();
+            running.best.n_left = n_linear - at + n_learned;
             return Ok(running.best);
         }
-        running.try_fully(&recipe)?;
+        running.try_fully(recipe)?;
         show(&running.best);
     }
-    while !learned.is_empty() {
+    let mut short = Vec::new();
+    for (at, recipe) in learned.into_iter().enumerate() {
         if running.is_out_of_time() {
-            running.best.n_left = learned.len();
+            running.best.n_left = n_learned - at;
             break;
         }
-        let recipe = learned.remove(0);
-        let since = Instant::now();
-        match running.errors(&recipe, SHORT) {
-            Ok(errors) => {
-                let relative = running.relative(&errors);
-                log::debug!(
-                    "{}, short: {relative:.3}, {:.2} s",
-                    recipe.name,
-                    since.elapsed().as_secs_f64()
-                );
-                short.push((relative, recipe));
-            }
-            Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            Err(error) => running.best.failed.push((recipe.name, error.to_string())),
+        let errors = running.errors(&recipe, SHORT);
+        if let Some(errors) = running.noted(&recipe, errors)? {
+            short.push((running.relative(&errors), recipe));
         }
-        progress.advance(1);
     }
     short.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let least = short.first().map_or(f64::INFINITY, |(relative, _)| *relative);
-    let least = least.min(running.best.lowest());
+    let lowest = short.first().map_or(f64::INFINITY, |(relative, _)| *relative);
+    let lowest = lowest.min(running.best.lowest());
     let mut left = CAN_WIN;
     let can_win = |(relative, recipe): &(f64, Recipe)| {
         let own = left.iter_mut().find(|own| recipe.regressor == own.0);
         own.is_some_and(|(_, reach, most)| {
-            let can_win = *relative < *reach * least && *most > 0 && running.is_new(*relative);
+            let can_win = *relative < *reach * lowest && *most > 0 && running.is_new(*relative);
             *most -= usize::from(can_win);
             can_win
         })
@@ -455,7 +446,9 @@ struct Running<'a> {
     progress: &'a Progress,
     start: Instant,
     folds: NestedFolds,
+    /// All training recordings.
     whole: Side,
+    /// Recordings of each cross-validation fold.
     sides: Vec<Side>,
     n_axes: usize,
     best: Best,
@@ -507,7 +500,7 @@ impl<'a> Running<'a> {
         self.start.elapsed() > self.search.time_limit
     }
 
-    /// Fits a candidate in each fold, and returns the errors of each held-out recording.
+    /// Fits a candidate in each cross-validation fold. Returns the errors of each held-out recording.
     fn errors(
         &mut self,
         recipe: &Recipe,
@@ -519,27 +512,44 @@ impl<'a> Running<'a> {
             let settings = side.settle(recipe, effort, progress)?;
             side.errors(settings, effort.rows, progress)
         };
-        // Each fold has its own thread. The shared pool stays free for the questions of the window.
+        // Each fit has its own thread, so that the shared thread pool stays free for the window.
         let run = &run;
         std::thread::scope(|scope| {
-            let begun: Vec<_> =
+            let threads: Vec<_> =
                 self.sides.iter_mut().map(|side| scope.spawn(move || run(side))).collect();
-            let ended = begun.into_iter().map(|fold| match fold.join() {
-                Ok(fitted) => fitted,
-                Err(panic) => std::panic::resume_unwind(panic),
-            });
-            ended.collect()
+            let results = threads.into_iter().map(|own| own.join());
+            results.map(|own| own.unwrap_or_else(|panic| resume_unwind(panic))).collect()
         })
     }
 
-    /// Returns false if a second stage adds nothing, so that the error equals that of a linear model.
+    /// Returns the result of a trial. If the candidate could not be fitted, stores the reason and returns `None`.
+    fn noted<T>(
+        &mut self,
+        recipe: &Recipe,
+        found: Result<T, AnalysisError>,
+    ) -> Result<Option<T>, AnalysisError> {
+        self.progress.advance(1);
+        match found {
+            Ok(found) => Ok(Some(found)),
+            // Without the conventional calibration, which is the first candidate, no model can be compared.
+            Err(error) if self.best.tried.is_empty() => Err(error),
+            Err(AnalysisError::Cancelled(cancelled)) => Err(cancelled.into()),
+            Err(error) => {
+                self.best.failed.push((recipe.name.clone(), error.to_string()));
+                Ok(None)
+            }
+        }
+    }
+
+    /// Returns false if the error equals the error of a linear model: then the second stage has no effect.
     fn is_new(&self, relative: f64) -> bool {
         let is_linear = |own: &&Tried| own.regressor == Regressor::Linear;
         let same = |own: &Tried| (own.relative - relative).abs() < 1e-9;
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
-    /// Returns the recipe of a regressor with the lowest error, if it is nearly the best.
+    /// Returns the recipe with the lowest error of a regressor; `None` if this error is far above the lowest error of all
+    /// models.
     fn best_of<'r>(
         &self,
         regressor: Regressor,
@@ -555,8 +565,8 @@ impl<'a> Running<'a> {
         found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, recipe)| recipe)
     }
 
-    /// Returns the root of the mean squared error relative to the conventional calibration.
-    fn relative(&self, errors: &[Vec<Vec<f64>>]) -> f64 {
+    /// Returns the root mean squared error divided by the conventional one, with all axes weighted alike.
+    fn relative(&self, errors: &FoldErrors) -> f64 {
         let conventional = &self.best.tried[0].model.scores;
         let weights = weights(conventional.cv_rmse.as_deref().unwrap_or_default());
         let squares = weighed(&self.best.cut.squares(errors, self.n_axes), &weights);
@@ -566,23 +576,14 @@ impl<'a> Running<'a> {
 
     fn try_fully(&mut self, recipe: &Recipe) -> Result<(), AnalysisError> {
         let since = Instant::now();
-        match self.tried(recipe) {
-            Ok(mut tried) => {
-                let is_same = |own: &Tried| own.model.settings == tried.model.settings;
-                // Without its useless blocks, a candidate may equal an earlier one.
-                if !self.best.tried.iter().any(is_same) {
-                    let secs = since.elapsed().as_secs_f64();
-                    log::debug!("{}: {secs:.2} s", tried.name);
-                    tried.model.seconds = Some(secs);
-                    self.best.push(tried);
-                }
-            }
-            Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            // All candidates are compared with the first.
-            Err(error) if self.best.tried.is_empty() => return Err(error),
-            Err(error) => self.best.failed.push((recipe.name.clone(), error.to_string())),
+        let tried = self.tried(recipe);
+        let Some(mut tried) = self.noted(recipe, tried)? else { return Ok(()) };
+        let is_same = |own: &Tried| own.model.settings == tried.model.settings;
+        // Blocks without effect were removed, so a candidate may equal an earlier candidate.
+        if !self.best.tried.iter().any(is_same) {
+            tried.model.seconds = Some(since.elapsed().as_secs_f64());
+            self.best.push(tried);
         }
-        self.progress.advance(1);
         Ok(())
     }
 
@@ -598,34 +599,34 @@ impl<'a> Running<'a> {
         settings.decimation = self.search.settings.decimation;
         leave_away(&mut settings.features, &calibration);
         let n: f64 = self.best.cut.blocks.samples.iter().sum();
-        let of_axis = |axis: usize| squares.iter().skip(axis).step_by(n_axes);
-        let cv_rmse = (0..n_axes).map(|axis| (of_axis(axis).sum::<f64>() / n.max(1.0)).sqrt());
-        let quality = &calibration.quality.compensated;
-        let scores = Scores { cv_rmse: Some(cv_rmse.collect()), ..quality.clone() };
+        let cv_rmse = root_mean(&summed_by_target(&squares, n_axes), n as u64);
         let blocks = settings.features.describe();
         let model = Model {
-            scores,
-            cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
+            scores: Scores { cv_rmse, ..calibration.quality.compensated.clone() },
+            cv_spread: spreads(&errors, n_axes),
             ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
         };
         Ok(Tried::new(&recipe.name, blocks, model, squares))
     }
 }
 
-/// Returns the standard deviation over the folds of the RMSE of one axis.
-fn spread(errors: &[Vec<Vec<f64>>], axis: usize, n_axes: usize) -> f64 {
-    let rmse = errors.iter().map(|fold| {
-        let of_axis = || fold.iter().flat_map(|own| own.iter().skip(axis).step_by(n_axes));
-        let n = of_axis().count().max(1) as f64;
-        (of_axis().map(|own| own * own).sum::<f64>() / n).sqrt()
+/// Returns the standard deviation of each axis' RMSE between the cross-validation folds.
+fn spreads(errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
+    let rmse = errors.iter().filter_map(|fold| {
+        let all = fold.concat();
+        root_mean(&summed_squares(&all, n_axes), (all.len() / n_axes) as u64)
     });
-    let rmse: Vec<f64> = rmse.collect();
-    let mean = rmse.iter().sum::<f64>() / rmse.len().max(1) as f64;
-    let variance = rmse.iter().map(|rmse| (rmse - mean).powi(2)).sum::<f64>();
-    (variance / rmse.len().saturating_sub(1).max(1) as f64).sqrt()
+    let rmse: Vec<Vec<f64>> = rmse.collect();
+    let of_axis = |axis: usize| {
+        let n = rmse.len() as f64;
+        let mean = rmse.iter().map(|own| own[axis]).sum::<f64>() / n.max(1.0);
+        let squares = rmse.iter().map(|own| (own[axis] - mean).powi(2)).sum::<f64>();
+        (squares / (n - 1.0).max(1.0)).sqrt()
+    };
+    (0..n_axes).map(of_axis).collect()
 }
 
-/// Removes the blocks that help no axis.
+/// Removes the blocks that the ridge has removed for all axes.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let ridges = &calibration.quality.ridge_by_block;
     for (own, ridge) in calibration.design().blocks().iter().zip(ridges) {
@@ -734,7 +735,7 @@ mod tests {
         assert!(idle.len() > 10 && idle == busy);
     }
 
-    /// One series of errors is constant for ten samples each; the other changes at every sample.
+    /// One series of errors changes at every tenth sample, the other series at every sample.
     #[test]
     fn blocks_are_longer_than_errors_are_correlated() {
         let mut random = Random::new(3, &[]);
@@ -749,7 +750,8 @@ mod tests {
     #[test]
     fn the_spread_is_that_of_the_folds_errors() {
         let errors = [vec![[1.0, 2.0].repeat(4)], vec![[3.0, -2.0].repeat(9)]];
-        assert!((spread(&errors, 0, 2) - 2.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(spread(&errors, 1, 2), 0.0);
+        let found = spreads(&errors, 2);
+        assert!((found[0] - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(found[1], 0.0);
     }
 }

@@ -1,6 +1,5 @@
-//! Comparison of regressors and blocks, as in the paper's Figures 9, 10, 12 and 13, with further regressors.
+//! Comparison of regressors and features as in the paper's Figures 9, 10, 12 and 13, with further regressors.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -14,9 +13,10 @@ use crate::questions::cross_validated::cross_validation_cost;
 use crate::questions::error::AnalysisError;
 use crate::questions::models::best::{Best, Tried};
 use crate::questions::models::learning::TrainingStep;
-use crate::questions::models::table::Model;
+use crate::questions::models::table::{Model, pattern};
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
+use crate::questions::side_by_side::side_by_side;
 use crate::recording::{RecordingSet, Role};
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,34 +25,31 @@ pub struct Candidate {
     pub features: FeatureSettings,
     /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
-    /// True if only the recordings of the first programme are used for training. The paper lacks this pattern, which adds the
-    /// case of few trajectories to that of few samples.
+    /// True if only the recordings of the first load programme are used for training. This pattern is not in the paper.
     pub few_trajectories: bool,
 }
 
 impl Candidate {
-    /// Returns the name of the amount of data: the paper's A and B, and C for few trajectories.
+    /// Returns the name of the amount of data: A or B as in the paper, or C for recordings of one load programme.
     pub fn pattern(&self) -> String {
         match (self.few_trajectories, self.decimation) {
-            (false, 1) => "A".to_owned(),
-            (false, 10) => "B".to_owned(),
-            (false, step) => format!("1/{step}"),
+            (false, step) => pattern(step),
             (true, 10) => "C".to_owned(),
             (true, step) => format!("C, 1/{step}"),
         }
     }
 
-    /// Returns the description of the blocks, or "none".
+    /// Returns the description of the features, or "none".
     pub fn history(&self) -> String {
         let blocks = self.features.describe();
         if blocks.is_empty() { "none".to_owned() } else { blocks }
     }
 }
 
-/// Fitted model, or the reason why there is none; `None` before the end of the fit.
+/// Fitted model or the error of its fit; `None` before the end of the fit.
 pub type Outcome = Option<Result<Model, AnalysisError>>;
 
-/// Request to fit candidates side by side.
+/// Request to fit and compare candidates.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     pub recordings: Arc<RecordingSet>,
@@ -84,10 +81,8 @@ impl Comparison {
     }
 }
 
-/// Returns all rows of the comparison for `settings`: each regressor without and with the blocks of `settings`, a polynomial
-/// without history, and all amounts of data that the recordings allow.
-///
-/// Only `regressors` are included; the paper's are linear, network and hybrid. Quick rows are first.
+/// Returns the candidates of a comparison: each regressor without and with the features of `settings`, for each amount of data that
+/// the recordings allow. A polynomial without past samples is added for the linear regressor. Quick candidates come first.
 pub fn paper_candidates(
     recordings: &RecordingSet,
     settings: &FitSettings,
@@ -104,42 +99,33 @@ pub fn paper_candidates(
         distance: history.distance,
         ..FeatureSettings::present()
     };
+    let (is_static, has_few) = (recordings.is_static(), few_trajectories(recordings).is_some());
     let mut candidates = Vec::new();
     for &regressor in regressors {
         let mut blocks = vec![history.without_history(), history.clone()];
         if regressor == Regressor::Linear && history.blocks.of(&Polynomial).is_empty() {
             blocks.insert(1, polynomial.clone());
         }
+        blocks.retain(|features| !is_static || !features.has_history());
         for features in blocks {
             for (decimation, few_trajectories) in [(10, true), (10, false), (1, false)] {
-                candidates.push(Candidate {
-                    regressor,
-                    features: features.clone(),
-                    decimation,
-                    few_trajectories,
-                });
+                if has_few || !few_trajectories {
+                    let features = features.clone();
+                    let own = Candidate { regressor, features, decimation, few_trajectories };
+                    candidates.push(own);
+                }
             }
         }
     }
-    if recordings.is_static() {
-        candidates.retain(|candidate| !candidate.features.has_history());
-    }
-    if few_trajectories(recordings).is_none() {
-        candidates.retain(|candidate| !candidate.few_trajectories);
-    }
-    candidates.sort_by_key(|candidate| {
-        let learner = candidate.regressor.learner();
-        (
-            learner.is_some(),
-            learner.is_some() && candidate.decimation == 1,
-            candidate.few_trajectories,
-        )
+    candidates.sort_by_key(|own| {
+        let learns = own.regressor.learner().is_some();
+        (learns, learns && own.decimation == 1, own.few_trajectories)
     });
     candidates
 }
 
-/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the
-/// first with several recordings.
+/// Returns the recordings with only the first group in the train role. Returns `None` for fewer than two groups, or if the first
+/// group has only one recording.
 fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();
@@ -154,10 +140,7 @@ fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     (own.len() > 1 && !others.is_empty()).then_some(few)
 }
 
-/// Number of rows that are fitted at the same time; a network keeps one core busy.
-const SIDE_BY_SIDE: usize = 2;
-
-/// Fits and scores candidates, two at a time, and shows all outcomes after each. A cancelled candidate has none.
+/// Fits and scores the candidates, two at a time. `show` receives all outcomes after each fit. A cancelled fit has no outcome.
 pub fn compare(
     asked: &Comparison,
     progress: &Progress,
@@ -168,25 +151,13 @@ pub fn compare(
         progress.add_total(candidate.weight(settings));
     }
     let outcomes = Mutex::new(vec![None; candidates.len()]);
-    let next = AtomicUsize::new(0);
-    let fit_one_after_another = || {
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(candidate) = candidates.get(at).filter(|_| !progress.is_cancelled()) else {
-                return;
-            };
-            let found = caught(|| compare_one(&asked.recordings, settings, candidate, progress));
-            let found = found.unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
-            if !matches!(found, Err(AnalysisError::Cancelled(_))) {
-                let mut outcomes = locked(&outcomes);
-                outcomes[at] = Some(found);
-                show(&outcomes);
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..SIDE_BY_SIDE.min(candidates.len()) {
-            scope.spawn(fit_one_after_another);
+    side_by_side(candidates.len(), progress, |at| {
+        let one = || compare_one(&asked.recordings, settings, &candidates[at], progress);
+        let found = caught(one).unwrap_or_else(|panicked| Err(panicked.into()));
+        if !matches!(found, Err(AnalysisError::Cancelled(_))) {
+            let mut outcomes = locked(&outcomes);
+            outcomes[at] = Some(found);
+            show(&outcomes);
         }
     });
     outcomes.into_inner().unwrap_or_else(PoisonError::into_inner)
@@ -222,7 +193,7 @@ fn compare_one(
 ) -> Result<Model, AnalysisError> {
     let start = Instant::now();
     let recordings = match candidate.few_trajectories {
-        true => Arc::new(few_trajectories(recordings).ok_or(AnalysisError::OneProgramme)?),
+        true => Arc::new(few_trajectories(recordings).expect("candidates fit the recordings")),
         false => Arc::clone(recordings),
     };
     let request = Request::fit(recordings, candidate.settings(settings));
@@ -238,12 +209,11 @@ fn compare_one(
         progress.advance(done - counted);
         counted = done;
     })?;
-    // A network that was cancelled is not a row of the comparison.
+    // A cancelled network is no result of the comparison.
     progress.check()?;
     progress.advance(weight - counted);
-    let seconds = start.elapsed().as_secs_f64();
     Ok(Model {
-        seconds: Some(seconds),
+        seconds: Some(start.elapsed().as_secs_f64()),
         ..Model::fitted(request.settings, &Arc::new(calibration), &request.recordings)
     })
 }

@@ -1,7 +1,8 @@
-//! Folds of a model search: groups of recordings, or intervals of one long recording.
+//! Cross-validation folds of a model search. A fold holds out a group of recordings, or a segment of one long recording. The
+//! other recordings are fitted.
 //!
-//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each
-//! later segment is also predicted from the earlier ones, so that a drift increases the error.
+//! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long
+//! recording are also predicted from the earlier segments alone, so that a drift increases the error.
 
 use std::sync::Arc;
 
@@ -10,18 +11,18 @@ use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 
-/// Number of segments of each recording if there is only one group.
+/// Number of segments of each recording, for recordings without at least two groups.
 const SEGMENTS: usize = 4;
 
 pub(super) struct NestedFolds {
     pub folds: Vec<Fold>,
-    /// All training recordings, divided as in the folds, with the test recordings.
+    /// All training recordings, cut as in the folds, and the test recordings.
     pub whole: Arc<RecordingSet>,
-    /// Description of a fold, for headings.
+    /// Description of the folds, for headings.
     pub what: String,
-    /// Names of the parts that are judged separately: groups or segments.
+    /// Names of the groups or segments. The choice of a model compares the errors of each group or segment.
     pub parts: Vec<String>,
-    /// Number of folds that hold out a part. The other folds predict forward in time.
+    /// Number of folds that hold out each sample once. Further folds predict forward in time.
     pub n_left_out: usize,
 }
 
@@ -32,7 +33,7 @@ struct Piece {
 }
 
 impl NestedFolds {
-    /// Divides the training recordings; without any, returns [`AnalysisError::NoTraining`].
+    /// Divides the training recordings. Without training recordings, returns [`AnalysisError::NoTraining`].
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
@@ -49,7 +50,8 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            // One press is too short to be a group, so several presses of one file are combined.
+            // One of several recordings in a file, such as one press, is too short for a group, so consecutive recordings are
+            // combined.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
             let pieces: Vec<Piece> = (training.into_iter())
                 .map(|(entry, group)| {
@@ -89,50 +91,32 @@ impl NestedFolds {
             let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
-        // Groups that return later in the file do not follow one another in time.
+        // Only groups that follow one another in the file can be predicted forward in time.
         let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|own| own.fold);
-        Ok(Self::assembled(recordings, &pieces, parts, what, is_forward))
-    }
-
-    fn assembled(
-        recordings: &RecordingSet,
-        pieces: &[Piece],
-        parts: Vec<String>,
-        what: CrossValidation,
-        is_forward: bool,
-    ) -> Self {
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
         let fold =
-            |left_out: usize, until: usize| {
-                let own = pieces.iter().filter(|piece| piece.fold < until);
+            |left_out: usize, n_folds: usize| {
+                let own = pieces.iter().filter(|piece| piece.fold < n_folds);
                 Fold::of(own.map(|piece| {
                     (piece.entry.clone(), (piece.fold == left_out).then_some(piece.part))
                 }))
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
-            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a
+            // The last segment is predicted from all earlier ones already. Fewer than half of the segments are too few for a
             // fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
         }
-        let training = pieces.iter().map(|piece| piece.entry.clone());
+        let training = pieces.iter().map(|piece| (piece.entry.clone(), None));
         let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
-        let whole = Arc::new(collected(training.chain(tested.cloned())));
+        let whole = Fold::of(training.chain(tested.map(|entry| (entry.clone(), Some(0))))).set;
         let what = match folds.len() > n_left_out {
             true => format!("nested, {what}; and forward in time"),
             false => format!("nested, {what}"),
         };
-        Self { folds, whole, what, parts, n_left_out }
+        Ok(Self { folds, whole, what, parts, n_left_out })
     }
-}
-
-fn collected(entries: impl Iterator<Item = Entry>) -> RecordingSet {
-    let mut set = RecordingSet::default();
-    for entry in entries {
-        set.push(entry).expect("they were together before");
-    }
-    set
 }
 
 #[cfg(test)]
@@ -189,7 +173,7 @@ mod tests {
         assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
     }
 
-    /// Twelve presses of one file are judged in five parts; those of twelve files are judged separately.
+    /// Twelve presses in one file form five parts. Twelve presses in twelve files form twelve parts.
     #[test]
     fn presses_of_one_file_are_no_groups() {
         let all = simulated::recordings(1);
@@ -215,7 +199,8 @@ mod tests {
         let of_one = found(&one, &|_| None).parts;
         assert_eq!((of_one.len(), &*of_one[0]), (5, "press #1 to press #3"));
         assert_eq!(found(&|at| format!("/{at}.csv"), &|_| None).parts.len(), 12);
-        // Four groups that a column names: one after the other, and in turn. Only the former are predicted forward in time.
+        // A column names four groups, which follow one another or alternate. Only groups that follow one another are predicted
+        // forward in time.
         let days = found(&one, &|at| Some(format!("day {}", at / 3)));
         assert_eq!(days.parts, ["day 0", "day 1", "day 2", "day 3"]);
         assert_eq!((days.n_left_out, days.folds.len()), (4, 5));
@@ -223,7 +208,7 @@ mod tests {
         assert_eq!((conditions.n_left_out, conditions.folds.len()), (4, 4));
     }
 
-    /// The choice within a fold also holds out groups, although fewer groups remain.
+    /// The recordings of a fold still have groups, so that thresholds are also chosen by leaving out groups.
     #[test]
     fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
         let all = simulated::recordings(1);

@@ -1,7 +1,7 @@
 //! Training of networks and kernels on all training recordings, alone or after a linear stage.
 //!
-//! Guarantees: for a kernel with few rows, features are computed once, else again in each pass. A network draws its samples in a
-//! new order in every epoch, so all of them stay in memory, in single precision.
+//! Guarantees: the features of a kernel are computed once if there is enough memory, and otherwise again in each pass. A network draws
+//! its samples in a new order in each epoch, so all samples stay in memory, in single precision.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,16 +23,18 @@ use crate::recording::{Entry, Recording, Role};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::part_squares::PartSquares;
 
-/// Number of groups of training recordings, one of which is held out for early stopping of a network.
+/// Number of training groups of which one is held out for early stopping of a network. With few groups, the last tenth of the
+/// samples is held out.
 const HELD_OUT: usize = 10;
-/// Minimum number of groups for holding one out. With fewer groups too little would remain for training.
+/// Minimum number of groups for holding out a whole group. With fewer groups, too few samples would remain for training.
 const FEWEST_GROUPS: usize = 3;
-/// Maximum number of parts over which the strengths of a kernel are chosen.
+/// Maximum number of cross-validation parts that choose the ridge strengths of a kernel.
 const MAX_PARTS: usize = 10;
-/// Maximum number of values in a kernel's rows that are kept between passes: 64 MB.
+/// Maximum number of values that are kept in memory for further passes of a kernel: 64 MB.
 const MOST_KEPT: usize = 8_000_000;
-/// Number of rows that are computed at a time.
+/// Number of rows in a block.
 const BLOCK: usize = 128;
+/// Half width of the band around the load, in standard deviations.
 const BAND_DEVIATIONS: f64 = 2.0;
 
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +48,7 @@ pub enum TrainingStep {
 }
 
 impl TrainingStep {
-    /// Returns the finished share of the step, 0 to 1.
+    /// Returns the finished share of the training or of the cross-validation, 0 to 1.
     pub fn done(&self) -> f64 {
         match self {
             Self::Epoch(report) => report.epoch as f64 / report.epochs.max(1) as f64,
@@ -64,13 +66,13 @@ impl TrainingStep {
     }
 }
 
-/// Sums over samples of the residual of the linear stage and of the second stage's output.
+/// Sums from which the squared error follows for any share of the second stage.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moments {
     pub n_samples: u64,
-    /// For each axis `Σ r²`, `Σ r g` and `Σ g²`, with the residual r and the second stage's output g.
+    /// `Σ r²`, `Σ r g` and `Σ g²` of each axis. The residual of the linear stage is r, the output of the second stage g.
     pub of_axes: Vec<[f64; 3]>,
-    /// Residual and output at evenly spaced samples, `n × n_axes` row-major.
+    /// Residual r and output g of evenly spaced samples, `n × n_axes` row-major.
     pub kept: Vec<[f64; 2]>,
 }
 
@@ -79,7 +81,7 @@ impl Moments {
         Self { n_samples: 0, of_axes: vec![[0.0; 3]; n_axes], kept: Vec::new() }
     }
 
-    /// Adds samples of residual and output, both `n × n_axes` row-major.
+    /// Adds residuals and outputs of the second stage to the sums, both `n × n_axes` row-major.
     pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
         let n_axes = self.of_axes.len();
         for (left_over, added) in left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes)) {
@@ -92,7 +94,7 @@ impl Moments {
         }
     }
 
-    /// Keeps every `step`-th sample of residual and output, both `n × n_axes` row-major.
+    /// Keeps residual and output of every `step`-th sample, both `n × n_axes` row-major.
     pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
         let n_axes = self.of_axes.len();
         let rows = left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes));
@@ -101,6 +103,7 @@ impl Moments {
         }
     }
 
+    /// Returns the sum of squared errors with this share of the second stage.
     pub fn squares(&self, axis: usize, share: f64) -> f64 {
         let [rr, rg, gg] = self.of_axes[axis];
         (rr - 2.0 * share * rg + share * share * gg).max(0.0)
@@ -109,11 +112,11 @@ impl Moments {
 
 pub(crate) struct Fitted {
     pub past: Vec<Past>,
-    /// Calibration whose second stage is not yet scaled to its share.
+    /// Calibration whose second stage is not reduced to its share yet.
     pub calibration: Calibration,
-    /// Residuals of the linear fits without each part.
+    /// Squared errors of the linear fits without each part.
     pub linear: Option<PartSquares>,
-    /// Residual of the linear stage and output of the second stage on each recording that early stopping held out.
+    /// Sums of each recording that was held out for early stopping.
     pub held_out: Vec<Moments>,
 }
 
@@ -132,7 +135,7 @@ pub(crate) fn fit_all(
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
-        // The standard errors would be those of the linear stage alone.
+        // The standard errors of the linear stage do not apply to the whole model.
         calibration.quality.coefficients = None;
         if !settings.regressor.is_hybrid() {
             calibration.compensated = None;
@@ -147,15 +150,19 @@ pub(crate) fn fit_all(
             }),
             (Some(map), Learner::Network) => Target::LeftOver(map),
         };
-        let mut rows = TrainingRows::new(data, &past, &design, target);
-        rows.step = row_step;
-        rows.holds_out = settings.network.early_stopping;
+        let mut rows = TrainingRows {
+            design: &design,
+            target,
+            runs: runs(data, &past),
+            n_axes: calibration.axes.len(),
+            step: row_step,
+            holds_out: settings.network.early_stopping,
+            kept: Vec::new(),
+        };
         calibration.learned = Some(match learner {
             Learner::Kernel => {
-                let found = match rows.kept() {
-                    Some(kept) => Kernel::fit(&kept, &settings.kernel, progress),
-                    None => Kernel::fit(&rows, &settings.kernel, progress),
-                };
+                rows.keep();
+                let found = Kernel::fit(&rows, &settings.kernel, progress);
                 let found = found.map_err(LearnedError::from)?;
                 calibration.quality.kernel_ridge_edge = found.edge;
                 Learned::Kernel(found.kernel)
@@ -174,7 +181,7 @@ pub(crate) fn fit_all(
     Ok(Fitted { past, calibration, linear: left_out, held_out })
 }
 
-/// Returns the half width of the band around the compensated load, if the regressor provides one: see
+/// Returns the half width of the band around the compensated load for each axis; `None` if the regressor has no band. See
 /// [`Quality::band`](crate::calibration::Quality::band).
 pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
     let has = |role| data.entries.iter().any(|entry| entry.role == role);
@@ -200,17 +207,24 @@ struct TrainingRows<'a> {
     target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
-    /// Decimation of the rows of each recording.
+    /// Every `step`-th sample of a recording is a row.
     step: usize,
     /// True if some rows are held out for early stopping of a network.
     holds_out: bool,
+    /// Rows of each recording that stay in memory; empty if there are too many.
+    kept: Vec<Vec<KeptBlock>>,
 }
 
+/// Copy of a [`RowBlock`]: fold, then inputs, columns of the linear stage, and targets.
+type KeptBlock = (usize, [Vec<f64>; 3]);
+
+/// Targets of the training.
 enum Target<'a> {
     Load,
+    /// Residual of this linear map.
     LeftOver(&'a LinearMap),
-    /// Residual of a linear fit that is repeated in every fold. The rows contain its columns, and as targets the residuals of
-    /// the conventional calibration.
+    /// Residual of a linear fit that the kernel repeats without each part. The rows contain the columns of this linear fit.
+    /// Their targets are the residuals of the conventional calibration.
     AfterStage(LinearStage),
 }
 
@@ -221,51 +235,42 @@ struct Run<'a> {
     pieces: &'a [Piece],
 }
 
-impl<'a> TrainingRows<'a> {
-    fn new(data: &'a Dataset, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
-        let entries = data.entries.iter().zip(past).enumerate();
-        let runs: Vec<Run<'_>> = (entries.zip(&data.folds.pieces))
-            .filter(|((_, (entry, _)), _)| entry.role == Role::Train)
-            .map(|((at, (Entry { recording, .. }, past)), pieces)| Run {
-                recording,
-                past,
-                conventional: data.present_loads(at),
-                pieces,
-            })
-            .collect();
-        Self {
-            design,
-            target,
-            n_axes: runs.first().map_or(0, |run| run.recording.axes().len()),
-            runs,
-            step: 1,
-            holds_out: false,
-        }
-    }
+fn runs<'a>(data: &'a Dataset, past: &'a [Past]) -> Vec<Run<'a>> {
+    let entries = data.entries.iter().zip(past).zip(&data.folds.pieces).enumerate();
+    let training = entries.filter(|(_, ((entry, _), _))| entry.role == Role::Train);
+    let run = |(at, ((entry, past), pieces)): (usize, ((&'a Entry, _), &'a Vec<Piece>))| Run {
+        recording: &entry.recording,
+        past,
+        conventional: data.present_loads(at),
+        pieces,
+    };
+    training.map(run).collect()
+}
 
+impl TrainingRows<'_> {
     fn n_samples_in_all(&self) -> usize {
         (0..self.runs.len()).map(|run| self.n_samples(run)).sum()
     }
 
-    /// Returns the rows with features computed once, or `None` if they need too much memory.
-    fn kept(&self) -> Option<KeptRows<'_>> {
+    /// Computes all rows once for several passes, unless the rows need too much memory.
+    fn keep(&mut self) {
         let (n_inputs, n_axes) = self.widths();
         let n_linear = self.linear_stage().map_or(0, |stage| stage.kinds.len());
-        let width = n_inputs + n_linear + n_axes;
-        (self.n_samples_in_all() * width <= MOST_KEPT).then(|| {
-            let run = |run| {
-                let mut blocks = Vec::new();
-                self.pass(run, &mut |RowBlock { fold, inputs, linear, targets }| {
-                    blocks.push((fold, [inputs, linear, targets].map(<[f64]>::to_vec)));
-                });
-                blocks
-            };
-            KeptRows { rows: self, runs: (0..self.runs.len()).into_par_iter().map(run).collect() }
-        })
+        if self.n_samples_in_all() * (n_inputs + n_linear + n_axes) > MOST_KEPT {
+            return;
+        }
+        let run = |run| {
+            let mut blocks = Vec::new();
+            self.pass(run, &mut |RowBlock { fold, inputs, linear, targets }| {
+                blocks.push((fold, [inputs, linear, targets].map(<[f64]>::to_vec)));
+            });
+            blocks
+        };
+        self.kept = (0..self.runs.len()).into_par_iter().map(run).collect();
     }
 
-    /// Returns true if sample `at` (counted over all runs) is held out for early stopping: whole groups of recordings, or
-    /// with few groups the last tenth of all samples.
+    /// Returns true if sample `at` of all recordings is held out for early stopping. Whole groups of recordings are held out,
+    /// or the last tenth of all samples if there are few groups.
     fn is_held_out(&self, run: usize, at: usize) -> bool {
         if !self.holds_out {
             return false;
@@ -302,12 +307,12 @@ impl<'a> TrainingRows<'a> {
                 pushed = samples.push_rows(block.inputs, block.targets);
                 at += block.targets.len() / n_axes;
             });
-            pushed?;
+            pushed.map_err(LearnedError::from)?;
         }
         Ok((train, held_out))
     }
 
-    /// Returns the output of a network on its held-out samples, by recording.
+    /// Returns the sums of each recording over the samples that are held out for early stopping.
     fn moments_held_out(&self, network: &Network) -> Vec<Moments> {
         let mut at = 0;
         let mut answers = Vec::new();
@@ -349,6 +354,12 @@ impl Rows for TrainingRows<'_> {
     }
 
     fn pass(&self, run: usize, take: TakeRows<'_>) {
+        if let Some(kept) = self.kept.get(run) {
+            for (fold, [inputs, linear, targets]) in kept {
+                take(RowBlock { fold: *fold, inputs, linear, targets });
+            }
+            return;
+        }
         let Run { recording, past, conventional, pieces } = &self.runs[run];
         let (from, mut stream) = (RowsOf::of(recording), FeatureStream::new(self.design));
         let mut raw = vec![0.0; self.design.n_columns()];
@@ -388,36 +399,6 @@ impl Rows for TrainingRows<'_> {
                     });
                 }
             }
-        }
-    }
-}
-
-struct KeptRows<'a> {
-    rows: &'a TrainingRows<'a>,
-    /// Blocks of each run: fold, inputs, columns of the linear stage, and targets.
-    runs: Vec<Vec<(usize, [Vec<f64>; 3])>>,
-}
-
-impl Rows for KeptRows<'_> {
-    fn n_runs(&self) -> usize {
-        self.rows.n_runs()
-    }
-
-    fn n_samples(&self, run: usize) -> usize {
-        self.rows.n_samples(run)
-    }
-
-    fn widths(&self) -> (usize, usize) {
-        self.rows.widths()
-    }
-
-    fn linear_stage(&self) -> Option<&LinearStage> {
-        self.rows.linear_stage()
-    }
-
-    fn pass(&self, run: usize, take: TakeRows<'_>) {
-        for (fold, [inputs, linear, targets]) in &self.runs[run] {
-            take(RowBlock { fold: *fold, inputs, linear, targets });
         }
     }
 }

@@ -1,41 +1,43 @@
-//! Candidates of a search, which follow from the list of blocks.
+//! Candidates of a model search. A new feature block becomes a candidate by its line in the list of blocks.
 
 use crate::calibration::{Learner, Regressor};
 use crate::features::{Appends, Auxiliary, BLOCKS, Block, FixedLag};
 
-/// Candidate whose numbers are still to be chosen from the training recordings.
+/// Candidate before the choice of thresholds, radii and times.
 #[derive(Clone, Debug)]
 pub(super) struct Recipe {
     pub name: String,
     pub look_back: bool,
     pub blocks: Vec<&'static dyn Block>,
-    /// Degree of the polynomial; zero without one.
+    /// Degree of the polynomial; zero without a polynomial.
     pub degree: f64,
     pub times: Times,
     pub regressor: Regressor,
-    /// Factor of a network's epochs, or of a kernel's landmarks.
+    /// Factor on a network's epochs or a kernel's landmarks, for a longer training.
     pub times_longer: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Times {
-    /// A few times, chosen by cross-validation with a linear fit.
+    /// The times with the lowest cross-validation error of a linear fit.
     Chosen,
-    /// Times spread over the range that the recordings cover.
+    /// Times spread evenly over the range that the recordings allow.
     Spread,
-    /// Each of the latest samples, as in a filter with finite impulse response.
+    /// Times of the latest samples, one per sample, as in a filter with finite impulse response.
     EverySample,
 }
 
-const LEARNERS: [(Regressor, &str); 4] = [
-    (Regressor::HybridKernel, "Linear + kernel"),
-    (Regressor::HybridNetwork, "Linear + network"),
-    (Regressor::Kernel, "Kernel"),
-    (Regressor::Network, "Network"),
-];
+const LEARNERS: [Regressor; 4] =
+    [Regressor::HybridKernel, Regressor::HybridNetwork, Regressor::Kernel, Regressor::Network];
 
 impl Recipe {
+    /// Returns a linear candidate; a degree above zero adds a polynomial.
     fn linear(look_back: bool, blocks: &[&'static dyn Block], degree: f64) -> Self {
+        let polynomials = BLOCKS
+            .iter()
+            .copied()
+            .filter(|block| degree > 0.0 && matches!(block.appends(), Appends::Monomials(_)));
+        let blocks: Vec<&'static dyn Block> = blocks.iter().copied().chain(polynomials).collect();
         let named = blocks.iter().map(|block| match block.appends() {
             Appends::Monomials(_) => format!("{} of degree {degree}", block.name()),
             _ => block.name().to_owned(),
@@ -48,7 +50,7 @@ impl Recipe {
                 names => sentence(&names.join(" + ")),
             },
             look_back,
-            blocks: blocks.to_vec(),
+            blocks,
             degree,
             times: Times::Chosen,
             regressor: Regressor::Linear,
@@ -56,15 +58,11 @@ impl Recipe {
         }
     }
 
-    fn learned(
-        (regressor, name): (Regressor, &str),
-        blocks: &[&'static dyn Block],
-        times: Times,
-    ) -> Self {
+    fn learned(regressor: Regressor, blocks: &[&'static dyn Block], times: Times) -> Self {
         let features = Self::linear(false, blocks, 0.0);
         let name = match blocks {
-            [] => name.to_owned(),
-            _ => format!("{name} on {}", features.name.to_lowercase()),
+            [] => regressor.label().to_owned(),
+            _ => format!("{} on {}", regressor.label(), features.name.to_lowercase()),
         };
         Self { name, times, regressor, ..features }
     }
@@ -82,49 +80,44 @@ impl Recipe {
     }
 }
 
+/// Returns the words in lower case, except for the first letter.
 fn sentence(words: &str) -> String {
-    let (first, rest) = words.split_at(words.len().min(1));
+    let (first, rest) = words.split_at(1);
     format!("{first}{}", rest.to_lowercase())
 }
 
-/// Returns the linear candidates, cheap ones first; the first is the conventional calibration.
+/// Returns the linear candidates: first the conventional calibration, then from quick to slow.
 pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
     let pasts = pasts();
-    let polynomials: Vec<&'static dyn Block> = BLOCKS
-        .iter()
-        .copied()
-        .filter(|block| matches!(block.appends(), Appends::Monomials(_)))
-        .collect();
-    let with = |own: &[&'static dyn Block]| [own, &polynomials].concat();
+    let (alone, pairs) = (alone(&pasts), pairs(&pasts));
+    let each = |lists: &[Vec<&'static dyn Block>], degree: f64| -> Vec<Recipe> {
+        lists.iter().map(|blocks| Recipe::linear(false, blocks, degree)).collect()
+    };
     let mut recipes = vec![Recipe::linear(false, &[], 0.0)];
     if has_auxiliary {
         let name = "Auxiliary channels".to_owned();
         recipes.push(Recipe { name, ..Recipe::linear(false, &[&Auxiliary], 0.0) });
     }
-    recipes.extend([2.0, 3.0].map(|degree| Recipe::linear(false, &polynomials, degree)));
+    recipes.extend([2.0, 3.0].map(|degree| Recipe::linear(false, &[], degree)));
     recipes.push(Recipe::linear(true, &[], 0.0));
-    recipes.extend(pasts.iter().map(|block| Recipe::linear(false, &[*block], 0.0)));
+    recipes.extend(each(&alone, 0.0));
     recipes.push(Recipe::linear(false, &[&FixedLag], 0.0).of_every_sample());
-    recipes.push(Recipe::linear(true, &polynomials, 2.0));
-    recipes.extend(pasts.iter().map(|block| Recipe::linear(false, &with(&[*block]), 2.0)));
-    let pairs = || pairs(&pasts);
-    recipes.extend(pairs().map(|pair| Recipe::linear(false, &pair, 0.0)));
-    recipes.extend(pairs().map(|pair| Recipe::linear(false, &with(&pair), 2.0)));
-    recipes.extend(pairs().map(|pair| Recipe::linear(false, &with(&pair), 3.0)));
+    recipes.push(Recipe::linear(true, &[], 2.0));
+    recipes.extend(each(&alone, 2.0));
+    recipes.extend([0.0, 2.0, 3.0].into_iter().flat_map(|degree| each(&pairs, degree)));
     let name = "Everything".to_owned();
-    recipes.push(Recipe { name, ..Recipe::linear(true, &with(&pasts), 2.0) });
+    recipes.push(Recipe { name, ..Recipe::linear(true, &pasts, 2.0) });
     recipes
 }
 
 pub(super) fn learned() -> Vec<Recipe> {
     let pasts = pasts();
+    let (alone, pairs) = (alone(&pasts), pairs(&pasts));
     let mut recipes = Vec::new();
     for learner in LEARNERS {
         recipes.push(Recipe::learned(learner, &[], Times::Chosen));
-        let alone = |block: &&'static dyn Block| Recipe::learned(learner, &[*block], Times::Spread);
-        recipes.extend(pasts.iter().map(alone));
-        let both = |pair: Vec<_>| Recipe::learned(learner, &pair, Times::Chosen);
-        recipes.extend(pairs(&pasts).map(both));
+        recipes.extend(alone.iter().map(|own| Recipe::learned(learner, own, Times::Spread)));
+        recipes.extend(pairs.iter().map(|own| Recipe::learned(learner, own, Times::Chosen)));
     }
     let filter = |learner| Recipe::learned(learner, &[&FixedLag], Times::EverySample);
     recipes.extend(LEARNERS[..2].iter().map(|learner| filter(*learner).of_every_sample()));
@@ -137,9 +130,14 @@ fn pasts() -> Vec<&'static dyn Block> {
     all.filter(|block| matches!(block.appends(), Appends::Past(_))).collect()
 }
 
-fn pairs(blocks: &[&'static dyn Block]) -> impl Iterator<Item = Vec<&'static dyn Block>> {
-    (0..blocks.len())
-        .flat_map(move |second| (0..second).map(move |first| vec![blocks[first], blocks[second]]))
+fn alone(blocks: &[&'static dyn Block]) -> Vec<Vec<&'static dyn Block>> {
+    blocks.iter().map(|block| vec![*block]).collect()
+}
+
+fn pairs(blocks: &[&'static dyn Block]) -> Vec<Vec<&'static dyn Block>> {
+    let with_earlier =
+        |at: usize| blocks[..at].iter().map(move |earlier| vec![*earlier, blocks[at]]);
+    (0..blocks.len()).flat_map(with_earlier).collect()
 }
 
 #[cfg(test)]

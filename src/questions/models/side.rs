@@ -1,37 +1,41 @@
-//! Recordings to fit and to predict in one fold of a search, with the numbers chosen from the recordings to fit.
+//! One cross-validation fold of a model search: recordings, and the thresholds, radii and times chosen on the training
+//! recordings.
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings, Learner, SettingsError};
-use crate::features::{Appends, Auxiliary, BLOCKS, Block, FeatureSettings, Lists};
+use crate::calibration::{Calibration, FitSettings, Regressor, RidgeChoice};
+use crate::features::{Appends, Auxiliary, BLOCKS, Block, FeatureSettings, Lists, Thresholds};
 use crate::progress::Progress;
 use crate::questions::cross_validated::best_shares;
 use crate::questions::dataset::Datasets;
 use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, fit_all};
 use crate::questions::models::recipes::{Recipe, Times};
-use crate::questions::models::training::train_unscored;
+use crate::questions::models::training::fit_and_score;
 use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Measure, ThresholdGrid};
 use crate::recording::{RecordingSet, Role};
 
-/// Maximum number of tried values of F_th and of t_th.
+/// Number of tried values of F_th, and of t_th.
 const GRID: usize = 12;
-/// Number of values of a block that are spread over the range that the recordings cover.
+/// Number of values of a block with [`Times::Spread`].
 const SPREAD: usize = 6;
-/// Maximum number of lags if each of the latest samples is a lag, and maximum number of their columns.
+/// Maximum number of lags with [`Times::EverySample`].
 const MOST_LAGS: usize = 160;
+/// Maximum number of columns with [`Times::EverySample`].
 const MOST_LAG_COLUMNS: usize = 200;
-/// Maximum number of products for the sums of these columns in each fold.
+/// Maximum number of multiplications for the sums of a fit with [`Times::EverySample`], to limit the computing time.
 const MOST_LAG_WORK: usize = 400_000_000;
-/// Lags with which a gauge may follow auxiliary channels (s).
+/// Lists of lags to try for the effect of auxiliary channels (s).
 const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
-/// Maximum squared error with a lag, as a share of the error without it, for the lag to be used.
+/// Maximum squared error for the use of a lag of auxiliary channels, as a share of the squared error without a lag.
 const LAG_HELPS: f64 = 0.9;
 
+/// Limits of a training.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
+    /// Maximum number of training samples.
     pub rows: usize,
     pub epochs: usize,
     pub landmarks: usize,
@@ -39,12 +43,14 @@ pub(super) struct Effort {
     pub units: usize,
 }
 
-/// Recordings to fit and to predict, with the choices made from the recordings to fit.
+/// Recordings of one cross-validation fold, and the values chosen on the training recordings.
 pub(super) struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
     datasets: Datasets,
-    look_back: Option<FeatureSettings>,
+    /// Chosen thresholds of the look-back.
+    look_back: Option<Thresholds>,
+    /// Chosen values of blocks.
     values: Vec<(&'static dyn Block, Times, Vec<f64>)>,
     /// Lags of the auxiliary channels; empty without channels.
     pub auxiliary: Vec<f64>,
@@ -62,8 +68,9 @@ impl Side {
         }
     }
 
+    /// Chooses the lags of the auxiliary channels.
     pub fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
-        let (mut at_once, mut least) = (None, f64::INFINITY);
+        let (mut without_lag, mut lowest) = (None, f64::INFINITY);
         for lags in AUXILIARY_LAGS {
             let mut settings = self.settings.clone();
             settings.features.blocks.set(&Auxiliary, lags.to_vec());
@@ -76,33 +83,33 @@ impl Side {
             let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
             let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
             let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
-            let helps = at_once.is_none_or(|at_once| square < LAG_HELPS * at_once);
-            if helps && square < least {
+            let helps = without_lag.is_none_or(|own| square < LAG_HELPS * own);
+            if helps && square < lowest {
                 self.auxiliary = lags.to_vec();
-                least = square;
+                lowest = square;
             }
-            at_once = at_once.or(Some(square));
+            without_lag = without_lag.or(Some(square));
         }
         Ok(())
     }
 
-    /// Returns the settings of a recipe with the numbers chosen from the recordings to fit.
+    /// Returns the settings of a recipe, with thresholds, radii and times chosen on the training recordings.
     pub fn settle(
         &mut self,
         recipe: &Recipe,
         effort: Effort,
         progress: &Progress,
     ) -> Result<FitSettings, AnalysisError> {
-        let mut features = match recipe.look_back {
-            true => self.thresholds(progress)?,
-            false => self.settings.features.clone(),
-        };
+        let mut features = self.settings.features.clone();
+        if recipe.look_back {
+            features.look_backs = vec![self.thresholds(progress)?];
+        }
         for &block in BLOCKS {
             if recipe.blocks.contains(&block) && block != (&Auxiliary as &dyn Block) {
                 features.blocks.set(block, self.values(block, recipe, progress)?);
             }
         }
-        // A linear map of the present gauges alone is the conventional calibration.
+        // The conventional calibration has no auxiliary channels.
         let more_than_conventional =
             recipe.look_back || !recipe.blocks.is_empty() || recipe.regressor.learner().is_some();
         if more_than_conventional && !self.auxiliary.is_empty() {
@@ -119,39 +126,31 @@ impl Side {
         Ok(settings)
     }
 
-    /// Removes every second value from the longest list until the columns are few enough.
+    /// Removes every second value of the longest list until the number of columns is allowed.
     fn thin_out(&self, features: &mut FeatureSettings) -> Result<(), AnalysisError> {
         let n_gauges = self.recordings.layout().gauge_names.len();
-        loop {
-            let error = match features.check_columns(n_gauges) {
-                Ok(()) => return Ok(()),
-                Err(error) => error,
-            };
+        while let Err(error) = features.check_columns(n_gauges) {
             let longest = features.blocks.used().max_by_key(|(_, values)| values.len());
-            match longest.map(|(block, values)| (block, values.to_vec())) {
-                Some((block, values)) if values.len() > 1 => {
-                    features.blocks.set(block, values.into_iter().step_by(2).collect());
-                }
-                _ => return Err(SettingsError::from(error).into()),
-            }
+            let Some((block, values)) = longest.filter(|(_, values)| values.len() > 1) else {
+                return Err(error.into());
+            };
+            let thinned = values.iter().copied().step_by(2).collect();
+            features.blocks.set(block, thinned);
         }
+        Ok(())
     }
 
-    fn thresholds(&mut self, progress: &Progress) -> Result<FeatureSettings, AnalysisError> {
-        if self.look_back.is_none() {
-            let study = self.study(progress)?;
-            let grid = ThresholdGrid::covering(study.largest_distance(), GRID, GRID)?;
-            let map = study.threshold_map(&grid, &progress.part(), &|_| {})?;
-            let suggestion = map.suggestion(Measure::FullScale)?;
-            self.look_back = Some(FeatureSettings {
-                look_backs: vec![suggestion.thresholds],
-                ..self.settings.features.clone()
-            });
+    fn thresholds(&mut self, progress: &Progress) -> Result<Thresholds, AnalysisError> {
+        if let Some(known) = self.look_back {
+            return Ok(known);
         }
-        Ok(self.look_back.clone().unwrap_or_default())
+        let study = self.study(progress)?;
+        let grid = ThresholdGrid::covering(study.largest_distance(), GRID, GRID)?;
+        let map = study.threshold_map(None, &grid, &progress.part(), &|_| {})?;
+        Ok(*self.look_back.insert(map.suggestion(Measure::FullScale)?.thresholds))
     }
 
-    /// Returns the chosen list of a block, or its default if no list helps by itself.
+    /// Returns the chosen values of a block, or its default values if no tried list reduces the error.
     fn values(
         &mut self,
         block: &'static dyn Block,
@@ -189,7 +188,7 @@ impl Side {
         Ok(values)
     }
 
-    /// Returns lags of one, two, three … samples, as many as columns allow and within a tenth of the shortest recording.
+    /// Returns lags of 1, 2, 3 … samples (s), up to the limits above and to a tenth of the shortest recording.
     fn every_sample(&self) -> Vec<f64> {
         let Some(rate) = self.recordings.rate_hz(Role::Train) else { return Vec::new() };
         let step = self.settings.decimation as f64 / rate;
@@ -204,17 +203,13 @@ impl Side {
     }
 
     fn study(&self, progress: &Progress) -> Result<Study, AnalysisError> {
-        let settings =
-            FitSettings { ridge: crate::calibration::RidgeChoice::Auto, ..self.settings.clone() };
-        Study::prepare(&self.datasets, Arc::clone(&self.recordings), settings, progress)
+        let settings = FitSettings { ridge: RidgeChoice::Auto, ..self.settings.clone() };
+        Study::prepare(&self.request(settings), progress)
     }
 
     fn row_step(&self, rows: usize) -> usize {
-        self.recordings
-            .n_samples(Role::Train)
-            .div_ceil(self.settings.decimation)
-            .div_ceil(rows.max(1))
-            .max(1)
+        let n_samples = self.recordings.n_samples(Role::Train);
+        n_samples.div_ceil(self.settings.decimation).div_ceil(rows).max(1)
     }
 
     fn request(&self, settings: FitSettings) -> Request {
@@ -230,10 +225,11 @@ impl Side {
         rows: usize,
         progress: &Progress,
     ) -> Result<Calibration, AnalysisError> {
-        train_unscored(&self.request(settings), self.row_step(rows), &progress.part())
+        let (request, row_step) = (self.request(settings), self.row_step(rows));
+        Ok(fit_and_score(&request, false, row_step, &progress.part(), &mut |_| {})?.0)
     }
 
-    /// Fits the training recordings, and returns the errors of each test recording, `n_samples × n_axes`.
+    /// Fits the training recordings, and returns the errors of each test recording, `n_samples × n_axes` row-major.
     pub fn errors(
         &self,
         settings: FitSettings,
@@ -248,9 +244,8 @@ impl Side {
         let fitted = fit_all(&data, settings, self.row_step(rows), progress, &mut |_| {})?;
         progress.check()?;
         let Fitted { past, mut calibration, held_out, .. } = fitted;
-        let is_network = settings.regressor.learner() == Some(Learner::Network);
-        if let (true, Some(learned)) =
-            (is_network && settings.regressor.is_hybrid(), &mut calibration.learned)
+        if let (Regressor::HybridNetwork, Some(learned)) =
+            (settings.regressor, &mut calibration.learned)
         {
             learned.scale(&best_shares(&held_out));
         }
@@ -264,12 +259,12 @@ impl Side {
     }
 }
 
-/// Rounds to six digits, so that settings are readable.
+/// Rounds a time (s) to six digits for a short text in the settings.
 fn significant_secs(secs: f64) -> f64 {
     format!("{secs:.5e}").parse().unwrap_or(secs)
 }
 
-/// Returns a few of these values, evenly spread over them.
+/// Returns at most [`SPREAD`] of these values, evenly spaced in the list.
 fn spread(candidates: &[f64]) -> Vec<f64> {
     let n = candidates.len().min(SPREAD);
     let at = |k: usize| candidates[k * (candidates.len() - 1) / (n - 1).max(1)];

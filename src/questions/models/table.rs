@@ -1,9 +1,9 @@
-//! A tried model with its settings and results, and the table of models.
+//! Fitted model with its settings and results, and the table of models.
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::Serialize;
 
 use crate::calibration::{Calibration, Estimator, FitSettings, NoCrossValidation, Scores};
 use crate::export::bytes_in_float;
@@ -11,21 +11,16 @@ use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
+/// Maximum number of samples for the measurement of the time per sample.
 const TIMED_STEPS: usize = 2_000;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cost {
     pub coefficients: usize,
-    /// Size of an export in single precision, numbers and state, at the sample rate of the recordings (bytes).
+    /// Memory of an export in single precision (bytes): parameters and state, at the sample rate of the recordings.
     pub bytes: usize,
     /// Time per sample on this machine (µs).
-    #[serde(deserialize_with = "nan_if_null")]
-    pub micros_a_sample: f64,
-}
-
-/// Writes NaN as null, because JSON has no NaN.
-fn nan_if_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+    micros_a_sample: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -35,15 +30,15 @@ pub struct Model {
     pub axes: Vec<Axis>,
     #[serde(flatten)]
     pub scores: Scores,
-    /// Standard deviation of the cross-validated RMSE over the folds, per axis; empty if the folds are unknown.
+    /// Standard deviation of the cross-validated RMSE between the left-out parts, per axis; empty if unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on
-    /// the scale of [`relative`](Self::relative); `None` if the folds are unknown.
+    /// Standard error of the difference between the model's and the conventional mean squared error, as a share of the
+    /// conventional one; `None` if unknown.
     pub spread: Option<f64>,
-    /// Description of the held-out parts; may be empty.
+    /// Description of the cross-validation; may be empty.
     #[serde(skip)]
     pub left_out: String,
-    /// Scores of the conventional calibration on the same samples.
+    /// Scores of the conventional calibration.
     #[serde(skip)]
     pub conventional: Scores,
     pub cost: Cost,
@@ -51,9 +46,9 @@ pub struct Model {
     /// Ridge of the linear part, per axis.
     #[serde(skip)]
     pub ridge: Vec<f64>,
-    /// Time that the trial took (s), if known.
+    /// Time for fitting and scoring the model (s), if known.
     pub seconds: Option<f64>,
-    /// Trained calibration; `None` if a fit reproduces it at once.
+    /// Trained calibration; `None` for a linear model, whose fit is quick to repeat.
     #[serde(skip)]
     pub trained: Option<Arc<Calibration>>,
 }
@@ -71,19 +66,17 @@ impl Model {
             settings,
             axes: calibration.axes.clone(),
             scores: quality.compensated.clone(),
-            cv_spread: Vec::new(),
-            spread: None,
             left_out: left_out.map_or_else(String::new, ToString::to_string),
             conventional: quality.conventional.clone(),
             cost: cost(calibration, recordings),
             n_train: quality.n_train,
             ridge: quality.ridge.clone(),
-            seconds: None,
             trained: learns.then(|| Arc::clone(calibration)),
+            ..Self::default()
         }
     }
 
-    /// Returns the error relative to the conventional calibration, each axis weighted alike; `None` if either is unknown.
+    /// Returns the RMSE divided by the conventional RMSE, with all axes weighted alike; `None` if one RMSE is unknown.
     pub fn relative(&self, set: ScoreSet) -> Option<f64> {
         let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);
@@ -93,7 +86,8 @@ impl Model {
     }
 }
 
-/// Returns the weights that make all axes count alike: one over the conventional mean squared error.
+/// Returns the weight of each axis' squared error: the inverse of the conventional mean squared error, so that all axes count
+/// alike.
 pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
@@ -106,63 +100,71 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
 }
 
 fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
-    let design = calibration.design();
-    let coefficients = calibration.n_coefficients();
-    let entry = recordings.entries().iter().find(|entry| entry.role == Role::Train);
-    let micros = entry.and_then(|entry| {
-        let recording = calibration.prepared(&entry.recording).ok()?;
-        let needs_auxiliary = !calibration.features.auxiliary.is_empty();
-        let mut estimator = Estimator::new(calibration, &design).ok()?;
-        let steps = recording.n_samples().min(TIMED_STEPS);
-        let start = Instant::now();
-        for k in 0..steps {
-            let auxiliary = match needs_auxiliary {
-                true => recording.auxiliary().at(k),
-                false => &[],
-            };
-            let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
-            estimator.update_with(time, gauges, auxiliary).ok()?;
-        }
-        Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
-    });
     Cost {
-        coefficients,
+        coefficients: calibration.n_coefficients(),
         bytes: bytes_in_float(calibration),
-        micros_a_sample: micros.unwrap_or(f64::NAN),
+        micros_a_sample: micros_a_sample(calibration, recordings),
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+fn micros_a_sample(calibration: &Calibration, recordings: &RecordingSet) -> Option<f64> {
+    let entry = recordings.entries().iter().find(|entry| entry.role == Role::Train)?;
+    let recording = calibration.prepared(&entry.recording).ok()?;
+    let needs_auxiliary = !calibration.features.auxiliary.is_empty();
+    let design = calibration.design();
+    let mut estimator = Estimator::new(calibration, &design).ok()?;
+    let steps = recording.n_samples().min(TIMED_STEPS);
+    let start = Instant::now();
+    for k in 0..steps {
+        let auxiliary = if needs_auxiliary { recording.auxiliary().at(k) } else { &[] };
+        let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
+        estimator.update_with(time, gauges, auxiliary).ok()?;
+    }
+    Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    #[default]
     None,
     /// Smallest model that is nearly as accurate as the most accurate one.
     Smallest,
+    /// Most accurate model.
     Proposed,
 }
 
 impl Mark {
     pub fn cell(self) -> Cell {
         match self {
-            Self::Proposed => Cell::words("→").about("Proposed: the most accurate"),
-            Self::Smallest => Cell::words("=").about("The smallest that is nearly as accurate"),
+            Self::Proposed => Cell::words("→").about("Proposed: the most accurate model"),
+            Self::Smallest => {
+                Cell::words("=").about("The smallest model that is nearly as accurate")
+            }
             Self::None => Cell::words(""),
         }
     }
 }
 
-/// Name of the column that the table is sorted by.
+/// Returns the paper's name of the amount of data for this decimation.
+pub fn pattern(decimation: usize) -> String {
+    match decimation {
+        1 => "A".to_owned(),
+        10 => "B".to_owned(),
+        step => format!("1/{step}"),
+    }
+}
+
+/// Name of the column by which the window first sorts the list of models.
 pub const RELATIVE: &str = "relative RMSE";
 
 pub struct ModelRow<'a> {
     pub mark: Cell,
     pub name: &'a str,
-    /// Amount of data as named in the paper; empty if the settings give it.
+    /// Amount of data as named in the paper; empty if it follows from the decimation.
     pub data: &'a str,
     pub model: &'a Model,
 }
 
-/// Returns the table with one row per model: errors on these samples, and cost.
+/// Returns the table of models with errors on these sets of samples, parameters, memory and computing time.
 pub fn model_table<'a>(
     axes: &[Axis],
     sets: &[ScoreSet],
@@ -184,42 +186,38 @@ pub fn model_table<'a>(
     let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
     Table::of(rows)
         .column(Column::words(""), |row| row.mark.clone())
-        .about("→: proposed, the most accurate; =: the smallest that is nearly as accurate; others: made of other recordings")
+        .about("→: the proposed, most accurate model; =: the smallest model that is nearly as accurate; others: a model of other recordings")
         .words("model", |row| row.name)
-        .about("What it is called")
+        .about("Name of the model")
         .columns(
             sets,
             |set| {
                 let head = Column::numbers(RELATIVE).unit("%");
-                in_group(set, head.about("Of the conventional calibration's error, all axes alike"))
+                in_group(set, head.about("RMSE as a share of the conventional RMSE, with all axes weighted alike"))
             },
             |row, set| Cell::digits(percent(row.model.relative(**set)), 3),
         )
         .columns(
             has_spread.then(|| Column::numbers("±").unit("%").about(
-                "Standard error of its mean squared error's difference to the conventional one, over blocks of left-out samples",
+                "Standard error of the difference between the model's mean squared error and the conventional one, from blocks of left-out samples",
             )),
             Column::clone,
             |row, _| Cell::digits(percent(row.model.spread), 2),
         )
         .words("features", |row| row.model.settings.features.describe())
-        .about("What is appended to the gauges")
+        .about("Columns that are added to the gauges")
         .words("regressor", |row| row.model.settings.regressor.label())
-        .about("How the load is made of them")
-        .words("cross-validation", |row| {
-            row.model.left_out.clone()
-        })
+        .about("Method by which the load is computed from gauges and features")
+        .words("cross-validation", |row| row.model.left_out.clone())
         .about(
-            "What was left out in turn. Nested: the numbers of the model were chosen anew without each part, so that its error \
-             cannot be compared with one that is not nested",
+            "Parts that were left out in turn. Nested: the settings of the model were chosen anew without each part. Compare nested \
+             errors only with nested errors",
         )
-        .words("data", |row| match (row.data, row.model.settings.decimation) {
-            ("", 1) => "A".to_owned(),
-            ("", 10) => "B".to_owned(),
-            ("", step) => format!("1/{step}"),
-            (data, _) => data.to_owned(),
+        .words("data", |row| match row.data {
+            "" => pattern(row.model.settings.decimation),
+            data => data.to_owned(),
         })
-        .about("A: all samples; B: every tenth sample; 1/n: every n-th sample")
+        .about("A: all samples; B: every tenth sample; C: one load programme; 1/n: every n-th sample")
         .columns(
             errors,
             |(set, axis, is_spread)| match is_spread {
@@ -227,29 +225,26 @@ pub fn model_table<'a>(
                     set,
                     Column::numbers(format!("± {axis}"))
                         .unit(axis.unit())
-                        .about("Standard deviation of the RMSE over what is left out in turn"),
+                        .about("Standard deviation of the RMSE over the left-out parts"),
                 ),
                 false => in_group(set, Column::load(**axis).about(format!("RMSE, {}", set.label()))),
             },
             |row, (set, axis, is_spread)| error(row.model, **axis, **set, *is_spread),
         )
-        .column(Column::numbers("numbers"), |row| Cell::whole(row.model.cost.coefficients))
-        .about("Numbers that it consists of")
+        .column(Column::numbers("parameters"), |row| Cell::whole(row.model.cost.coefficients))
+        .about("Number of coefficients or weights")
         .column(Column::numbers("memory").unit("B"), |row| Cell::whole(row.model.cost.bytes))
-        .about("Of an export in single precision, its numbers and its state, at the rate of the recordings")
-        .column(Column::numbers("a sample").unit("µs"), |row| {
-            let micros = row.model.cost.micros_a_sample;
-            Cell::digits(Some(micros).filter(|micros| micros.is_finite()), 2)
+        .about("Memory of an export in single precision: parameters and state, at the sample rate of the recordings")
+        .column(Column::numbers("time per sample").unit("µs"), |row| {
+            Cell::digits(row.model.cost.micros_a_sample, 2)
         })
-        .about("Time of a sample, measured on this machine")
-        .column(Column::numbers("took").unit("s"), |row| {
-            Cell::digits(row.model.seconds, 2)
-        })
-        .about("How long it took to try")
+        .about("Time to compute one sample, measured on this machine")
+        .column(Column::numbers("trial time").unit("s"), |row| Cell::digits(row.model.seconds, 2))
+        .about("Time to fit and score the model")
         .table("", "")
 }
 
-/// Returns the cell of a model's error on these samples, or of its spread over the held-out parts.
+/// Returns the cell of a model's RMSE of one axis, or of the standard deviation of this RMSE over the left-out parts.
 fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
     let at = model.axes.iter().position(|own| *own == axis);
     let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
@@ -257,10 +252,13 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
     if is_spread {
         let spread = of(&model.cv_spread).filter(|_| value.is_some());
         let spread = spread.map(|spread| Cell::digits(Some(spread), 2));
-        return Cell::known(spread, "only \"Find the best\" scores each fold by itself");
+        return Cell::known(
+            spread,
+            "only \"Find the best\" measures the scatter between the left-out parts",
+        );
     }
     let why = match set {
-        ScoreSet::Train => "it was not scored on its training recordings".to_owned(),
+        ScoreSet::Train => "the model was not scored on its training recordings".to_owned(),
         _ => set.missing(Some(NoCrossValidation::of(model.settings.regressor.learner()))),
     };
     let about = if set == ScoreSet::LeftOut { &*model.left_out } else { "" };

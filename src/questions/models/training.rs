@@ -1,8 +1,7 @@
-//! Training of networks and kernels in the background. Each score is of samples outside the fit.
+//! Fits any regressor and scores it on samples outside the fit.
 
-use crate::calibration::network::NetworkError;
-use crate::calibration::{Calibration, Learner, SettingsError};
-use crate::progress::{Cancelled, Progress};
+use crate::calibration::{Calibration, Regressor};
+use crate::progress::Progress;
 use crate::questions::cross_validated::{
     best_shares, cross_validated, cross_validation_steps, part_squares,
 };
@@ -12,59 +11,29 @@ use crate::questions::request::Request;
 use crate::scoring::cross_validation::MOST_FITS;
 use crate::scoring::part_squares::PartSquares;
 
-#[derive(Clone, Debug)]
-pub struct Scored {
-    pub calibration: Calibration,
-    /// Residuals of the fits without each part; `None` without cross-validation.
-    #[cfg_attr(not(test), expect(dead_code, reason = "tests compare the parts"))]
-    pub left_out: Option<PartSquares>,
-}
-
 /// Fits the request with its regressor. Test recordings are only scored.
+///
+/// A network reports each epoch. A cancelled network keeps its best epoch. A cancelled cross-validation gives no score.
 ///
 /// # Errors
 /// [`AnalysisError`] if the request cannot be fitted.
 pub fn train(
     request: &Request,
     progress: &Progress,
-    on_step: &mut dyn FnMut(TrainingStep),
+    on_step: &mut (dyn FnMut(TrainingStep) + Send),
 ) -> Result<Calibration, AnalysisError> {
-    train_and_score(request, progress, on_step).map(|scored| scored.calibration)
+    Ok(fit_and_score(request, true, 1, progress, on_step)?.0)
 }
 
-/// Fits the request with its regressor, and returns also the residuals on each held-out part. Test recordings are only scored.
-/// A network reports each epoch and keeps its best one if it is cancelled; a cancelled cross-validation gives no score.
-///
-/// # Errors
-/// [`AnalysisError`] if the request cannot be fitted.
-pub fn train_and_score(
-    request: &Request,
-    progress: &Progress,
-    on_step: &mut dyn FnMut(TrainingStep),
-) -> Result<Scored, AnalysisError> {
-    fit_and_score(request, true, 1, progress, on_step)
-}
-
-/// Fits as [`train`] without cross-validation, because the caller holds out samples itself. A network or a kernel is trained on
-/// every `row_step`-th sample.
-///
-/// # Errors
-/// [`AnalysisError`] if the request cannot be fitted.
-pub(crate) fn train_unscored(
-    request: &Request,
-    row_step: usize,
-    progress: &Progress,
-) -> Result<Calibration, AnalysisError> {
-    fit_and_score(request, false, row_step, progress, &mut |_| {}).map(|scored| scored.calibration)
-}
-
-fn fit_and_score(
+/// Fits as [`train`], and also returns the squared errors of the parts that cross-validation leaves out. `scores` is false for a
+/// caller that holds out samples itself. A network or a kernel is trained on every `row_step`-th sample.
+pub(crate) fn fit_and_score(
     request: &Request,
     scores: bool,
     row_step: usize,
     progress: &Progress,
-    on_step: &mut dyn FnMut(TrainingStep),
-) -> Result<Scored, AnalysisError> {
+    on_step: &mut (dyn FnMut(TrainingStep) + Send),
+) -> Result<(Calibration, Option<PartSquares>), AnalysisError> {
     let settings = &request.settings;
     settings.validate()?;
     let data = request.datasets.get(&request.key(), progress)?;
@@ -77,22 +46,21 @@ fn fit_and_score(
         on_step(TrainingStep::Epoch(report));
     })?;
     let Fitted { past, mut calibration, linear, held_out } = fitted;
-    let Some(learner) = settings.regressor.learner() else {
-        return Ok(Scored { calibration, left_out: linear });
-    };
-    let is_hybrid = settings.regressor.is_hybrid();
-    // A linear stage with too few samples makes the second stage meaningless.
-    let moments = match steps > 0 && (linear.is_some() || !is_hybrid) {
+    if settings.regressor.learner().is_none() {
+        return Ok((calibration, linear));
+    }
+    // Without enough samples for the linear stage, a cross-validation of the second stage is meaningless.
+    let moments = match steps > 0 && (linear.is_some() || !settings.regressor.is_hybrid()) {
         true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
         false => None,
     };
-    // A kernel chose its shares in its fit, again in every fold.
-    let has_shares = is_hybrid && learner == Learner::Network;
+    // A hybrid kernel chooses its shares in each fit.
+    let has_shares = settings.regressor == Regressor::HybridNetwork;
     if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
         learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
     }
     let left_out = moments.as_ref().map(|moments| part_squares(moments, has_shares));
-    // A cancelled training is scored, too.
+    // A network is scored even if its training was cancelled.
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
@@ -105,22 +73,7 @@ fn fit_and_score(
         let errors = data.left_out_errors_of(&moments, has_shares);
         calibration.quality.expected_error = data.expected_error(&calibration, &past, errors).ok();
     }
-    Ok(Scored { calibration, left_out })
-}
-
-impl From<NetworkError> for AnalysisError {
-    fn from(error: NetworkError) -> Self {
-        match error {
-            NetworkError::Cancelled => Self::Cancelled(Cancelled),
-            error => Self::Learned(error.into()),
-        }
-    }
-}
-
-impl From<crate::features::FeatureError> for AnalysisError {
-    fn from(error: crate::features::FeatureError) -> Self {
-        Self::Settings(SettingsError::from(error))
-    }
+    Ok((calibration, left_out))
 }
 
 #[cfg(test)]
@@ -128,13 +81,13 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::calibration::{FitSettings, KernelSettings, NetworkSettings, Regressor};
+    use crate::calibration::{FitSettings, KernelSettings, NetworkSettings};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-    /// Five recordings of noise: with many monomials the linear stage fits the noise, so its residual on a recording that it
-    /// was fitted to is far too small.
+    /// Five recordings of noise. With many monomials, the linear stage fits the noise, so its residuals on the training
+    /// recordings are far too small.
     #[test]
     fn a_hybrid_is_scored_on_recordings_that_neither_stage_has_seen() {
         let mut set = RecordingSet::default();

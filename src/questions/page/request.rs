@@ -256,13 +256,11 @@ fn thresholds(
     progress: &Progress,
     warnings: &mut Vec<Finding>,
 ) -> Result<Result<ReportCurves, String>, AnalysisError> {
-    let recordings = Arc::clone(&request.recordings);
-    let settings = request.settings.clone();
-    let made = || {
-        let study = Study::prepare(&request.datasets, recordings, settings, progress)?;
+    let mut made = || {
+        let study = Study::prepare(request, progress)?;
         let present = study.present_thresholds();
         let grid = grid_through(present, study.largest_distance())?;
-        let map = study.threshold_map(&grid, progress, &|_| {})?;
+        let map = study.threshold_map(None, &grid, progress, &|_| {})?;
         Ok(curves(request, &map, present, warnings))
     };
     match made() {
@@ -281,8 +279,8 @@ fn grid_through(present: Thresholds, largest: f64) -> Result<ThresholdGrid, Anal
         values.dedup();
         values
     };
-    let f_ths = with(covering.f_ths(), present.f_th);
-    let t_ths_secs = with(covering.t_ths_secs(), present.t_th_secs);
+    let f_ths = with(&covering.f_ths, present.f_th);
+    let t_ths_secs = with(&covering.t_ths_secs, present.t_th_secs);
     Ok(ThresholdGrid::new(f_ths, t_ths_secs)?)
 }
 

@@ -1,45 +1,48 @@
-//! Thresholds to try, and their order.
+//! Grid of the pairs of thresholds to try, and the order of the trials.
 //!
-//! Guarantees: the values of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one of each
-//! threshold.
+//! Guarantees: the values of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and one t_th.
 
 use crate::scoring::numbers::{decimals, round_step};
 
-/// Maximum number of values of one threshold. More could not be distinguished in a plot.
+/// Maximum number of values of one threshold. A plot could not show more values.
 pub const MAX_VALUES: usize = 2000;
-/// Maximum number of pairs of thresholds. The errors of more pairs would fill the memory.
+/// Maximum number of pairs of thresholds. More pairs would fill the memory.
 const MAX_PAIRS: usize = 250_000;
-/// Approximate number of rows in the first, coarsest level.
+/// Approximate number of F_th in the first level, which spans the whole range.
 const COARSEST: usize = 5;
 
-/// Every pair of these thresholds.
+/// Grid of all pairs of these F_th and t_th.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdGrid {
-    f_ths: Vec<f64>,
-    t_ths_secs: Vec<f64>,
+    /// Values of F_th, ascending (N, or share of full scale).
+    pub(crate) f_ths: Vec<f64>,
+    /// Values of t_th, ascending (s).
+    pub(crate) t_ths_secs: Vec<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
-    #[error("{what} has no values; give start:stop:step, or rising numbers separated by commas")]
+    #[error(
+        "{what} has no values; enter start:stop:step, or ascending numbers separated by commas"
+    )]
     Empty { what: &'static str },
-    #[error("the step of {what} is {step}; it must be a number above zero")]
+    #[error("the step of {what} is {step}; enter a number above zero")]
     Step { what: &'static str, step: f64 },
-    #[error("{what} goes from {start} to {stop}; the first must not be above the second")]
+    #[error("the range of {what} goes from {start} down to {stop}; enter the smaller value first")]
     Reversed { what: &'static str, start: f64, stop: f64 },
-    #[error("{what} has {next} after {before}; the values must rise")]
+    #[error("{what} has {next} after {before}; enter ascending values")]
     Order { what: &'static str, before: f64, next: f64 },
-    #[error("{what} has the value {value}; it must be a number from zero up")]
+    #[error("{what} has the value {value}; enter numbers from zero up")]
     Value { what: &'static str, value: f64 },
-    #[error("{what} has {count} values, more than {MAX_VALUES}; take a larger step")]
+    #[error("{what} has {count} values, more than {MAX_VALUES}; use a larger step")]
     TooMany { what: &'static str, count: f64 },
     #[error(
-        "{f_ths} values of F_th and {t_ths} of t_th make more than {MAX_PAIRS} pairs; take larger steps"
+        "{f_ths} values of F_th and {t_ths} of t_th make more than {MAX_PAIRS} pairs; use larger steps"
     )]
     TooManyPairs { f_ths: usize, t_ths: usize },
 }
 
-/// Returns the values from `start` to `stop` in steps. `stop` is included if a step meets it.
+/// Returns the values from `start` to `stop` in equal steps. `stop` is included if a step reaches it.
 ///
 /// # Errors
 /// [`GridError`] for a step that is not positive, a reversed range, or too many values.
@@ -58,7 +61,7 @@ pub fn even_values(
     if start > stop {
         return Err(GridError::Reversed { what, start, stop });
     }
-    // A tolerance allows for steps like 0.1, which are not exact in binary.
+    // The tolerance is for steps like 0.1, which binary numbers cannot represent exactly.
     let steps = ((stop - start) / step + 1e-9).floor();
     if steps >= MAX_VALUES as f64 {
         let count = steps + 1.0;
@@ -73,7 +76,7 @@ fn rounded(value: f64, decimals: Option<usize>) -> f64 {
     written.and_then(|text| text.parse().ok()).unwrap_or(value)
 }
 
-/// Returns the number of decimals of a short number; `None` for a long one.
+/// Returns the number of decimals of a value; `None` for more than nine.
 fn decimals_of(value: f64) -> Option<usize> {
     Some(decimals(value)).filter(|decimals| *decimals <= 9)
 }
@@ -83,9 +86,9 @@ fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {
 }
 
 impl ThresholdGrid {
-    /// Checks the values.
+    /// Returns a grid of valid values.
     ///
-    /// **Units** F_th in that of the distance; t_th (s).
+    /// **Units** F_th in N or as a share of full scale; t_th in s.
     ///
     /// # Errors
     /// [`GridError`] for the first invalid value.
@@ -110,8 +113,9 @@ impl ThresholdGrid {
         Ok(Self { f_ths, t_ths_secs })
     }
 
-    /// Returns a grid for a sensor with this largest distance. The `n_f` values of F_th are in even round steps from zero to
-    /// 1.2 times the distance. The `n_t` values of t_th are from half a second to a minute in a constant ratio.
+    /// Returns a grid for a sensor. `largest_distance` is the largest full scale in the unit of F_th. The `n_f` values of F_th
+    /// go in round steps from zero to 1.2 times full scale. The `n_t` values of t_th go from half a second to a minute in a
+    /// constant ratio.
     ///
     /// # Errors
     /// [`GridError`] if a count is zero or too large.
@@ -123,33 +127,16 @@ impl ThresholdGrid {
         };
         let step = round_step(reach / n_f.saturating_sub(1).max(1) as f64);
         let decimals = decimals_of(step);
-        let f_ths =
-            (0..n_f.min(MAX_VALUES + 1)).map(|at| rounded(at as f64 * step, decimals)).collect();
+        let f_ths = (0..n_f).map(|at| rounded(at as f64 * step, decimals)).collect();
         let (shortest, longest) = (0.5_f64, 60.0_f64);
         let ratio = (longest / shortest).powf(1.0 / n_t.saturating_sub(1).max(1) as f64);
-        let t_ths_secs = (0..n_t.min(MAX_VALUES + 1))
-            .map(|at| rounded(shortest * ratio.powi(at as i32), Some(3)))
-            .collect();
+        let t_ths_secs =
+            (0..n_t).map(|at| rounded(shortest * ratio.powi(at as i32), Some(3))).collect();
         Self::new(f_ths, t_ths_secs)
     }
 
-    /// Returns the F_th, rising.
-    pub fn f_ths(&self) -> &[f64] {
-        &self.f_ths
-    }
-
-    /// Returns the t_th (s), rising.
-    pub fn t_ths_secs(&self) -> &[f64] {
-        &self.t_ths_secs
-    }
-
-    /// Returns the longest t_th (s).
-    pub fn longest_secs(&self) -> f64 {
-        *self.t_ths_secs.last().expect("a grid has a t_th")
-    }
-
-    /// Returns the indices of the F_th in levels. Each level halves the gaps of the level before, so a map filled in this
-    /// order shows the whole range from the first level on.
+    /// Returns the positions of the F_th in levels. Each level halves the gaps of the previous level. A map that is computed in
+    /// this order shows the whole range from the first level on.
     pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
         let n = self.f_ths.len();
         let mut stride = 1;
@@ -231,11 +218,11 @@ mod tests {
     #[test]
     fn a_grid_covers_the_sensor_in_round_steps() {
         let grid = ThresholdGrid::covering(12.0, 40, 40).unwrap();
-        assert_eq!(grid.f_ths()[..3], [0.0, 0.5, 1.0]);
-        assert_eq!((grid.f_ths().len(), grid.t_ths_secs().len()), (40, 40));
-        assert_eq!((grid.t_ths_secs()[0], grid.longest_secs()), (0.5, 60.0));
+        assert_eq!(grid.f_ths[..3], [0.0, 0.5, 1.0]);
+        assert_eq!((grid.f_ths.len(), grid.t_ths_secs.len()), (40, 40));
+        assert_eq!((grid.t_ths_secs[0], grid.t_ths_secs[39]), (0.5, 60.0));
         let small = ThresholdGrid::covering(3e-4, 21, 1).unwrap();
-        assert_eq!(small.f_ths()[1], 2e-5);
+        assert_eq!(small.f_ths[1], 2e-5);
         assert!(ThresholdGrid::covering(f64::NAN, 3, 3).is_ok());
         assert!(ThresholdGrid::covering(1.0, 0, 3).is_err());
     }

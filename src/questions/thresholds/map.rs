@@ -1,6 +1,6 @@
-//! The errors over both thresholds.
+//! Map of errors over both thresholds: one row per F_th, one column per t_th.
 //!
-//! Guarantees: rows may arrive in any order. A missing row is `None`, and all functions accept it.
+//! Guarantees: rows may arrive in any order. All functions accept a map with missing rows, which are `None`.
 
 use crate::calibration::{CrossValidation, FactoryScores, NoCrossValidation, Scores};
 use crate::features::{Distance, Thresholds};
@@ -10,14 +10,15 @@ use crate::questions::thresholds::measure::{Measure, MeasureScale};
 use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::quantile::quantile;
 
-/// Share of a map's numbers that lie within the range of its colours.
+/// Share of the map's errors that the colours distinguish. The largest errors all have the last colour.
 const SHADED_SHARE: f64 = 0.95;
 
+/// Samples on which errors are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScoreSet {
     Train,
     Test,
-    /// Training recordings, each predicted by a fit to the others.
+    /// Training recordings in cross-validation: each group is predicted by a fit to the other groups.
     LeftOut,
 }
 
@@ -40,7 +41,7 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the reason why there are no errors on these samples; `fit` is the reason for the fit, if it has one.
+    /// Returns the reason why there are no errors on these samples. `fit` is the reason why the fit has no cross-validation.
     pub fn missing(self, fit: Option<NoCrossValidation>) -> String {
         match self {
             Self::Train => "no recording is in the train role".to_owned(),
@@ -51,14 +52,16 @@ impl ScoreSet {
 
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Train => "On the training recordings themselves; these errors are too small",
+            Self::Train => {
+                "Errors on the training recordings, which are too small, because these recordings are fitted"
+            }
             Self::Test => {
-                "On the test recordings; do not choose by these errors, or they are no longer a test"
+                "Errors on the test recordings. Do not choose settings by these errors, or the recordings are no longer a test"
             }
             Self::LeftOut => {
-                "Each group of training recordings scored by a fit to the others; with \
-                 fewer than three recordings, five contiguous blocks are left out in turn. Choose by these errors. The look-back always \
-                 uses the conventional calibration of all training recordings"
+                "Errors on each group of training recordings, predicted by a fit to the other groups. With fewer than three recordings, \
+                 five contiguous blocks are left out in turn. Choose settings by these errors. The look-back always uses the conventional \
+                 calibration of all training recordings"
             }
         }
     }
@@ -71,7 +74,8 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the errors of the factory calibration, which was fitted to none of the samples.
+    /// Returns the RMSE of the factory calibration per axis; empty for cross-validation, because this calibration is not fitted
+    /// here.
     pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
         match self {
             Self::Train => &scores.train_rmse,
@@ -81,6 +85,7 @@ impl ScoreSet {
     }
 }
 
+/// Threshold that varies along a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     F,
@@ -120,7 +125,7 @@ impl ThresholdMap {
         part_samples: Vec<u64>,
     ) -> Self {
         Self {
-            rows: vec![None; grid.f_ths().len()],
+            rows: vec![None; grid.f_ths.len()],
             n_train: part_samples.iter().sum(),
             n_test: 0,
             cross_validation: CrossValidation::default(),
@@ -132,17 +137,13 @@ impl ThresholdMap {
         }
     }
 
-    /// Stores the scores of one F_th at every t_th.
+    /// Stores the scores of one F_th at each t_th.
     ///
     /// # Panics
-    /// If the F_th does not exist, or the number of points is not the number of t_th.
+    /// If the F_th does not exist, or if there is not one score per t_th.
     pub fn set_row(&mut self, f_at: usize, points: Vec<PointScores>) {
-        assert_eq!(points.len(), self.grid.t_ths_secs().len(), "one per t_th");
+        assert_eq!(points.len(), self.grid.t_ths_secs.len(), "one per t_th");
         self.rows[f_at] = Some(points);
-    }
-
-    pub fn has_row(&self, f_at: usize) -> bool {
-        self.rows.get(f_at).is_some_and(Option::is_some)
     }
 
     pub fn is_complete(&self) -> bool {
@@ -153,16 +154,17 @@ impl ThresholdMap {
         self.rows.iter().flatten().count()
     }
 
-    /// Returns the scores of one pair; `None` until its row is computed.
+    /// Returns the scores at these positions in the grid; `None` for a missing row.
     pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
 
-    /// Returns the thresholds of one pair; panics if the pair does not exist.
+    /// Returns the thresholds at these positions in the grid; panics if a position does not exist.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
-        Thresholds { f_th: self.grid.f_ths()[f_at], t_th_secs: self.grid.t_ths_secs()[t_at] }
+        Thresholds { f_th: self.grid.f_ths[f_at], t_th_secs: self.grid.t_ths_secs[t_at] }
     }
 
+    /// Returns the position of the pair that is nearest to these thresholds.
     pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
         let nearest = |values: &[f64], wanted: f64| {
             let distance = |at: &usize| (values[*at] - wanted).abs();
@@ -170,8 +172,8 @@ impl ThresholdMap {
             all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
         };
         (
-            nearest(self.grid.f_ths(), thresholds.f_th),
-            nearest(self.grid.t_ths_secs(), thresholds.t_th_secs),
+            nearest(&self.grid.f_ths, thresholds.f_th),
+            nearest(&self.grid.t_ths_secs, thresholds.t_th_secs),
         )
     }
 
@@ -184,14 +186,14 @@ impl ThresholdMap {
         measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
     }
 
-    /// Returns all pairs, `n_f_th × n_t_th` row-major: all t_th of the first F_th come first.
+    /// Returns the errors of all pairs, `n_f_th × n_t_th` row-major.
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
-        let n_t = self.grid.t_ths_secs().len();
+        let n_t = self.grid.t_ths_secs.len();
         (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
     }
 
-    /// Returns the range of errors that colours distinguish; `None` without any error. The few largest errors lie above it,
-    /// because pairs that find hardly any past sample can be many times worse than all others.
+    /// Returns the range of errors that the colours distinguish; `None` without any error. The few largest errors lie above the
+    /// range, because a pair that finds hardly any past sample can have a far larger error.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
         let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
         let (least, greatest) = known.iter().collect::<MinMax>().ends()?;
@@ -199,7 +201,7 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// Returns `(threshold, error)` along one threshold through the pair at these indices, ascending, without missing pairs.
+    /// Returns the points `(threshold, error)` of a curve through this position, ascending, without missing errors.
     pub fn curve(
         &self,
         along: Along,
@@ -208,8 +210,8 @@ impl ThresholdMap {
         (f_at, t_at): (usize, usize),
     ) -> Vec<(f64, f64)> {
         let thresholds = match along {
-            Along::F => self.grid.f_ths(),
-            Along::T => self.grid.t_ths_secs(),
+            Along::F => &self.grid.f_ths,
+            Along::T => &self.grid.t_ths_secs,
         };
         let value = |at: usize| match along {
             Along::F => self.value(set, measure, at, t_at),
@@ -219,9 +221,10 @@ impl ThresholdMap {
         thresholds.filter_map(|(at, threshold)| Some((*threshold, value(at)?))).collect()
     }
 
-    /// Returns the pair with the smallest error, and that error. Of equal pairs, the one with the smallest thresholds counts.
+    /// Returns the position and the value of the lowest error. Among equal errors, the pair with the smallest thresholds
+    /// counts.
     pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
-        let n_t = self.grid.t_ths_secs().len();
+        let n_t = self.grid.t_ths_secs.len();
         let values = self.values(set, measure).into_iter().enumerate();
         let known = values.filter_map(|(at, value)| Some(((at / n_t, at % n_t), value?)));
         known.min_by(|(_, a), (_, b)| a.total_cmp(b))

@@ -1,24 +1,23 @@
-//! Measures: one number for the errors of several axes.
+//! Measures that combine the errors of several axes in one number.
 //!
-//! Guarantees: every measure is the root of weighted squared errors of the axes, so it applies to the squared errors of parts
-//! and to an RMSE.
+//! Guarantees: every measure is the root of a weighted sum of the axes' squared errors. The same weights therefore apply to
+//! sums of squared errors.
 
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Axis;
-use crate::scoring::metrics::Group;
 
-/// Errors that count.
+/// Error that a choice of settings minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// One axis, by its index, in its unit.
+    /// RMSE of the axis with this index, in the unit of the axis.
     Axis(usize),
-    /// Root mean square over the force axes (N).
+    /// Root mean square of the RMSEs of the force axes (N).
     Forces,
-    /// Root mean square over the moment axes (N·m).
+    /// Root mean square of the RMSEs of the moment axes (N·m).
     Moments,
-    /// Root mean square over all axes, each in percent of its full scale (%). Axes without a full scale do not count.
+    /// Root mean square of the RMSEs of all axes, each in percent of its full scale. Axes without a full scale do not count.
     FullScale,
 }
 
@@ -30,7 +29,7 @@ pub struct MeasureScale {
 }
 
 impl MeasureScale {
-    /// Returns all measures that apply to these axes, groups first.
+    /// Returns all measures that apply to these axes: first the combined ones, then each axis.
     pub fn measures(&self) -> Vec<Measure> {
         let groups = [Measure::Forces, Measure::Moments, Measure::FullScale];
         let axes = (0..self.axes.len()).map(Measure::Axis);
@@ -44,19 +43,19 @@ impl MeasureScale {
 }
 
 impl Measure {
-    /// Returns the factor of each axis' squared error; `None` if no axis counts.
+    /// Returns the weight of each axis' squared error; `None` if no axis counts.
     pub fn weights(self, scale: &MeasureScale) -> Option<Vec<f64>> {
-        let one = |at: usize, axis: &Axis| match self {
-            Self::Axis(own) => f64::from(u8::from(own == at)),
-            Self::Forces => f64::from(u8::from(Group::Force.contains(*axis))),
-            Self::Moments => f64::from(u8::from(Group::Moment.contains(*axis))),
-            Self::FullScale => match scale.full_scale.get(at) {
-                Some(&full) if full > 0.0 => (100.0 / full).powi(2),
-                _ => 0.0,
-            },
+        let weight = |(at, (axis, full)): (usize, (&Axis, &f64))| {
+            let (counts, factor) = match self {
+                Self::Axis(own) => (own == at, 1.0),
+                Self::Forces => (axis.is_force(), 1.0),
+                Self::Moments => (!axis.is_force(), 1.0),
+                Self::FullScale => (*full > 0.0, 100.0 / full),
+            };
+            if counts { factor.powi(2) } else { 0.0 }
         };
-        let mut weights: Vec<f64> =
-            (scale.axes.iter().enumerate()).map(|(at, axis)| one(at, axis)).collect();
+        let axes = scale.axes.iter().zip(&scale.full_scale).enumerate();
+        let mut weights: Vec<f64> = axes.map(weight).collect();
         let count = weights.iter().filter(|weight| **weight > 0.0).count();
         for weight in &mut weights {
             *weight /= count.max(1) as f64;
@@ -64,15 +63,14 @@ impl Measure {
         (count > 0).then_some(weights)
     }
 
-    /// Returns the measure of an RMSE per axis; `None` if no axis counts.
+    /// Returns the measure from the RMSE of each axis; `None` if no axis counts.
     pub fn of_rmse(self, scale: &MeasureScale, rmse: &[f64]) -> Option<f64> {
         let weights = self.weights(scale)?;
         let squares = weights.iter().zip(rmse).map(|(w, rmse)| w * rmse * rmse);
         Some(squares.sum::<f64>().sqrt())
     }
 
-    /// Returns the unit.
-    pub fn unit(self, scale: &MeasureScale) -> &'static str {
+    pub(crate) fn unit(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.unit()),
             Self::Forces => Axis::Fx.unit(),
@@ -81,8 +79,7 @@ impl Measure {
         }
     }
 
-    /// Returns the name.
-    pub fn label(self, scale: &MeasureScale) -> &'static str {
+    pub(crate) fn label(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.symbol()),
             Self::Forces => "forces",
@@ -95,6 +92,7 @@ impl Measure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scoring::metrics::Group;
 
     fn scale() -> MeasureScale {
         MeasureScale { axes: vec![Axis::Fx, Axis::Fz, Axis::Mx], full_scale: vec![10.0, 20.0, 0.0] }

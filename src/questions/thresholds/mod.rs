@@ -1,15 +1,16 @@
-//! Choice of thresholds: the errors at every pair of F_th and t_th, and the pair with the lowest held-out error.
+//! Choice of thresholds: the errors at each pair of F_th and t_th, and the pair with the lowest cross-validation error.
 //!
 //! | contents | type |
 //! |---|---|
 //! | pairs to try, and their order | [`ThresholdGrid`] |
-//! | all scores of one F_th over every t_th, from sums | [`Scorer`](scorer::Scorer) |
-//! | one number for the errors of six axes | [`Measure`] |
+//! | scores of one F_th at all t_th, from sums | [`Scorer`](scorer::Scorer) |
+//! | one number from the errors of all axes | [`Measure`] |
 //! | errors over both thresholds, and curves through them | [`ThresholdMap`] |
-//! | proposed pair, and the range of equally good pairs | [`Suggestion`] |
-//! | effect of a pair on the samples | [`PastAges`] |
-//! Guarantees: every number equals that of a new fit at its pair, up to rounding. If no past sample differs, it is exactly
-//! that of the conventional calibration. Test recordings are scored, but do not influence a proposal.
+//! | suggested pair, and the range of equally good pairs | [`Suggestion`] |
+//! | ages of the past samples that a pair finds | [`PastAges`] |
+//! Guarantees: every error equals the error of a new fit at the same thresholds, up to rounding. If no past sample differs from
+//! the present sample, the error is exactly the conventional error. Test recordings are scored, but do not influence a
+//! suggestion.
 
 pub mod asked;
 mod grid;

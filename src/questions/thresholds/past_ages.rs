@@ -1,16 +1,16 @@
-//! Ages of the past samples that a pair of thresholds finds.
+//! Ages of the past samples that F_th and t_th find.
 
 use serde::Serialize;
 
-/// Ratio of the upper end of the last bin to t_th.
+/// Upper end of the last bin, as a multiple of t_th.
 const REACH: usize = 2;
 
-/// Samples whose past sample has an age in this bin.
+/// Bin of a histogram of ages.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AgeBin {
-    /// Lower limit of the age (s), not included except in the first bin.
+    /// Lower limit of the ages (s). Only the first bin includes its lower limit.
     pub from_secs: f64,
-    /// Upper limit of the age (s), included.
+    /// Upper limit of the ages, which is included (s).
     pub to_secs: f64,
     pub count: u64,
 }
@@ -27,14 +27,14 @@ pub struct PastAges {
     pub n_found: u64,
     /// Number of samples whose past sample is older than t_th.
     pub n_cut_off: u64,
-    /// Ages in even bins from zero to twice t_th, so that t_th is a border of bins. Empty if t_th is zero.
+    /// Histogram of the ages from zero to twice t_th, with t_th as a border of bins; empty if t_th is zero.
     pub ages: Vec<AgeBin>,
     /// Number of samples whose past sample is older than the last bin.
     pub n_beyond: u64,
 }
 
 impl PastAges {
-    /// Returns empty counts, with `bins` bins up to t_th and the same number beyond it.
+    /// Returns counts of zero, with `bins` bins up to t_th and the same number of bins above t_th.
     pub fn new(t_th_secs: f64, bins: usize) -> Self {
         let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
         let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
@@ -46,8 +46,8 @@ impl PastAges {
         }
     }
 
-    /// Adds the samples of one recording to the counts. `past` holds, for each sample, the past sample that is found without the
-    /// limit t_th, or the sample's own index if no past sample is found.
+    /// Adds the samples of one recording to the counts. `past` contains the index of each sample's past sample without the
+    /// limit t_th. Without a past sample, it is the sample's own index.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {
@@ -82,7 +82,8 @@ impl PastAges {
         count as f64 / self.n_samples.max(1) as f64
     }
 
-    /// Returns the age (s) that a share of the found past samples does not exceed, rounded to a bin; `None` if none is found.
+    /// Returns a quantile of the ages of the found past samples, rounded up to the end of a bin (s); `None` if no past sample
+    /// is found.
     pub fn age_quantile_secs(&self, share: f64) -> Option<f64> {
         let wanted = share * self.n_found as f64;
         let mut counted = 0;
@@ -99,7 +100,8 @@ impl PastAges {
 mod tests {
     use super::*;
 
-    /// Ages: none, 1, 2, 3, then the last sample 7 s after the first. t_th is 2 s, in two bins of one second.
+    /// The first sample has no past sample, and the ages of the other samples are 1, 2, 3 and 7 s. t_th is 2 s, in two bins of
+    /// one second.
     #[test]
     fn every_sample_is_found_cut_off_or_never_differed() {
         let mut past_ages = PastAges::new(2.0, 2);

@@ -1,151 +1,117 @@
-//! Scores of one F_th at every t_th, from sums alone.
+//! Computes the scores at one F_th and all t_th from sums, without further passes over the samples.
 
 use crate::calibration::{
     AgedSums, LinearMap, NormalEquations, Ridge, RidgeChoice, Scores, Terms, fit, fit_targets,
 };
 use crate::features::{ColumnKind, Design};
 use crate::progress::{Cancelled, Progress};
+use crate::questions::errors::fit::Sums;
 use crate::scoring::left_out::{LeftOut, summed_by_target};
 use crate::scoring::metrics;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointScores {
     pub scores: Scores,
-    /// Sums of squared errors of each held-out part, `n_parts × n_axes` row-major; empty if nothing is held out.
+    /// Sums of squared errors of each held-out part, `n_parts × n_axes` row-major; empty without cross-validation.
     pub left_out_squares: Vec<f64>,
 }
 
-/// Scores fits that differ only in the thresholds of the first look-back.
-#[derive(Clone, Debug)]
+/// Sums of a fit. Fits with other thresholds of the first look-back are scored from these sums.
 pub struct Scorer {
-    /// Sums of all training samples, of each part, and of the test recordings. The first look-back finds no past sample.
-    train: NormalEquations,
-    parts: Vec<NormalEquations>,
-    /// Cold-start sums on which fits without a part are scored, if they differ from the part's own.
-    cold: Option<Vec<NormalEquations>>,
-    /// Sums of the training recordings, if an automatic ridge leaves out recordings rather than the parts.
+    /// Sums as if the first look-back found no past sample. The targets are the residuals of the conventional map.
+    pub sums: Sums,
+    /// Sums by recording if there are exactly two training recordings. An automatic ridge leaves out recordings, not parts.
     recordings: Option<Vec<NormalEquations>>,
-    test: NormalEquations,
     kinds: Vec<ColumnKind>,
-    /// Conventional map. The targets are its residuals.
+    /// Conventional map.
     known: Vec<f64>,
     ridge: RidgeChoice,
-    conventional: PointScores,
+    pub conventional: PointScores,
     conventional_rank: usize,
 }
 
+/// Changes of the sums from each t_th to the next, for one F_th.
+#[derive(Default)]
+pub struct AgedRow {
+    /// Changes by each piece of a training recording, with the positions of its part and of its recording.
+    pub parts: Vec<(usize, usize, AgedSums)>,
+    /// Changes of the cold-start sums, with the position of the part.
+    pub cold: Vec<(usize, AgedSums)>,
+    pub test: Vec<AgedSums>,
+}
+
 impl Scorer {
-    /// Returns a scorer from the sums of the parts and of the test recordings, with a first look-back that finds no past
-    /// sample. The targets are the residuals of the conventional map.
+    /// Returns a scorer. In `sums`, the first look-back finds no past sample.
     pub fn new(
         design: &Design,
         conventional: &LinearMap,
-        parts: Vec<NormalEquations>,
-        cold: Option<Vec<NormalEquations>>,
-        test: NormalEquations,
+        sums: Sums,
+        recordings: Option<Vec<NormalEquations>>,
         ridge: RidgeChoice,
     ) -> Self {
         let present = design.present();
-        let mut train = NormalEquations::new(test.n_features(), test.n_targets());
-        parts.iter().for_each(|part| train.add(part));
         let (kinds, known) = (design.kinds(), conventional.standardised(design));
         let terms = Terms { used: &present, kinds: &kinds, known: &known };
+        let Sums { train, parts, cold, .. } = &sums;
         // The targets are the residuals of the conventional map, so zero coefficients mean that map.
         let none = vec![0.0; train.n_features() * train.n_targets()];
-        let left_out = LeftOut::of(&train, &parts, terms).scored_on(cold.as_deref());
+        let left_out = LeftOut::of(train, parts, terms).scored_on(cold.as_deref());
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
-        let conventional = point_scores(&train, &test, &none, squares);
         Self {
-            conventional_rank: fit(&train, terms, Ridge::None).rank,
-            train,
-            parts,
-            cold,
-            recordings: None,
-            test,
+            conventional: point_scores(&sums, &none, squares),
+            conventional_rank: fit(train, terms, Ridge::None).rank,
+            sums,
+            recordings,
             kinds,
             known,
             ridge,
-            conventional,
         }
     }
 
-    /// Chooses an automatic ridge by leaving out these training recordings in turn, as a fit to two recordings does.
-    pub fn with_ridge_by(mut self, recordings: Option<Vec<NormalEquations>>) -> Self {
-        self.recordings = recordings;
-        self
-    }
-
-    pub fn conventional(&self) -> &PointScores {
-        &self.conventional
-    }
-
-    /// Returns true if fits without a part are scored on cold-start sums.
-    pub fn is_scored_cold(&self) -> bool {
-        self.cold.is_some()
-    }
-
-    pub fn n_test(&self) -> u64 {
-        self.test.n_samples()
-    }
-
     pub fn part_samples(&self) -> Vec<u64> {
-        self.parts.iter().map(NormalEquations::n_samples).collect()
+        self.sums.parts.iter().map(NormalEquations::n_samples).collect()
     }
 
-    /// Returns the scores at each of `n_classes` t_th.
-    ///
-    /// **Shapes** `aged_parts` holds the contribution of each training piece to its part and recording, `aged_cold` to the sums
-    /// that the part is scored on. `aged_test` holds that of the test recordings.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
+    /// Returns the scores of one F_th at each of `n_classes` t_th.
     pub fn row(
         &self,
-        aged_parts: &[(usize, usize, AgedSums)],
-        aged_cold: &[(usize, AgedSums)],
-        aged_test: &[AgedSums],
+        row: &AgedRow,
         n_classes: usize,
         progress: &Progress,
     ) -> Result<Vec<PointScores>, Cancelled> {
-        let Self { mut train, mut parts, mut cold, mut recordings, mut test, .. } = self.clone();
+        let (mut sums, mut recordings) = (self.sums.clone(), self.recordings.clone());
         (0..n_classes)
             .map(|class| {
                 progress.check()?;
-                for (part, recording, aged) in aged_parts {
+                for (part, recording, aged) in &row.parts {
                     if let Some(recordings) = &mut recordings {
                         aged.add_class_to(class, &mut recordings[*recording]);
                     }
-                    aged.add_class_to(class, &mut parts[*part]);
-                    aged.add_class_to(class, &mut train);
+                    aged.add_class_to(class, &mut sums.parts[*part]);
+                    aged.add_class_to(class, &mut sums.train);
                 }
-                for (part, aged) in aged_cold {
-                    if let Some(cold) = &mut cold {
+                for (part, aged) in &row.cold {
+                    if let Some(cold) = &mut sums.cold {
                         aged.add_class_to(class, &mut cold[*part]);
                     }
                 }
-                for aged in aged_test {
-                    aged.add_class_to(class, &mut test);
+                for aged in &row.test {
+                    aged.add_class_to(class, &mut sums.test);
                 }
-                let parts = [&parts, cold.as_ref().unwrap_or(&parts)];
-                Ok(self.point(&train, parts, recordings.as_deref(), &test))
+                Ok(self.point(&sums, recordings.as_deref()))
             })
             .collect()
     }
 
-    fn point(
-        &self,
-        train: &NormalEquations,
-        [parts, scored]: [&Vec<NormalEquations>; 2],
-        recordings: Option<&[NormalEquations]>,
-        test: &NormalEquations,
-    ) -> PointScores {
+    fn point(&self, sums: &Sums, recordings: Option<&[NormalEquations]>) -> PointScores {
+        let Sums { train, parts, cold, .. } = sums;
         let all: Vec<usize> = (0..train.n_features()).collect();
         let used = train.present_among(&all);
         if !used.iter().any(|&column| self.kinds[column] == ColumnKind::Appended) {
             return self.conventional.clone();
         }
         let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
-        let left_out = LeftOut::of(train, parts, terms).scored_on(Some(scored));
+        let left_out = LeftOut::of(train, parts, terms).scored_on(cold.as_deref());
         let (strengths, squares) = match (self.ridge, recordings) {
             (RidgeChoice::Auto | RidgeChoice::ByBlock, Some(recordings)) => {
                 let whole = LeftOut::of(train, recordings, terms);
@@ -157,23 +123,18 @@ impl Scorer {
         };
         let mut found = fit_targets(train, terms, &terms.of_targets(&strengths));
         if found.rank == self.conventional_rank {
-            // If no past sample differs, the answer is the conventional one, to the bit.
+            // If no past sample differs from the present sample, the result is exactly the conventional one.
             found.coefficients.fill(0.0);
         }
-        point_scores(train, test, &found.coefficients, squares)
+        point_scores(sums, &found.coefficients, squares)
     }
 }
 
-fn point_scores(
-    train: &NormalEquations,
-    test: &NormalEquations,
-    coefficients: &[f64],
-    squares: Option<Vec<f64>>,
-) -> PointScores {
-    let q = train.n_targets();
-    let cv_rmse = squares
-        .as_ref()
-        .and_then(|squares| metrics::root_mean(&summed_by_target(squares, q), train.n_samples()));
+fn point_scores(sums: &Sums, coefficients: &[f64], squares: Option<Vec<f64>>) -> PointScores {
+    let Sums { train, test, .. } = sums;
+    let cv_rmse = squares.as_ref().and_then(|squares| {
+        metrics::root_mean(&summed_by_target(squares, train.n_targets()), train.n_samples())
+    });
     PointScores {
         scores: Scores {
             train_rmse: metrics::rmse(train, coefficients),

@@ -1,4 +1,4 @@
-//! Suggests the thresholds with the lowest held-out error, and the range of equally good thresholds.
+//! Suggests the thresholds with the lowest cross-validation error, and the range of equally good thresholds.
 
 use serde::Serialize;
 
@@ -10,38 +10,39 @@ use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
-/// Range of one threshold in which the held-out error is not above the lowest with 90 % confidence.
+/// Range of one threshold whose errors are as low as the minimum. No error in the range is above the minimum with 90 %
+/// confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
     pub from: f64,
     pub to: f64,
-    /// True if `from` is the smallest value that was tried, so that smaller ones may be as good.
+    /// True if `from` is the smallest tried value. Smaller values may then be as good.
     pub from_is_first_tried: bool,
-    /// True if `to` is the largest value that was tried, so that larger ones may be as good.
+    /// True if `to` is the largest tried value. Larger values may then be as good.
     pub to_is_last_tried: bool,
 }
 
-/// Minimum of the cross-validation error over the map. The test recordings do not influence it.
+/// Minimum of the cross-validation error in the map. Test recordings are not used.
 ///
-/// A neighbour is as good if the minimum is not below its error with 90 % confidence (see [`ErrorBlocks::is_below`]), with the
-/// other threshold fixed. A range is the run of equally good neighbours around the minimum. The minimum itself is too
-/// optimistic, because it is chosen among many pairs; within the ranges, the choice hardly matters.
+/// A pair is as good as the minimum if its error is not above the minimum with 90 % confidence (see [`ErrorBlocks::is_below`]). A range
+/// is the run of equally good values around the minimum, with the other threshold fixed. The minimum itself is too low, because it is
+/// chosen among many pairs. Within the ranges, the choice hardly matters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     pub thresholds: Thresholds,
-    /// Position in the grid.
+    /// Position of the minimum in the grid.
     pub at: (usize, usize),
-    /// Error at the minimum.
+    /// Cross-validation error at the minimum.
     pub left_out: f64,
     pub conventional: f64,
-    /// True if the conventional calibration is worse with 90 % confidence.
+    /// True if the conventional error is above the minimum with 90 % confidence.
     pub beats_conventional: bool,
-    /// F_th that are as good, at the suggested t_th.
+    /// Equally good F_th at the suggested t_th.
     pub f_th_range: FlatRange,
-    /// t_th that are as good, at the suggested F_th (s).
+    /// Equally good t_th at the suggested F_th (s).
     pub t_th_range: FlatRange,
     pub n_parts: usize,
-    /// True if the parts are blocks of fewer than three recordings.
+    /// True if cross-validation leaves out contiguous blocks, because there are fewer than three recordings.
     pub parts_are_blocks: bool,
     pub cross_validation: CrossValidation,
 }
@@ -50,16 +51,14 @@ pub struct Suggestion {
 pub enum NoSuggestion {
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    #[error(
-        "the sensor has no axis of this kind (force or moment); choose another measure of error"
-    )]
+    #[error("the sensor has no axis for this measure of error; choose another measure")]
     NoAxis,
-    #[error("no row of the map has been computed yet; wait for the first row")]
+    #[error("the map has no errors yet; wait for the first row")]
     NotYet,
 }
 
 impl ThresholdMap {
-    /// Returns the thresholds to use, or [`NoSuggestion`] if the map has no errors to choose by.
+    /// Returns the suggested thresholds, or [`NoSuggestion`] if the map has no cross-validation errors of this measure.
     pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
@@ -69,10 +68,6 @@ impl ThresholdMap {
             self.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
         let best = self.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
         let parts = ErrorBlocks::of_parts(&self.part_samples);
-        let found = parts.samples.iter().filter(|n| **n > 0.0).count();
-        if found < 2 {
-            return Err(NoCrossValidation::FewGroups { found, needed: 2 }.into());
-        }
         let lowest = weighed(&best.left_out_squares, &weights);
         let is_worse = |point: &PointScores| {
             parts.is_below(&lowest, &weighed(&point.left_out_squares, &weights), 1.0)
@@ -84,8 +79,8 @@ impl ThresholdMap {
             left_out,
             conventional,
             beats_conventional: is_worse(&self.conventional),
-            f_th_range: flat_range(self.grid.f_ths(), at.0, |f_at| is_flat(f_at, at.1)),
-            t_th_range: flat_range(self.grid.t_ths_secs(), at.1, |t_at| is_flat(at.0, t_at)),
+            f_th_range: flat_range(&self.grid.f_ths, at.0, |f_at| is_flat(f_at, at.1)),
+            t_th_range: flat_range(&self.grid.t_ths_secs, at.1, |t_at| is_flat(at.0, t_at)),
             n_parts: self.part_samples.len(),
             parts_are_blocks: self.cross_validation.is_by_block(),
             cross_validation: self.cross_validation.clone(),
@@ -105,23 +100,22 @@ impl Suggestion {
         format!(
             "cross-validation minimum of {label}: F_th {f_th}, t_th {t_th} s: {own} {unit} (uncompensated {conventional} \
              {unit}{change}; {how}){}",
-            if self.beats_conventional {
-                ""
-            } else {
-                "; not below the uncompensated error with 90 % confidence"
+            match self.beats_conventional {
+                true => "",
+                false => "; not below the uncompensated error with 90 % confidence",
             }
         )
     }
 
-    /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
-    /// The smallest values do not count: they are the conventional calibration.
+    /// Returns true for F_th, and for t_th, if the minimum is at the largest tried value. A wider grid may then contain a lower error.
+    /// The smallest values do not count, because they give the conventional calibration.
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
         let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
-        (last(self.at.0, map.grid.f_ths()), last(self.at.1, map.grid.t_ths_secs()))
+        (last(self.at.0, &map.grid.f_ths), last(self.at.1, &map.grid.t_ths_secs))
     }
 }
 
-/// Returns the run of equally good values around one; unknown values (`None`) are skipped.
+/// Returns the run of equally good values around the best value. Values of missing rows (`None`) are skipped.
 fn flat_range(values: &[f64], best: usize, is_flat: impl Fn(usize) -> Option<bool>) -> FlatRange {
     let last_flat = |candidates: &mut dyn Iterator<Item = usize>| {
         let known = candidates.filter_map(|at| Some((at, is_flat(at)?)));
@@ -171,7 +165,7 @@ mod tests {
         map
     }
 
-    /// One of forty rows of about 2 N finds hardly any past sample.
+    /// Forty rows have errors of about 2 N. The last row, with an error of 30 N, finds hardly any past sample.
     #[test]
     fn one_bad_pair_does_not_take_all_colours() {
         let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();
@@ -180,7 +174,7 @@ mod tests {
         let (low, high) = of(&rows).unwrap();
         assert_eq!(low, 2.0);
         assert!((2.05..2.1).contains(&high), "{high}");
-        // If all other pairs are equal, the different pair must be visible.
+        // If all other pairs have equal errors, the colours must still show the different pair.
         let mut rows = vec![[4.0; 4]; 40];
         rows[39] = [900.0; 4];
         assert_eq!(of(&rows), Some((2.0, 30.0)));

@@ -59,8 +59,8 @@ fn curve(
 ) {
     let present = engine.project().thresholds();
     let (factor, all) = match along {
-        Along::F => (ShownFTh::of(map.distance).factor, map.grid.f_ths()),
-        Along::T => (1.0, map.grid.t_ths_secs()),
+        Along::F => (ShownFTh::of(map.distance).factor, &map.grid.f_ths),
+        Along::T => (1.0, &map.grid.t_ths_secs),
     };
     let own = along.of(present);
     let curve = |ink: &dyn Fn(ScoreSet) -> [u8; 3]| Figure {

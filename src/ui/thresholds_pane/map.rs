@@ -136,8 +136,8 @@ fn corners(map: &ThresholdMap) -> ([f64; 2], [f64; 2]) {
         };
         (first - half, last + half)
     };
-    let (left, right) = ends(map.grid.f_ths(), |f_th| f_th);
-    let (low, high) = ends(map.grid.t_ths_secs(), |t_th| t_th.max(1e-3).log10());
+    let (left, right) = ends(&map.grid.f_ths, |f_th| f_th);
+    let (low, high) = ends(&map.grid.t_ths_secs, |t_th| t_th.max(1e-3).log10());
     ([left, low], [right, high])
 }
 
@@ -171,7 +171,7 @@ impl MapTexture {
 
 /// Returns the image: one pixel for each pair, F_th to the right, t_th upwards. A missing row shows its nearest neighbour.
 fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) -> ColorImage {
-    let (n_f, n_t) = (map.grid.f_ths().len(), map.grid.t_ths_secs().len());
+    let (n_f, n_t) = (map.grid.f_ths.len(), map.grid.t_ths_secs.len());
     let has_row = |f_at: usize| values[f_at * n_t].is_some();
     let mut pixels = vec![Color32::TRANSPARENT; n_f * n_t];
     for f_at in 0..n_f {

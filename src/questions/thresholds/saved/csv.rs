@@ -1,4 +1,4 @@
-//! The errors over both thresholds as a long table.
+//! CSV file of a threshold map: one row per pair of thresholds and set of samples.
 
 use std::io;
 
@@ -18,11 +18,10 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     },
 };
 
-/// Writes one row per pair of thresholds and set: thresholds, RMSE per axis, and RMSE of each group of axes. The conventional
-/// calibration comes first, with empty thresholds; sets and pairs without scores are omitted.
+/// Writes thresholds, RMSE per axis, and RMSE of each group of axes. The conventional calibration comes first, with empty
+/// thresholds. Rows without errors are omitted.
 ///
-/// **Units** `t_th` (s), `f_th` in the unit of the distance; other units are in the header. Numbers read back to the same
-/// value.
+/// **Units** `t_th` in s, `f_th` in N or as a share of full scale. The header contains the other units. Numbers have full precision.
 ///
 /// # Errors
 /// The I/O errors of `out`.
@@ -56,8 +55,8 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
         Ok(())
     };
     write([String::new(), String::new()], &map.conventional.scores)?;
-    for f_at in 0..map.grid.f_ths().len() {
-        for t_at in 0..map.grid.t_ths_secs().len() {
+    for f_at in 0..map.grid.f_ths.len() {
+        for t_at in 0..map.grid.t_ths_secs.len() {
             if let Some(point) = map.point(f_at, t_at) {
                 let at = map.thresholds(f_at, t_at);
                 write([at.f_th.to_string(), at.t_th_secs.to_string()], &point.scores)?;

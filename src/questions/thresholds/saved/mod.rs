@@ -1,4 +1,4 @@
-//! Files of maps of the errors over both thresholds. [`MAP_FORMATS`] is the only list of their formats.
+//! Files of threshold maps. [`MAP_FORMATS`] is the only list of their formats.
 
 mod csv;
 mod svg;
@@ -13,7 +13,7 @@ use crate::export::FileFormat;
 
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];
 
-/// Returns the format of a file's ending, or the first format for an unknown ending.
+/// Returns the format for the ending of a path, or the first format for an unknown ending.
 pub fn map_format(path: &Path) -> &'static FileFormat<MapWriter> {
     FileFormat::for_path(MAP_FORMATS, path).unwrap_or(&MAP_FORMATS[0])
 }

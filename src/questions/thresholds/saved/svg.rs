@@ -1,4 +1,4 @@
-//! The errors over both thresholds as figures: curves along either threshold, and the map.
+//! Figures of a threshold map: the map, and curves of the error against one threshold.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,8 @@ use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, Thresho
 use crate::report::figure;
 use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 
-/// Map of the held-out errors with the proposed pair, and the curves through it as `<name>_f_th.svg` and `<name>_t_th.svg`.
+/// Format with three files: the map of cross-validation errors, and curves through the suggested pair as `<name>_f_th.svg` and
+/// `<name>_t_th.svg`.
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
@@ -60,7 +61,7 @@ impl ShownFTh {
         Self { factor, unit }
     }
 
-    /// Returns the shown F_th, without the rounding errors of the factor.
+    /// Returns F_th in the shown unit, without rounding errors of the factor.
     pub fn number(self, f_th: f64) -> f64 {
         match self.factor {
             1.0 => f_th,
@@ -82,12 +83,11 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
     format!("RMSE [{}]", measure.unit(&map.scale))
 }
 
-/// Returns the curves of all sets along one threshold, through the pair at these indices. The proposed threshold is marked;
-/// thresholds that the recordings cannot tell from it are shaded. The line of the held-out errors is solid and below the
-/// others.
+/// Returns a figure of the error against one threshold, through the pair at this position. The suggested threshold is marked,
+/// and the range of equally good thresholds is shaded. The cross-validation errors have a solid line behind the other lines.
 ///
 /// # Panics
-/// If there is no pair at these indices.
+/// If the map has no such position.
 pub fn threshold_curve(
     map: &ThresholdMap,
     measure: Measure,
@@ -135,7 +135,7 @@ pub fn threshold_curve(
     }
 }
 
-/// Returns the map of one measure, with the proposed pair marked.
+/// Returns the map of one measure, with a mark at the suggested pair.
 pub fn threshold_heat_map(
     map: &ThresholdMap,
     set: ScoreSet,
@@ -143,14 +143,14 @@ pub fn threshold_heat_map(
     suggestion: Option<&Suggestion>,
 ) -> Figure<'static> {
     let shown = ShownFTh::of(map.distance);
-    let f_ths = map.grid.f_ths().iter().map(|f_th| shown.number(*f_th));
+    let f_ths = map.grid.f_ths.iter().map(|f_th| shown.number(*f_th));
     let f_ths: Vec<f64> = f_ths.collect();
     let values = map.values(set, measure);
     let shades = map.shades(set, measure).unwrap_or((0.0, 1.0));
     Figure {
         title: format!("{}, {}", measure.label(&map.scale), set.label()),
         across: Scale::of_cells(shown.label(), &f_ths),
-        up: Scale::of_cells(T_TH_LABEL, map.grid.t_ths_secs()),
+        up: Scale::of_cells(T_TH_LABEL, &map.grid.t_ths_secs),
         heat_map: Some(HeatMap {
             shades: Scale::new(rmse_label(map, measure), shades),
             marked: suggestion.map(|found| found.at),
@@ -160,7 +160,7 @@ pub fn threshold_heat_map(
     }
 }
 
-/// Writes a figure as SVG, as one of `files`.
+/// Writes a figure as an SVG file and adds the file to `files`.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written.

@@ -1,4 +1,4 @@
-//! The interface of writers of maps.
+//! Writer of a threshold map in one format.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use crate::export::{Together, WriteError};
 use crate::questions::thresholds::{Measure, ThresholdMap};
 
 pub struct MapWriter {
-    /// Returns all files that are written for this path.
+    /// Function that returns the paths of all files that `write` creates for this path.
     pub files: fn(&Path) -> Vec<PathBuf>,
     pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
 }

@@ -1,28 +1,28 @@
-//! Chooses the values of a feature block: one pass over the columns of all candidates, then any selection from the sums.
+//! Chooses the values of a feature block. One pass over the samples sums the columns of all candidate values. Each list of
+//! values is scored from the sums.
 
 use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use crate::calibration::{ErrorBlocks, NEARLY, NoCrossValidation, Terms, past_samples, weighed};
+use crate::calibration::{
+    ErrorBlocks, NEARLY, NoCrossValidation, RidgeChoice, Terms, past_samples, weighed,
+};
 use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::Sums;
 use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::study::parts::check_parts;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
-use crate::recording::Role;
-use crate::recording::in_role;
 use crate::scoring::left_out::LeftOut;
 
-/// Shortest time to try, in steps of the recordings.
+/// Shortest time to try, as a share of the sample interval.
 const SHORTEST_TIME: f64 = 0.25;
 
-/// Block whose values can be searched: one with a [`search`](Block::search).
+/// Feature block whose values can be chosen by a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
 
 fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
@@ -33,9 +33,9 @@ fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok
 pub struct BlockSuggestion {
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
-    /// Chosen values, ascending. Empty if no list is better than none on held-out parts with 90 % confidence.
+    /// Chosen values, ascending. Empty if no list reduces the error of held-out parts with 90 % confidence.
     pub values: Vec<f64>,
-    /// Cross-validation error with the list.
+    /// Cross-validation error with the chosen values.
     pub left_out: f64,
     /// Cross-validation error without the block, with all other settings unchanged.
     pub left_out_without: f64,
@@ -43,24 +43,26 @@ pub struct BlockSuggestion {
     pub n_tried: usize,
 }
 
+/// Sums over the columns of all candidate values. Each list of values is scored from these sums.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
-    /// Conventional map. The targets are its residuals.
+    /// Conventional map, whose residuals are the targets.
     known: Vec<f64>,
     /// Columns that do not belong to the block.
     others: Vec<usize>,
     /// Columns of each candidate.
     own: Vec<Vec<usize>>,
     weights: Vec<f64>,
-    ridge: crate::calibration::RidgeChoice,
+    ridge: RidgeChoice,
     parts: ErrorBlocks,
 }
 
 #[derive(Clone)]
 struct Tried {
+    /// Positions of the values among the candidates.
     chosen: Vec<usize>,
-    /// Sums of squared errors of each held-out part, over all axes with their weights.
+    /// Sums of squared errors of each held-out part, weighted and added over all axes.
     squares: Vec<f64>,
 }
 
@@ -72,28 +74,30 @@ impl Tried {
 
 impl Study {
     /// Chooses the list of values with the lowest held-out error, with all other settings unchanged. The block's [`Lists`]
-    /// define the lists, and [`ErrorBlocks`] compares them. A block without a search has no lists.
+    /// define the lists, and [`ErrorBlocks`] compares their errors.
     ///
     /// # Errors
-    /// [`AnalysisError`] if nothing can be left out, no axis counts, or the work was stopped.
+    /// [`AnalysisError`] if the recordings are too short for cross-validation, if the measure has no axis, or after a cancellation.
+    ///
+    /// # Panics
+    /// If the block has no [`search`](Block::search).
     pub fn suggest_block(
         &self,
         block: HistoryBlock,
         measure: Measure,
         progress: &Progress,
     ) -> Result<BlockSuggestion, AnalysisError> {
-        let search = block.search();
-        let candidates = search.map_or_else(Vec::new, |search| self.candidates(block, search));
+        let search = block.search().expect("only blocks with a search are offered");
+        let candidates = self.candidates(block, search);
         let bench = Bench::prepare(self, block, &candidates, measure, progress)?;
         progress.check()?;
         let without = bench.try_one(Vec::new())?;
-        let (best, n_tried) = match search.map(|search| search.lists) {
-            None => (without.clone(), 0),
-            Some(Lists::Even { min, max }) => {
+        let (best, n_tried) = match search.lists {
+            Lists::Even { min, max } => {
                 let lists = even_lists(candidates.len(), min..=max);
                 bench.shortest_good_list(lists, &without, progress)?
             }
-            Some(Lists::OneByOne(max)) => {
+            Lists::OneByOne(max) => {
                 bench.one_after_another(candidates.len(), max, &without, progress)?
             }
         };
@@ -108,12 +112,12 @@ impl Study {
 
     /// Returns the candidate values of a block for these recordings, thinned to the number of columns that fit.
     ///
-    /// Times reach from a quarter of the shortest step (gauges are interpolated between samples) to the longest recording.
-    /// Radii are limited to those whose states are known in nine of ten samples of every group.
+    /// Times are between a quarter of the sample interval and the length of the longest recording. Lags may be shorter than the
+    /// interval, because gauges are interpolated between samples. The state of a radius must be known in 90 % of each group's samples.
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
-            let training = in_role(&self.data.entries, Role::Train);
+            let training = self.data.training();
             let step = training.iter().filter_map(|own| own.rate_hz()).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
             let longest = training.iter().map(|own| own.duration_secs()).fold(0.0, f64::max);
@@ -128,7 +132,7 @@ impl Study {
             let features = with_values(&self.blank.features, block, candidates);
             features.check_columns(n_gauges).is_ok()
         };
-        // Every second candidate is dropped, so that their range stays.
+        // Every second candidate is dropped, so the candidates keep their range.
         while candidates.len() > 1 && !fits(&candidates) {
             candidates = candidates.into_iter().step_by(2).collect();
         }
@@ -141,7 +145,7 @@ fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) 
 }
 
 impl Bench {
-    /// Returns the root of the mean squared error of the held-out parts.
+    /// Returns the root mean squared error of the held-out parts.
     fn measure(&self, tried: &Tried) -> f64 {
         (tried.sum() / self.sums.train.n_samples().max(1) as f64).sqrt()
     }
@@ -156,9 +160,7 @@ impl Bench {
         let (data, blank) = (&study.data, &study.blank);
         let weights = measure.weights(&study.scale()).ok_or(NoSuggestion::NoAxis)?;
         let features = with_values(&blank.features, block, candidates);
-        features
-            .check_columns(blank.gauges.len())
-            .map_err(crate::calibration::SettingsError::from)?;
+        features.check_columns(blank.gauges.len())?;
         let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
             .map(|(entry, path)| past_samples(&features, path, &entry.recording, progress))
             .collect();
@@ -171,7 +173,7 @@ impl Bench {
         let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
         let kinds = design.kinds();
         let kept = others.iter().map(|column| kinds[*column]);
-        check_parts(&part_samples, kept, study.settings.ridge)?;
+        study.check_parts(&part_samples, kept)?;
         Ok(Self {
             sums,
             others,
@@ -211,8 +213,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists. Returns the shortest list that is nearly as good as the best. Returns none if no list is better than
-    /// none with 90 % confidence.
+    /// Tries all lists. Returns the shortest list whose error is near the lowest error, and the number of lists. Returns
+    /// `without` if no list reduces the error with 90 % confidence.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
@@ -230,6 +232,8 @@ impl Bench {
         Ok((tried.swap_remove(found.smallest), n_tried))
     }
 
+    /// Extends a list by the best value while this reduces the error with 90 % confidence. Returns the list, and the number of
+    /// tried lists.
     fn one_after_another(
         &self,
         n_candidates: usize,
@@ -262,7 +266,7 @@ impl Bench {
     }
 }
 
-/// Returns every list of evenly spaced indices with one of these lengths.
+/// Returns all lists of evenly spaced indices below `n` with these lengths.
 fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
     let mut lists = Vec::new();
     for length in lengths {

@@ -1,93 +1,81 @@
-//! Recordings and settings, prepared once for all questions about thresholds.
+//! Data that all questions about thresholds share.
 
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings};
-use crate::features::{Distance, Thresholds};
+use crate::features::Thresholds;
 use crate::finding::Finding;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::{Dataset, Datasets, Paths};
+use crate::questions::dataset::{Dataset, Key, Paths};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
 use crate::questions::thresholds::measure::MeasureScale;
 use crate::questions::thresholds::past_ages::PastAges;
-use crate::recording::{RecordingSet, Role};
+use crate::recording::Role;
 use crate::scoring::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
 
-/// Number of age bins up to t_th, and again beyond it.
-pub(crate) const AGE_BINS: usize = 30;
+/// Number of age bins up to t_th, and again above t_th.
+const AGE_BINS: usize = 30;
 
-/// Recordings and settings, with all data that no threshold changes.
+/// Data of a fit that do not depend on the thresholds.
 #[derive(Debug)]
 pub struct Study {
     pub(crate) data: Arc<Dataset>,
     pub(crate) paths: Paths,
-    /// Calibration without a compensated map: axes, full scales and gauge scales.
+    /// Calibration before the fit, with axes, full scales and gauge scales.
     pub(crate) blank: Calibration,
     pub(crate) settings: FitSettings,
 }
 
 impl Study {
-    /// Fits the conventional calibration and prepares the search.
+    /// Fits the conventional calibration, and prepares the look-back search.
     ///
     /// # Errors
-    /// [`AnalysisError`] if nothing can be fitted, or the work was stopped.
-    pub fn prepare(
-        datasets: &Datasets,
-        recordings: Arc<RecordingSet>,
-        settings: FitSettings,
-        progress: &Progress,
-    ) -> Result<Self, AnalysisError> {
+    /// [`AnalysisError`] if the recordings cannot be fitted, or the work was cancelled.
+    pub fn prepare(request: &Request, progress: &Progress) -> Result<Self, AnalysisError> {
+        let settings = request.settings.clone();
         settings.validate()?;
-        if recordings.entries().is_empty() {
+        if request.recordings.entries().is_empty() {
             return Err(AnalysisError::NoRecordings);
         }
-        if recordings.is_static() {
+        if request.recordings.is_static() {
             return Err(AnalysisError::NoTimes);
         }
-        let request = Request::fit(recordings, settings);
+        let key = Key { calibration: None, ..request.key() };
         // The steps of the preparation are not counted in the caller's progress.
-        let data = datasets.get(&request.key(), &progress.part())?;
-        let blank = data.blank_calibration(&request.settings)?;
+        let data = request.datasets.get(&key, &progress.part())?;
+        let blank = data.blank_calibration(&settings)?;
         let paths = data.paths(&blank);
         progress.check()?;
-        Ok(Self { data, paths, blank, settings: request.settings })
+        Ok(Self { data, paths, blank, settings })
     }
 
     /// Returns the finding of a time lag that a look-back would describe as hysteresis.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
     pub fn lag(&self, progress: &Progress) -> Result<Option<Finding>, Cancelled> {
         let mut features = self.settings.features.clone();
         features.look_backs = vec![Thresholds::default_for(features.distance)];
         Ok(self.data.lag_as_hysteresis(&features, progress)?.cloned())
     }
 
-    /// Returns the axes that errors are measured on.
+    /// Returns the axes of the errors, with their full scales.
     pub fn scale(&self) -> MeasureScale {
         MeasureScale { axes: self.blank.axes.clone(), full_scale: self.blank.full_scale.clone() }
     }
 
-    /// Returns the quantity in which F_th is measured.
-    pub fn distance(&self) -> Distance {
-        self.blank.features.distance
-    }
-
-    /// Returns the largest full scale of the axes that count for F_th, in the unit of F_th.
+    /// Returns the largest full scale of the axes that F_th applies to, in the unit of F_th.
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);
         scaled.map(|(weight, full)| weight * full).fold(0.0, f64::max)
     }
 
-    /// Returns the thresholds of the first look-back in the settings, or the default ones.
+    /// Returns the thresholds of the first look-back in the settings, or the default thresholds.
     pub fn present_thresholds(&self) -> Thresholds {
         let first = self.settings.features.look_backs.first();
-        first.copied().unwrap_or_else(|| Thresholds::default_for(self.distance()))
+        first.copied().unwrap_or_else(|| Thresholds::default_for(self.blank.features.distance))
     }
 
-    /// Returns the ages of the past samples of the training samples at these thresholds.
+    /// Returns the ages of the past samples that these thresholds find in the training recordings.
     pub fn past_ages(&self, thresholds: Thresholds) -> PastAges {
         let unlimited = Thresholds { t_th_secs: f64::INFINITY, ..thresholds };
         let mut past_ages = PastAges::new(thresholds.t_th_secs, AGE_BINS);

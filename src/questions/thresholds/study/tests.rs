@@ -1,7 +1,6 @@
 //! Studies of a part of the built-in sensor.
 
 use crate::features::{Distance, Thresholds};
-use crate::questions::dataset::Datasets;
 use crate::questions::error::AnalysisError;
 use std::sync::Arc;
 use std::sync::Mutex;
@@ -36,6 +35,10 @@ fn settings(change: impl FnOnce(&mut FitSettings)) -> FitSettings {
     settings
 }
 
+fn prepared(recordings: Arc<RecordingSet>, settings: FitSettings) -> Study {
+    Study::prepare(&Request::fit(recordings, settings), &Progress::default()).unwrap()
+}
+
 fn map_of(
     recordings: &Arc<RecordingSet>,
     settings: &FitSettings,
@@ -43,11 +46,9 @@ fn map_of(
     t_ths_secs: &[f64],
 ) -> ThresholdMap {
     let progress = Progress::default();
-    let study =
-        Study::prepare(&Datasets::default(), Arc::clone(recordings), settings.clone(), &progress)
-            .unwrap();
+    let study = prepared(Arc::clone(recordings), settings.clone());
     let grid = ThresholdGrid::new(f_ths.to_vec(), t_ths_secs.to_vec()).unwrap();
-    study.threshold_map(&grid, &progress, &|_| {}).unwrap()
+    study.threshold_map(None, &grid, &progress, &|_| {}).unwrap()
 }
 
 fn fresh(recordings: &Arc<RecordingSet>, settings: &FitSettings, at: Thresholds) -> [Scores; 2] {
@@ -168,43 +169,35 @@ fn without_past_samples_the_errors_are_exactly_conventional() {
 }
 
 #[test]
-fn each_row_is_reported_once_and_the_rows_make_the_map() {
-    let received = Mutex::new(None::<ThresholdMap>);
-    let study =
-        Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
-            .unwrap();
+fn each_row_is_shown_once_and_the_rows_make_the_map() {
+    let shown = Mutex::new(Vec::new());
+    let study = prepared(some(30), settings(|_| {}));
     let f_ths = (0..9).map(f64::from).collect();
     let grid = ThresholdGrid::new(f_ths, vec![1.0, 5.0]).unwrap();
     let progress = Progress::default();
-    let map = study
-        .threshold_map(&grid, &progress, &|event| {
-            let mut received = received.lock().unwrap();
-            match event {
-                StudyEvent::Begun(map) => *received = Some(map.clone()),
-                StudyEvent::Row { f_at, points } => {
-                    let received = received.as_mut().unwrap();
-                    assert_eq!(received.point(f_at, 0), None);
-                    received.set_row(f_at, points.to_vec());
-                }
-            }
-        })
-        .unwrap();
+    let show = |map: &ThresholdMap| shown.lock().unwrap().push(map.clone());
+    let map = study.threshold_map(None, &grid, &progress, &show).unwrap();
     assert!(map.is_complete());
-    assert_eq!(received.into_inner().unwrap(), Some(map));
+    let shown = shown.into_inner().unwrap();
+    assert!(shown.iter().map(ThresholdMap::n_rows_done).eq(0..=9));
+    for pair in shown.windows(2) {
+        let kept =
+            |at: &usize| pair[0].point(*at, 0).is_none_or(|own| pair[1].point(*at, 0) == Some(own));
+        assert!((0..9).all(|at| kept(&at)));
+    }
+    assert_eq!(shown.last(), Some(&map));
     assert_eq!(progress.fraction(), Some(1.0));
 }
 
 #[test]
 fn a_cancelled_map_ends_after_its_current_row() {
-    let study =
-        Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
-            .unwrap();
+    let study = prepared(some(30), settings(|_| {}));
     let grid = ThresholdGrid::new((0..200).map(f64::from).collect(), vec![5.0]).unwrap();
     let progress = Progress::default();
     let rows = Mutex::new(0);
-    let result = study.threshold_map(&grid, &progress, &|event| {
-        if let StudyEvent::Row { .. } = event {
-            *rows.lock().unwrap() += 1;
+    let result = study.threshold_map(None, &grid, &progress, &|map| {
+        *rows.lock().unwrap() = map.n_rows_done();
+        if map.n_rows_done() > 0 {
             progress.cancel();
         }
     });
@@ -222,7 +215,7 @@ fn test_recordings_take_no_part_in_any_suggestion() {
     let suggested = |set: Arc<RecordingSet>| {
         let map = map_of(&set, &settings(|_| {}), &[0.0, 1.5, 3.0, 6.0], &[5.0, 15.0]);
         let progress = Progress::default();
-        let study = Study::prepare(&Datasets::default(), set, settings(|_| {}), &progress).unwrap();
+        let study = prepared(set, settings(|_| {}));
         let block = |block| study.suggest_block(block, Measure::Forces, &progress).unwrap();
         (
             map.suggestion(Measure::Forces).unwrap(),
@@ -245,15 +238,9 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_a_remedy() {
     for n in [1, 12] {
         let mut set = RecordingSet::default();
         set.push(Entry::new(short(n), Role::Train)).unwrap();
-        let study = Study::prepare(
-            &Datasets::default(),
-            Arc::new(set),
-            FitSettings::default(),
-            &Progress::default(),
-        )
-        .unwrap();
+        let study = prepared(Arc::new(set), FitSettings::default());
         let grid = ThresholdGrid::new(vec![3.0], vec![15.0]).unwrap();
-        let result = study.threshold_map(&grid, &Progress::default(), &|_| {});
+        let result = study.threshold_map(None, &grid, &Progress::default(), &|_| {});
         assert!(
             matches!(
                 result,
@@ -270,13 +257,8 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_a_remedy() {
             "{n}"
         );
     }
-    let untrained = Arc::new(RecordingSet::default());
-    let prepared = Study::prepare(
-        &Datasets::default(),
-        untrained,
-        FitSettings::default(),
-        &Progress::default(),
-    );
+    let untrained = Request::fit(Arc::default(), FitSettings::default());
+    let prepared = Study::prepare(&untrained, &Progress::default());
     assert!(matches!(prepared, Err(AnalysisError::NoRecordings)));
 }
 
@@ -285,9 +267,7 @@ fn the_error_of_a_suggested_list_is_that_of_its_fit() {
     let recordings = some(12);
     let plain = settings(|s| s.features = FeatureSettings::present());
     let progress = Progress::default();
-    let study =
-        Study::prepare(&Datasets::default(), Arc::clone(&recordings), plain.clone(), &progress)
-            .unwrap();
+    let study = prepared(Arc::clone(&recordings), plain.clone());
     for block in [&Play as HistoryBlock, &Creep] {
         let found = study.suggest_block(block, Measure::FullScale, &progress).unwrap();
         assert!(!found.values.is_empty() && found.values.is_sorted());
@@ -309,13 +289,7 @@ fn the_error_of_a_suggested_list_is_that_of_its_fit() {
 #[test]
 fn the_mean_hysteresis_of_the_built_in_sensor_is_near_its_design() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-    let study = Study::prepare(
-        &Datasets::default(),
-        recordings,
-        FitSettings::default(),
-        &Progress::default(),
-    )
-    .unwrap();
+    let study = prepared(recordings, FitSettings::default());
     let found = study.mean_hysteresis();
     assert!((found.value.unwrap() - 2.64).abs() < 0.5, "{found:?}");
     assert!(!found.rests_on_few());

@@ -1,41 +1,35 @@
-//! Computes the map over F_th and t_th: one search and one pass per F_th give the errors at all t_th.
+//! Computes the map of errors over F_th and t_th. One look-back search and one pass over the samples give the errors of one
+//! F_th at all t_th.
+
+use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use crate::calibration::{AgedSums, ThresholdAges, aged_sums};
-use crate::features::{Design, FeatureSettings, Thresholds};
+use crate::calibration::{
+    AgedSums, NoCrossValidation, Past, RidgeChoice, ThresholdAges, aged_sums,
+};
+use crate::features::{ColumnKind, Design, Thresholds};
+use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
-use crate::questions::errors::fit::Sums;
 use crate::questions::thresholds::grid::ThresholdGrid;
 use crate::questions::thresholds::map::ThresholdMap;
-use crate::questions::thresholds::scorer::{PointScores, Scorer};
-use crate::questions::thresholds::study::parts::{check_parts, takes_part};
+use crate::questions::thresholds::scorer::{AgedRow, PointScores, Scorer};
 use crate::questions::thresholds::study::prepared::Study;
-use crate::recording::Role;
+use crate::recording::{Entry, Role};
+use crate::scoring::left_out::too_short;
 
-/// Maximum memory (bytes) for the sums of two F_th, which are computed at the same time.
+/// Maximum memory for the sums of the rows that are computed at the same time (bytes).
 const MAX_BYTES: usize = 2 << 30;
+/// Number of rows that are computed at the same time.
 const AT_ONCE: usize = 2;
-
-#[derive(Clone, Copy, Debug)]
-pub enum StudyEvent<'a> {
-    /// The map without rows: axes, and the scores of the conventional calibration.
-    Begun(&'a ThresholdMap),
-    Row {
-        /// Position of the F_th.
-        f_at: usize,
-        /// Scores at each t_th.
-        points: &'a [PointScores],
-    },
-}
 
 struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
     design: Design,
-    /// Past samples of the other look-backs of each recording.
-    further: Vec<Vec<Vec<u32>>>,
+    /// Past samples of each recording as if the first look-back found none.
+    unmoved: Vec<Past>,
     scorer: Scorer,
 }
 
@@ -43,68 +37,73 @@ impl Study {
     /// Computes the errors at every pair of the grid for the first look-back, with all other settings unchanged. If the
     /// settings have no look-back, one is added.
     ///
-    /// Rows are passed on as they are finished, coarse to fine, from several threads. An automatic ridge is chosen anew at
-    /// every pair, as a fit at that pair would. `progress` counts rows.
+    /// Rows are computed from coarse to fine. Rows of `begun`, an incomplete map of the same grid, are kept. `show` receives
+    /// the map before the first row and after each row, from several threads. An automatic ridge is chosen anew at each pair,
+    /// as in a fit. `progress` counts rows.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the training recordings are too short to leave a part out, the map would not fit in memory, or
-    /// the work was stopped.
+    /// [`AnalysisError`] if the training recordings are too short for cross-validation, the map would not fit in memory, or the
+    /// work was cancelled.
     pub fn threshold_map(
-        &self,
-        grid: &ThresholdGrid,
-        progress: &Progress,
-        tell: &(dyn Fn(StudyEvent<'_>) + Sync),
-    ) -> Result<ThresholdMap, AnalysisError> {
-        self.rest_of_map(None, grid, progress, tell)
-    }
-
-    /// Continues [`threshold_map`](Self::threshold_map) from a part of the same map. The rows of that part are neither
-    /// computed nor passed on again.
-    ///
-    /// # Errors
-    /// See [`threshold_map`](Self::threshold_map).
-    pub fn rest_of_map(
         &self,
         begun: Option<&ThresholdMap>,
         grid: &ThresholdGrid,
         progress: &Progress,
-        tell: &(dyn Fn(StudyEvent<'_>) + Sync),
+        show: &(dyn Fn(&ThresholdMap) + Sync),
     ) -> Result<ThresholdMap, AnalysisError> {
-        progress.add_total(grid.f_ths().len() as u64);
+        progress.add_total(grid.f_ths.len() as u64);
         let rows = Rows::prepare(self, grid, progress)?;
         let scorer = &rows.scorer;
         let mut map = ThresholdMap::new(
             grid.clone(),
-            self.distance(),
+            self.blank.features.distance,
             self.scale(),
-            scorer.conventional().clone(),
+            scorer.conventional.clone(),
             scorer.part_samples(),
         );
-        map.n_test = scorer.n_test();
+        map.n_test = scorer.sums.test.n_samples();
         map.cross_validation = self.data.cross_validation();
         if let Some(begun) = begun.filter(|begun| begun.grid == *grid) {
             map.clone_from(begun);
         }
         progress.advance(map.n_rows_done() as u64);
-        tell(StudyEvent::Begun(&map));
+        show(&map);
         for level in grid.coarse_to_fine() {
-            let missing: Vec<usize> = level.into_iter().filter(|at| !map.has_row(*at)).collect();
-            let done: Vec<_> = missing
-                .par_iter()
-                .map(|&f_at| {
-                    let points = rows.row(grid.f_ths()[f_at], progress)?;
-                    let row = StudyEvent::Row { f_at, points: &points };
-                    tell(row);
-                    progress.advance(1);
-                    Ok((f_at, points))
-                })
-                .collect::<Result<_, Cancelled>>()?;
-            for (f_at, points) in done {
+            let missing = level.into_iter().filter(|at| map.rows[*at].is_none());
+            let missing: Vec<usize> = missing.collect();
+            let so_far = Mutex::new(&mut map);
+            missing.into_par_iter().try_for_each(|f_at| {
+                let points = rows.row(grid.f_ths[f_at], progress)?;
+                let mut map = locked(&so_far);
                 map.set_row(f_at, points);
-            }
+                show(&map);
+                progress.advance(1);
+                Ok::<_, Cancelled>(())
+            })?;
         }
         Ok(map)
     }
+
+    /// Checks that enough samples remain without each part. An automatic ridge counts as zero, because it may become zero.
+    pub(super) fn check_parts(
+        &self,
+        part_samples: &[u64],
+        kinds: impl Iterator<Item = ColumnKind>,
+    ) -> Result<(), NoCrossValidation> {
+        let strength = match self.settings.ridge {
+            RidgeChoice::Strength(strength) => strength,
+            RidgeChoice::Auto | RidgeChoice::ByBlock => 0.0,
+        };
+        match too_short(part_samples.iter().copied(), kinds, &[strength]) {
+            Some((samples, columns)) => Err(NoCrossValidation::FewSamplesFor { samples, columns }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Returns true if a recording is fitted or scored.
+fn takes_part(entry: &Entry) -> bool {
+    entry.role != Role::Off && entry.recording.has_reference()
 }
 
 impl<'a> Rows<'a> {
@@ -118,15 +117,12 @@ impl<'a> Rows<'a> {
         if design.features.look_backs.is_empty() {
             design.features.look_backs = vec![study.present_thresholds()];
         }
-        design
-            .features
-            .check_columns(blank.gauges.len())
-            .map_err(crate::calibration::SettingsError::from)?;
+        design.features.check_columns(blank.gauges.len())?;
         let n_axes = blank.axes.len();
         let lists = data.entries.iter().zip(&data.folds.pieces);
         let n_lists: usize =
             lists.filter(|(entry, _)| takes_part(entry)).map(|(_, pieces)| pieces.len()).sum();
-        let n_t = grid.t_ths_secs().len();
+        let n_t = grid.t_ths_secs.len();
         let bytes = AT_ONCE * n_lists * AgedSums::size_bytes(&design, n_axes, n_t);
         if bytes > MAX_BYTES {
             return Err(AnalysisError::MapTooLarge {
@@ -135,85 +131,62 @@ impl<'a> Rows<'a> {
                 parts: n_lists,
             });
         }
-        let further = further_past(study, &design.features, progress)?;
+        let unmoved = (data.entries.par_iter().zip(&*study.paths)).map(|(entry, path)| {
+            progress.check()?;
+            let times = entry.recording.times();
+            let further = design.features.look_backs[1..].iter();
+            let further = further.map(|own| path.past_samples_until(times, *own, progress));
+            Ok(std::iter::once((0..times.len() as u32).collect()).chain(further).collect())
+        });
+        let unmoved = unmoved.collect::<Result<Vec<Past>, Cancelled>>()?;
         progress.check()?;
-        let unmoved: Vec<Vec<Vec<u32>>> = (data.entries.iter().zip(&further))
-            .map(|(entry, further)| {
-                let own: Vec<u32> = (0..entry.recording.n_samples() as u32).collect();
-                std::iter::once(own).chain(further.iter().cloned()).collect()
-            })
-            .collect();
-        let Sums { parts, cold, test, of_recordings, .. } =
-            data.sums(&design, &unmoved, n_axes, progress);
+        let mut sums = data.sums(&design, &unmoved, n_axes, progress);
         progress.check()?;
-        let scorer = Scorer::new(&design, &data.map, parts, cold, test, study.settings.ridge)
-            .with_ridge_by(data.recordings_left_out(&of_recordings));
-        check_parts(&scorer.part_samples(), design.kinds().into_iter(), study.settings.ridge)?;
-        Ok(Self { study, grid, design, further, scorer })
+        let recordings = data.recordings_left_out(&std::mem::take(&mut sums.of_recordings));
+        let scorer = Scorer::new(&design, &data.map, sums, recordings, study.settings.ridge);
+        study.check_parts(&scorer.part_samples(), design.kinds().into_iter())?;
+        Ok(Self { study, grid, design, unmoved, scorer })
     }
 
     fn row(&self, f_th: f64, progress: &Progress) -> Result<Vec<PointScores>, Cancelled> {
         let data = &self.study.data;
-        let t_ths_secs = self.grid.t_ths_secs();
-        let thresholds = Thresholds { f_th, t_th_secs: self.grid.longest_secs() };
+        let t_ths_secs = &self.grid.t_ths_secs;
+        let longest = *t_ths_secs.last().expect("a grid has a t_th");
+        let thresholds = Thresholds { f_th, t_th_secs: longest };
         let aged: Vec<[Vec<AgedSums>; 2]> = (data.entries.par_iter().enumerate())
             .map(|(at, entry)| {
                 progress.check()?;
                 if !takes_part(entry) {
                     return Ok([Vec::new(), Vec::new()]);
                 }
-                let past = self.study.paths[at].past_samples_until(
-                    entry.recording.times(),
-                    thresholds,
-                    progress,
-                );
+                let path = &self.study.paths[at];
+                let past = path.past_samples_until(entry.recording.times(), thresholds, progress);
                 progress.check()?;
-                let ages = ThresholdAges { past: &past, further: &self.further[at], t_ths_secs };
-                let loads = data.present_loads(at);
-                let pieces = &data.folds.pieces[at];
-                let aged = aged_sums(&self.design, loads, ages, pieces, false, progress);
-                let cold = match self.scorer.is_scored_cold() && entry.role == Role::Train {
-                    true => aged_sums(&self.design, loads, ages, pieces, true, progress),
-                    false => Vec::new(),
-                };
+                let ages =
+                    ThresholdAges { past: &past, further: &self.unmoved[at][1..], t_ths_secs };
+                let (loads, pieces) = (data.present_loads(at), &data.folds.pieces[at]);
+                let aged =
+                    |is_cold| aged_sums(&self.design, loads, ages, pieces, is_cold, progress);
+                let is_scored_cold = self.scorer.sums.cold.is_some() && entry.role == Role::Train;
+                let both = [aged(false), if is_scored_cold { aged(true) } else { Vec::new() }];
                 progress.check()?;
-                Ok([aged, cold])
+                Ok(both)
             })
             .collect::<Result<_, Cancelled>>()?;
-        let (mut parts, mut all_cold) = (Vec::new(), Vec::new());
-        let (mut test, mut n_training) = (Vec::new(), 0);
+        let (mut row, mut n_training) = (AgedRow::default(), 0);
         for ((entry, pieces), [aged, cold]) in data.entries.iter().zip(&data.folds.pieces).zip(aged)
         {
             match entry.role {
                 Role::Train => {
-                    all_cold.extend(pieces.iter().map(|piece| piece.fold).zip(cold));
+                    row.cold.extend(pieces.iter().map(|piece| piece.fold).zip(cold));
                     let pieces = pieces.iter().zip(aged);
-                    parts.extend(pieces.map(|(piece, aged)| (piece.fold, n_training, aged)));
+                    row.parts.extend(pieces.map(|(piece, aged)| (piece.fold, n_training, aged)));
                     n_training += 1;
                 }
-                Role::Test => test.extend(aged),
+                Role::Test => row.test.extend(aged),
                 Role::Off => {}
             }
         }
-        self.scorer.row(&parts, &all_cold, &test, t_ths_secs.len(), progress)
+        self.scorer.row(&row, t_ths_secs.len(), progress)
     }
-}
-
-fn further_past(
-    study: &Study,
-    features: &FeatureSettings,
-    progress: &Progress,
-) -> Result<Vec<Vec<Vec<u32>>>, Cancelled> {
-    let data = &study.data;
-    (data.entries.par_iter().zip(&*study.paths))
-        .map(|(entry, path)| {
-            progress.check()?;
-            let further = features.look_backs[1..].iter();
-            Ok(further
-                .map(|thresholds| {
-                    path.past_samples_until(entry.recording.times(), *thresholds, progress)
-                })
-                .collect())
-        })
-        .collect()
 }
