@@ -3,7 +3,7 @@
 use egui::{Id, TextEdit};
 
 use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range};
-use crate::ui::setting::found;
+use crate::ui::setting::{found, switched};
 
 /// Draws the controls. Blocks with a memory are disabled for recordings without times.
 pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool) {
@@ -28,13 +28,7 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
         let switch = ui.checkbox(&mut used, name).on_hover_text(&explanation);
         found(setting, &switch);
         if switch.changed() {
-            values = if used {
-                let kept = ui.data(|data| data.get_temp::<Vec<f64>>(id));
-                kept.unwrap_or_else(|| setting.default.to_vec())
-            } else {
-                ui.data_mut(|data| data.insert_temp(id, values.clone()));
-                Vec::new()
-            };
+            switched(ui, id, &mut values, setting.default);
         }
         ui.add_enabled_ui(used, |ui| {
             // Zero is a valid value of a setting whose range includes it.

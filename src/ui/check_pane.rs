@@ -9,7 +9,7 @@ use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::CheckData;
 use crate::questions::check::sufficiency_tables;
 use crate::report::Table;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
@@ -19,11 +19,11 @@ use crate::ui::table;
 const FIGURE_HEIGHT: f32 = 260.0;
 const FIGURE_WIDTH: f32 = 380.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "check",
     title: "Check",
     explanation: "Whether the recordings determine the model, faults of the rig, and which loads to record next",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
@@ -54,7 +54,7 @@ impl PaneView for View {
 }
 
 impl View {
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         let check = engine.lane::<CheckData>();
         let found = check.answer();
         let tables: Vec<Table> = found.map_or_else(Vec::new, sufficiency_tables);
@@ -74,7 +74,9 @@ impl View {
                 }
             });
             ui.separator();
-            table::copy_button(ui, &tables);
+            ui.add_enabled_ui(!tables.is_empty(), |ui| {
+                ui.copies("tables", || table::joined(&tables));
+            });
         });
         ui.separator();
         if let Some(problem) = check.problem() {
@@ -99,16 +101,12 @@ impl View {
         });
     }
 
-    fn figures(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Vec<Command>) {
+    fn figures(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Out) {
         let figures = found.rig.figures();
-        for (at, (drawing, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
-            let mut drawn = drawing.clone();
-            if let Some(zoom) = zoom {
-                (drawn.across.range, drawn.up.range) = (zoom.loads, zoom.outputs);
-            }
+        for (at, (figure, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
             ui.allocate_ui(egui::vec2(FIGURE_WIDTH, FIGURE_HEIGHT), |ui| {
                 let id = if at == 0 { "zeros" } else { "sensitivities" };
-                plots::plot(ui, id, FIGURE_HEIGHT, [&drawn, drawing], zoom, out);
+                plots::plot(ui, (id, None), FIGURE_HEIGHT, |_| figure.clone(), zoom, out);
             });
         }
     }

@@ -7,38 +7,16 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
 use crate::features::Setting;
 
-#[derive(Debug)]
-pub struct Kind {
+/// A part of the window that can be moved, closed and opened again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pane {
     /// Name of the pane in files.
     pub key: &'static str,
+    /// Title on the tab.
     pub title: &'static str,
     /// Explanation in one sentence, without a full stop.
     pub explanation: &'static str,
 }
-
-/// A part of the window that can be moved, closed and opened again. There is one pane of each kind.
-#[derive(Clone, Copy, Debug)]
-pub struct Pane(pub &'static Kind);
-
-impl Pane {
-    /// Returns the title on the tab.
-    pub fn title(self) -> &'static str {
-        self.0.title
-    }
-
-    /// Returns an explanation in one sentence, without a full stop.
-    pub fn explanation(self) -> &'static str {
-        self.0.explanation
-    }
-}
-
-impl PartialEq for Pane {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.key == other.0.key
-    }
-}
-
-impl Eq for Pane {}
 
 /// A change of a pane's place or size by key or menu.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -237,6 +215,16 @@ impl Command {
     /// Returns the command that shows a notice.
     pub fn tell(level: Level, text: impl Into<String>) -> Self {
         Action::Notice(Notice::new(level, text)).into()
+    }
+}
+
+/// Commands of one frame, in the order of their execution.
+#[derive(Debug, Default)]
+pub struct Out(pub Vec<Command>);
+
+impl Out {
+    pub fn send(&mut self, command: impl Into<Command>) {
+        self.0.push(command.into());
     }
 }
 

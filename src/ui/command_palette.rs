@@ -6,7 +6,7 @@ use egui::{Event, Id, Key, Modifiers};
 use crate::engine::Engine;
 use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo, FIND};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 
 #[derive(Debug, Default)]
 pub struct CommandPalette {
@@ -69,13 +69,7 @@ impl CommandPalette {
     }
 
     /// Draws the palette while it is open.
-    pub fn show(
-        &mut self,
-        context: &egui::Context,
-        engine: &Engine,
-        can: CanGo,
-        out: &mut Vec<Command>,
-    ) {
+    pub fn show(&mut self, context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Out) {
         if !self.open {
             return;
         }
@@ -123,16 +117,12 @@ impl CommandPalette {
                 }
             });
         });
-        if entered {
-            taken = Some(self.chosen);
-        }
+        let taken = if entered { Some(self.chosen) } else { taken };
         let taken = taken.and_then(|at| found.into_iter().nth(at));
-        if let Some(action) = taken.filter(|action| action.enabled) {
-            out.push(action.command);
-            self.open = false;
-        }
-        if modal.should_close() {
-            self.open = false;
+        let taken = taken.filter(|action| action.enabled);
+        self.open = taken.is_none() && !modal.should_close();
+        if let Some(action) = taken {
+            out.send(action.command);
         }
     }
 }

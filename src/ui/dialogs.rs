@@ -32,10 +32,7 @@ impl Reply {
 /// Returns the command that writes the chosen file, with permission to overwrite an existing one.
 pub fn save_to(content: FileContent, path: PathBuf) -> Command {
     // The dialog does not ask for a new file, and some exports write further files beside it.
-    let existing = match path.exists() {
-        true => Existing::Replace,
-        false => Existing::Ask,
-    };
+    let existing = if path.exists() { Existing::Replace } else { Existing::Ask };
     write(content, path, existing)
 }
 
@@ -56,11 +53,7 @@ pub trait Dialogs {
     fn import(&mut self, reply: Reply);
     /// Asks for a growing log file, whose new rows the program reads.
     fn follow(&mut self, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new().set_title("Follow a file that is being written");
-        asked(reply, no_dialog(), || {
-            let file = pollster::block_on(dialog.pick_file())?;
-            Some(Action::Follow(file.path().to_owned()).into())
-        });
+        one_file(reply, "Follow a file that is being written", |path| Action::Follow(path).into());
     }
     /// Asks for the folder that now holds the files of the session.
     fn locate(&mut self, reply: Reply) {
@@ -95,12 +88,7 @@ impl Dialogs for NativeDialogs {
     }
 
     fn import(&mut self, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new().set_title("Import a recording");
-        asked(reply, no_dialog(), || {
-            let file = pollster::block_on(dialog.pick_file())?;
-            let path = file.path().to_owned();
-            Some(ImportCommand::Open(path).into())
-        });
+        one_file(reply, "Import a recording", |path| ImportCommand::Open(path).into());
     }
 
     fn save(&mut self, content: FileContent, reply: Reply) {
@@ -115,6 +103,14 @@ impl Dialogs for NativeDialogs {
             Some(save_to(content, file.path().to_owned()))
         });
     }
+}
+
+fn one_file(reply: Reply, title: &str, chosen: fn(PathBuf) -> Command) {
+    let dialog = rfd::AsyncFileDialog::new().set_title(title);
+    asked(reply, no_dialog(), move || {
+        let file = pollster::block_on(dialog.pick_file())?;
+        Some(chosen(file.path().to_owned()))
+    });
 }
 
 fn no_dialog() -> Command {

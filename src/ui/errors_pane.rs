@@ -11,17 +11,17 @@ use crate::questions::expected_error::{expected_error_column, expected_error_tab
 use crate::questions::thresholds::ScoreSet;
 use crate::report::Shown;
 use crate::report::Table;
-use crate::ui::command::{Kind, Pane};
+use crate::ui::command::Pane;
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
 use crate::ui::table;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "errors",
     title: "Errors",
     explanation: "RMSE per axis: on train, on test, and by cross-validation; and the expected error",
-});
+};
 
 #[derive(Debug, Default)]
 pub struct View;
@@ -42,14 +42,10 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     ui.take_available_width();
     ui.horizontal_wrapped(|ui| {
         ui.strong("RMSE");
-        if let Some(analysis) = engine.analysis()
-            && ui.press_small("Copy table", "Copies the errors as tab-separated text")
-        {
-            ui.copy_text(all_errors(analysis, engine).tab_separated());
-        }
         let Some(analysis) = engine.analysis() else {
             return;
         };
+        ui.copies("table", || all_errors(analysis, engine).tab_separated());
         if !analysis.fitted {
             ui.weak("of the applied calibration on these recordings");
             return;
@@ -83,18 +79,13 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
     let lane = engine.lane::<AskExpectedError>();
     match lane.answer() {
         Some(Ok(found)) => {
-            let table = expected_error_table(found);
             if !is_of_screen(engine) {
                 ui.weak("updating");
             }
-            table::show(ui, &table);
+            table::show(ui, &expected_error_table(found));
         }
-        Some(Err(reason)) => {
-            ui.weak(format!("No expected error: {reason}"));
-        }
-        None => {
-            ui.weak(lane.problem().unwrap_or("Expected error: not yet known"));
-        }
+        Some(Err(reason)) => drop(ui.weak(format!("No expected error: {reason}"))),
+        None => drop(ui.weak(lane.problem().unwrap_or("Expected error: not yet known"))),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::finding::Face;
 use crate::questions::check::cold_start::AskColdStart;
 use crate::questions::history::AskHistory;
 use crate::shown::first;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
@@ -19,11 +19,11 @@ const BUTTONS: f32 = 118.0;
 /// Number of characters of the result that fit beside the button.
 const RESULT_CHARS: usize = 160;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "export",
     title: "Export",
     explanation: "Writes the calibration as data, or as code that a robot runs",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
@@ -82,7 +82,7 @@ impl PaneView for View {
                     if ui.press(format!("Keep {} Hz", coarse.rate_hz), about) {
                         let mut settings = of.settings.clone();
                         settings.history_rate_hz = coarse.rate_hz;
-                        cx.out.push(Edit::Settings(settings).into());
+                        cx.out.send(Edit::Settings(settings));
                     }
                     ui.label(coarse.to_string());
                 });
@@ -117,7 +117,7 @@ impl PaneView for View {
 }
 
 impl View {
-    fn export_row(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn export_row(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         ui.horizontal(|ui| {
             let label = ui.label("Export to");
             let field = egui::TextEdit::singleline(&mut self.path)
@@ -133,12 +133,12 @@ impl View {
                     first(TARGETS.len(), paths.iter().map(|path| path.display().to_string()));
                 let export = ui.press("Write files", format!("Writes {names}"));
                 if export || entered {
-                    out.extend(
-                        paths.into_iter().map(|path| Action::Export(path, Existing::Ask).into()),
-                    );
+                    for path in paths {
+                        out.send(Action::Export(path, Existing::Ask));
+                    }
                 }
                 if ui.press("…", "Choose a file") {
-                    out.push(Command::ChooseExport);
+                    out.send(Command::ChooseExport);
                 }
             });
         });

@@ -116,20 +116,17 @@ impl Help {
     }
 
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
-        if self.open {
-            egui_extras::install_image_loaders(context);
-            for (name, bytes) in PICTURES {
-                context.include_bytes(format!("{IN_GUIDE}{name}"), bytes);
-            }
+        if !self.open {
+            return;
+        }
+        egui_extras::install_image_loaders(context);
+        for (name, bytes) in PICTURES {
+            context.include_bytes(format!("{IN_GUIDE}{name}"), bytes);
         }
         let is_on_top = context.memory(|memory| memory.top_modal_layer().is_none());
-        let leaves = |input: &mut egui::InputState| {
-            input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)
-        };
-        let mut open = self.open;
-        if open && is_on_top && context.input_mut(leaves) {
-            open = false;
-        }
+        let mut open = !(is_on_top
+            && context
+                .input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)));
         egui::Window::new("Help")
             .open(&mut open)
             .default_size([720.0, 480.0])
@@ -150,22 +147,18 @@ impl Help {
                 }
                 ui.separator();
                 let (page, guide) = (self.page, self.guide);
-                if page == Page::About {
-                    return self.about.ui(ui);
-                }
-                egui::ScrollArea::vertical()
-                    .id_salt((page, guide))
-                    .auto_shrink([false, false])
-                    .show(ui, |ui| match page {
-                        Page::Guide => {
-                            guide_page(ui, &mut self.laid_out, GUIDE[guide].1);
-                        }
+                let area = egui::ScrollArea::vertical().id_salt((page, guide));
+                match page {
+                    Page::About => self.about.ui(ui),
+                    _ => drop(area.auto_shrink([false, false]).show(ui, |ui| match page {
+                        Page::Guide => guide_page(ui, &mut self.laid_out, GUIDE[guide].1),
                         Page::Shortcuts => shortcuts(ui, &actions()),
                         Page::Equations | Page::About => {
                             ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
                             equations(ui);
                         }
-                    });
+                    })),
+                }
             });
         self.open = open;
     }
@@ -183,27 +176,23 @@ fn guide_page(ui: &mut egui::Ui, laid_out: &mut CommonMarkCache, text: &str) {
             }
             _ => {
                 let (_language, code) = part.split_once('\n').unwrap_or_default();
-                code_block(ui, code);
+                let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
+                frame.show(ui, |ui| {
+                    ui.add(egui::Label::new(RichText::new(code).monospace()).extend());
+                    if ui.press_small("Copy", "Copies these lines to the clipboard") {
+                        ui.ctx().copy_text(code.to_owned());
+                    }
+                });
             }
         });
     }
 }
 
-fn code_block(ui: &mut egui::Ui, code: &str) {
-    let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
-    frame.show(ui, |ui| {
-        ui.add(egui::Label::new(RichText::new(code).monospace()).extend());
-        if ui.press_small("Copy", "Copies these lines to the clipboard") {
-            ui.ctx().copy_text(code.to_owned());
-        }
-    });
-}
-
 fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
-    let texts: Vec<(String, &str)> = actions
+    let context = ui.ctx().clone();
+    let own = actions
         .iter()
-        .filter_map(|action| Some((ui.ctx().format_shortcut(&action.keys?), &*action.name)))
-        .collect();
+        .filter_map(|action| Some((context.format_shortcut(&action.keys?), &*action.name)));
     let others = [
         ("Tab, Shift+Tab", "next or previous control"),
         ("Space, Enter", "presses the control that has the focus"),
@@ -214,7 +203,7 @@ fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
         ("Ctrl+Tab", "the next tab of the panes under the pointer"),
         ("Escape", "removes the cursors, closes dialogs and lists"),
     ];
-    let own = texts.iter().map(|(keys, name)| (&**keys, *name));
+    let others = others.map(|(keys, name)| (keys.to_owned(), name));
     egui::Grid::new("shortcuts").num_columns(2).striped(true).spacing([16.0, 6.0]).show(ui, |ui| {
         for (keys, name) in own.chain(others) {
             ui.label(RichText::new(keys).strong());
@@ -224,18 +213,12 @@ fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
     });
 }
 
-/// Returns the names, formulas and explanations of the feature blocks.
-fn blocks() -> Vec<(&'static str, &'static str, String)> {
-    let blocks = BLOCKS.iter();
-    blocks.map(|block| (block.name(), block.formula(), block.setting().help())).collect()
-}
-
 fn equations(ui: &mut egui::Ui) {
     let color = ui.visuals().strong_text_color();
     egui::Grid::new("equations").num_columns(2).striped(true).spacing([16.0, 8.0]).show(ui, |ui| {
-        let blocks = blocks();
-        let own = blocks.iter().map(|(name, formula, help)| (*name, *formula, &**help));
-        for (number, equation, words) in EQUATIONS.into_iter().chain(own) {
+        let known = EQUATIONS.map(|(number, equation, words)| (number, equation, words.to_owned()));
+        let blocks = BLOCKS.iter().map(|own| (own.name(), own.formula(), own.setting().help()));
+        for (number, equation, words) in known.into_iter().chain(blocks) {
             ui.label(RichText::new(number).strong());
             ui.vertical(|ui| {
                 ui.label(laid_out(ui, equation, color));

@@ -5,7 +5,7 @@ use egui::Button;
 use crate::engine::{Action as Do, Engine, Preferences};
 use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo};
-use crate::ui::command::{Command, Workspace};
+use crate::ui::command::{Command, Out, Workspace};
 use crate::ui::controls::Controls as _;
 use crate::ui::panes;
 use crate::ui::workspace::Workspaces;
@@ -15,7 +15,7 @@ pub fn menu_bar(
     engine: &Engine,
     workspaces: &Workspaces,
     can: CanGo,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
@@ -36,13 +36,13 @@ pub fn menu_bar(
             let is_shown = workspaces.shown() == workspace;
             let label = egui::RichText::new(title).strong();
             if ui.selectable_label(is_shown, label).on_hover_text(explanation).clicked() {
-                out.push(Command::Show(workspace));
+                out.send(Command::Show(workspace));
             }
         }
     });
 }
 
-fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut Vec<Command>) {
+fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) {
     for action in actions {
         let mut button = Button::new(action.name);
         if let Some(keys) = action.keys {
@@ -51,13 +51,13 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
         let button = ui.add_enabled(action.enabled, button);
         let button = button.on_hover_text(&*action.explanation);
         if button.on_disabled_hover_text(&*action.explanation).clicked() {
-            out.push(action.command);
+            out.send(action.command);
             ui.close(); // by a key it would stay
         }
     }
 }
 
-fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     let any = !engine.preferences.recent.is_empty();
     ui.add_enabled_ui(any, |ui| {
         ui.menu_button("Recent", |ui| {
@@ -65,19 +65,19 @@ fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             ui.separator();
             if ui.press("Forget all of these", "Empties this list; the files stay") {
                 ui.close();
-                out.push(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
+                out.send(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
             }
         });
     });
 }
 
-fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Vec<Command>) {
+fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
     for pane in panes::all() {
         let mut open = workspaces.is_open(pane);
-        if ui.tick(&mut open, pane.title(), pane.explanation()) {
-            out.push(match open {
+        if ui.tick(&mut open, pane.title, pane.explanation) {
+            out.send(match open {
                 true => Command::OpenPane(pane),
                 false => Command::ClosePane(pane),
             });
@@ -85,7 +85,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut V
     }
     ui.menu_button("Move a pane", |ui| {
         for pane in panes::all() {
-            ui.menu_button(pane.title(), |ui| items(ui, actions::places(pane), out));
+            ui.menu_button(pane.title, |ui| items(ui, actions::places(pane), out));
         }
     })
     .response
@@ -96,7 +96,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut V
     for (label, theme, explanation) in actions::THEMES {
         let radio = ui.radio(engine.preferences.theme == theme, label);
         if radio.on_hover_text(explanation).clicked() {
-            out.push(prefer(Preferences { theme, ..engine.preferences.clone() }));
+            out.send(prefer(Preferences { theme, ..engine.preferences.clone() }));
         }
     }
     ui.separator();

@@ -13,18 +13,17 @@ use crate::recording::Axis;
 use crate::report::Shown;
 use crate::report::Table;
 use crate::shown::counted;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::table;
-use crate::ui::table::Saving;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "metrology",
     title: "Metrology",
     explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Uncompensated beside Compensated",
-});
+};
 
 #[derive(Debug)]
 pub struct MetrologyPane {
@@ -66,7 +65,7 @@ impl MetrologyPane {
         self.of(engine) == TableOf::usual(&engine.project().recordings)
     }
 
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         let (answer, problem) = match self.is_usual(engine) {
             true => of_lane(engine.lane::<AskVerdict>()),
             false => of_lane(engine.lane::<AskFigures>()),
@@ -85,20 +84,13 @@ impl MetrologyPane {
             self.choices(ui, engine, &mut measuring);
             definitions(ui, table.map(|table| &**table), engine.project().axes(), &mut measuring);
             if measuring != *before {
-                out.push(Edit::Measuring(measuring).into());
+                out.send(Edit::Measuring(measuring));
             }
             ui.separator();
-            let saving = Saving {
-                path: &mut self.path,
-                holds: "All figures in units and in % of full scale, with definitions, sources and the reasons for missing figures",
-                enabled: table.is_some(),
-            };
-            let text = || {
-                let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
-                texts.join("\n\n")
-            };
+            let holds = "All figures in units and in % of full scale, with definitions, sources and the reasons for missing figures";
+            let saved = (&mut self.path, holds, table.is_some());
             let content = || Some(FileContent::Metrology(Arc::clone(table?)));
-            saving.show(ui, text, content, out);
+            table::saving(ui, saved, || table::joined(&tables), content, out);
         });
         ui.separator();
         if let Some(problem) = problem {
@@ -124,30 +116,22 @@ impl MetrologyPane {
 
     fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         let mut of = self.of(engine);
-        for (one, label, explanation) in [
+        let not_fitted = "Measures the recordings that the fit does not use: test and off";
+        let all = [
             (TableOf::Test, "Test", "Measures the test recordings"),
-            (
-                TableOf::NotFitted,
-                "Not fitted",
-                "Measures the recordings that the fit does not use: test and off",
-            ),
+            (TableOf::NotFitted, "Not fitted", not_fitted),
             (TableOf::Train, "Train", "Measures the training recordings"),
-            (TableOf::All, "All", "Computes the figures from all recordings"),
-        ] {
-            ui.select(&mut of, one, label, explanation);
-        }
+            (TableOf::All, "All", "Measures all recordings"),
+        ];
+        ui.select_from(&mut of, all);
         if of != self.of(engine) {
             self.of = Some(of);
         }
-        ui.separator();
-        ui.select(
-            &mut self.shown,
-            Shown::PercentFs,
-            "% FS",
-            "Shows figures in percent of full scale",
-        );
-        ui.select(&mut self.shown, Shown::Units, "N, N·m", "Shows figures in the unit of the axis");
-        ui.separator();
+        let units = [
+            (Shown::PercentFs, "% FS", "Shows figures in percent of full scale"),
+            (Shown::Units, "N, N·m", "Shows figures in the unit of the axis"),
+        ];
+        ui.select_from(&mut self.shown, units);
         dwell_secs(ui, "Dwell", measuring);
     }
 }

@@ -8,11 +8,11 @@ use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTE
 use crate::questions::RELATIVE;
 use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table::{Saving, Sort};
+use crate::ui::table::Sort;
 use crate::ui::{plots, table};
 
 mod model_plots;
@@ -32,11 +32,11 @@ const BAR_NAME_LENGTH: usize = 18;
 /// Maximum number of characters of a name in the list.
 const NAME_LENGTH: usize = 30;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "compare",
     title: "Models",
     explanation: "Searches for the best model; list of all tried models with their errors",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
@@ -66,18 +66,15 @@ impl PaneView for View {
         ui.horizontal_wrapped(|ui| {
             self.trying(ui, engine, out);
             ui.separator();
-            for set in [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train] {
-                ui.select(&mut self.errors_on, set, set.title(), set.explanation());
-            }
-            ui.separator();
+            let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
+            let sets = sets.map(|set| (set, set.title(), set.explanation()));
+            ui.select_from(&mut self.errors_on, sets);
             let whole = || whole(engine, &self.sort, self.errors_on);
-            let saving = Saving {
-                path: &mut self.path,
-                holds: "Every row in the present order, with training, test and cross-validated errors",
-                enabled: !engine.models.rows.is_empty(),
-            };
+            let holds =
+                "Every row in the present order, with training, test and cross-validated errors";
+            let saved = (&mut self.path, holds, !engine.models.rows.is_empty());
             let content = || Some(FileContent::Models(Box::new(whole())));
-            saving.show(ui, || whole().tab_separated(), content, out);
+            table::saving(ui, saved, || whole().tab_separated(), content, out);
         });
         ui.separator();
         if engine.models.rows.is_empty() {
@@ -109,10 +106,10 @@ impl PaneView for View {
 }
 
 impl View {
-    fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         if engine.is_trying() {
             if ui.press("Stop", "Stops the search; the listed models stay") {
-                out.push(Action::StopTrying.into());
+                out.send(Action::StopTrying);
             }
         } else {
             let ready = !engine.entries().is_empty();
@@ -123,7 +120,7 @@ impl View {
                      by nested cross-validation, and proposes the most accurate model and the smallest that is nearly as accurate",
                 ) {
                     let limit = Duration::from_secs_f64(60.0 * self.minutes);
-                    out.push(Action::FindBest(limit).into());
+                    out.send(Action::FindBest(limit));
                 }
                 let field = egui::DragValue::new(&mut self.minutes)
                     .range(0.0..=MOST_MINUTES)
@@ -137,7 +134,7 @@ impl View {
                      Figures 9, 10, 12 and 13. Networks on all samples take minutes. Models that already have a result are not \
                      fitted again",
                 ) {
-                    out.push(Action::ComparePaper.into());
+                    out.send(Action::ComparePaper);
                 }
             });
         }
@@ -150,11 +147,11 @@ impl View {
                 "The loads on screen are not yet fitted or trained with the present settings",
             );
         if keep.clicked() {
-            out.push(Action::KeepModel.into());
+            out.send(Action::KeepModel);
         }
     }
 
-    fn list(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn list(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         let project = engine.project();
         let table = engine.models.table(project, &[self.errors_on]);
         table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
@@ -172,14 +169,14 @@ impl View {
                 row.name
             ));
             if name.clicked() {
-                out.push(Action::BringBack(row.id).into());
+                out.send(Action::BringBack(row.id));
             }
         });
     }
 }
 
 /// Draws the cross-validated error of each model with its standard error, in percent of the conventional one.
-fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
         .filter_map(|row| {
             let percent = 100.0 * row.model.relative(ScoreSet::LeftOut)?;
@@ -192,10 +189,9 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     // The first model is at the top, as in the table.
     let place = |at: usize| (models.len() - at) as f64;
     let name = |value: f64| {
-        let at = (models.len() as f64 - value).round();
-        let row =
-            (at >= 0.0 && (value.round() - value).abs() < 0.01).then(|| models.get(at as usize));
-        row.flatten().map_or_else(String::new, |(row, ..)| elided(&row.name, BAR_NAME_LENGTH))
+        let mut all = models.iter().enumerate();
+        let row = all.find(|(at, _)| (place(*at) - value).abs() < 0.01);
+        row.map_or_else(String::new, |(_, (row, ..))| elided(&row.name, BAR_NAME_LENGTH))
     };
     let plot = plots::scales(egui_plot::Plot::new("model bars"), Some("%"), "")
         .allow_scroll(false)
@@ -233,9 +229,9 @@ fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
 }
 
 /// Draws the check box that pins a row, and the menu of the row.
-fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
+fn more(ui: &mut egui::Ui, row: &Row, out: &mut Out) {
     ui.horizontal(|ui| {
-        let mut say = |change| out.push(Action::Model(row.id, change).into());
+        let mut say = |change| out.send(Action::Model(row.id, change));
         let mut is_pinned = row.is_pinned;
         let pin = ui.checkbox(&mut is_pinned, "");
         let label = format!("Pin {}", row.name);
@@ -247,10 +243,10 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
         }
         let about = "Applies its settings and its trained network or kernel; undo restores the present ones";
         if ui.press_small("Use", about) {
-            out.push(Action::BringBack(row.id).into());
+            out.send(Action::BringBack(row.id));
             return;
         }
-        let mut say = |change| out.push(Action::Model(row.id, change).into());
+        let mut say = |change| out.send(Action::Model(row.id, change));
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();

@@ -1,14 +1,11 @@
 //! Pane of free text that is saved with the session.
 
 use crate::engine::Edit;
-use crate::ui::command::{Kind, Pane};
+use crate::ui::command::Pane;
 use crate::ui::pane::{Cx, PaneView};
 
-pub const PANE: Pane = Pane(&Kind {
-    key: "notes",
-    title: "Notes",
-    explanation: "Free text that is saved with the session",
-});
+pub const PANE: Pane =
+    Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };
 
 /// The pane has no view state; the text belongs to the document.
 #[derive(Debug, Default)]
@@ -26,7 +23,7 @@ impl PaneView for View {
         let role = egui::Role::MultilineTextInput;
         response.widget_info(|| egui::WidgetInfo::labeled(role, true, "Notes"));
         if text != *notes {
-            cx.out.push(Edit::Notes(text).into());
+            cx.out.send(Edit::Notes(text));
         }
     }
 }

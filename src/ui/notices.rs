@@ -1,13 +1,13 @@
 //! Notices above the status line. Each is shown for a while, covers no pane, and stays in a list until it is dismissed.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::time::{Duration, Instant};
 
 use egui::{Color32, RichText};
 
 use crate::engine::{Action, Engine, Level, Notice};
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
@@ -42,7 +42,7 @@ impl Notices {
         self.list = !self.list;
     }
 
-    pub fn show(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    pub fn show(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         let context = &ui.ctx().clone();
         let notices = &engine.notices;
         let now = Instant::now();
@@ -55,14 +55,9 @@ impl Notices {
         self.stood.retain(|number, _| is_there(number));
         let mut fresh = Vec::new();
         for (at, notice) in notices.iter().enumerate().rev() {
-            let stood = match self.stood.entry(notice.number) {
-                Entry::Vacant(new) => *new.insert(Duration::ZERO),
-                Entry::Occupied(mut known) => {
-                    *known.get_mut() += passed;
-                    *known.get()
-                }
-            };
-            match lasts(notice).map(|lasts| lasts.checked_sub(stood)) {
+            let stood = self.stood.entry(notice.number);
+            let stood = stood.and_modify(|stood| *stood += passed).or_default();
+            match lasts(notice).map(|lasts| lasts.checked_sub(*stood)) {
                 None => fresh.push((at, notice)),
                 Some(Some(left)) => {
                     context.request_repaint_after(left * slower);
@@ -90,7 +85,7 @@ impl Notices {
         ui: &mut egui::Ui,
         fresh: &[(usize, &Notice)],
         n_all: usize,
-        out: &mut Vec<Command>,
+        out: &mut Out,
     ) -> bool {
         let panel = egui::Panel::bottom("notices").resizable(false).show(ui, |ui| {
             for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
@@ -99,15 +94,11 @@ impl Notices {
                 let is_pressed = row.response.contains_pointer()
                     && ui.input(|input| input.pointer.primary_clicked());
                 if is_pressed && !row.inner {
-                    out.push(Action::Dismiss(*at).into());
+                    out.send(Action::Dismiss(*at));
                 }
             }
             ui.horizontal(|ui| {
-                let all = match n_all {
-                    1 => "1 notice".to_owned(),
-                    n => format!("All {n} notices"),
-                };
-                if ui.press_small(all, "Lists all notices to read and copy") {
+                if ui.press_small(counted(n_all, "notice"), "Lists all notices to read and copy") {
                     self.list = true;
                 }
                 dismiss_all(ui, out);
@@ -117,13 +108,13 @@ impl Notices {
     }
 }
 
-fn dismiss_all(ui: &mut egui::Ui, out: &mut Vec<Command>) {
+fn dismiss_all(ui: &mut egui::Ui, out: &mut Out) {
     if ui.press("Dismiss all", "Empties this list") {
-        out.push(Action::DismissAll.into());
+        out.send(Action::DismissAll);
     }
 }
 
-fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
+fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Out) {
     ui.horizontal(|ui| {
         if ui.press("Copy all", "Copies all notices, one on each line") {
             let texts: Vec<_> = notices.iter().map(|notice| &*notice.text).collect();
@@ -144,12 +135,12 @@ fn one(
     at: usize,
     notice: &Notice,
     max_characters: usize,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) -> bool {
     let row = ui.horizontal_top(|ui| {
         let is_dismissed = ui.press_small("×", "Dismiss this notice");
         if is_dismissed {
-            out.push(Action::Dismiss(at).into());
+            out.send(Action::Dismiss(at));
         }
         let (label, color) = kind(notice.level, ui.visuals());
         ui.label(RichText::new(label).color(color));

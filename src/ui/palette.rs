@@ -51,7 +51,6 @@ pub fn look_back(visuals: &Visuals) -> Color32 {
 }
 
 pub fn inks(visuals: &Visuals) -> Inks {
-    let bytes = |color: Color32| [color.r(), color.g(), color.b()];
     Inks {
         conventional: bytes(Trace::Conventional.color(visuals)),
         compensated: bytes(Trace::Compensated.color(visuals)),
@@ -88,32 +87,21 @@ pub fn present(visuals: &Visuals) -> Color32 {
 /// Colours of everything else, dark or light.
 pub fn visuals(is_dark: bool) -> Visuals {
     let grey = Color32::from_gray;
-    let (mut visuals, text) = match is_dark {
-        true => {
-            let own = Visuals {
-                weak_text_color: Some(grey(145)),
-                warn_fg_color: Color32::from_rgb(240, 225, 80),
-                error_fg_color: Color32::from_rgb(255, 115, 105),
-                ..Visuals::dark()
-            };
-            (own, grey(180))
-        }
-        false => {
-            let own = Visuals {
-                weak_text_color: Some(rgb(color::GUIDE)),
-                warn_fg_color: Color32::from_rgb(115, 95, 0),
-                error_fg_color: Color32::from_rgb(185, 0, 0),
-                hyperlink_color: Color32::from_rgb(0, 90, 165),
-                ..Visuals::light()
-            };
-            (own, grey(60))
-        }
-    };
-    visuals.widgets.noninteractive.fg_stroke.color = text;
-    if !is_dark {
+    let mut visuals = if is_dark { Visuals::dark() } else { Visuals::light() };
+    let text = grey(if is_dark { 180 } else { 60 });
+    if is_dark {
+        visuals.weak_text_color = Some(grey(145));
+        visuals.warn_fg_color = Color32::from_rgb(240, 225, 80);
+        visuals.error_fg_color = Color32::from_rgb(255, 115, 105);
+    } else {
+        visuals.weak_text_color = Some(rgb(color::GUIDE));
+        visuals.warn_fg_color = Color32::from_rgb(115, 95, 0);
+        visuals.error_fg_color = Color32::from_rgb(185, 0, 0);
+        visuals.hyperlink_color = Color32::from_rgb(0, 90, 165);
         // A white field on a light pane has no edge of its own.
         visuals.widgets.inactive.bg_stroke = Stroke::new(1.0, grey(170));
     }
+    visuals.widgets.noninteractive.fg_stroke.color = text;
     visuals
 }
 

@@ -2,7 +2,7 @@
 
 use crate::engine::Engine;
 use crate::questions::question::Query;
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::time_view::TimeView;
 
 /// Question that is asked of the engine once the panes are drawn.
@@ -12,7 +12,7 @@ pub struct Cx<'a> {
     pub engine: &'a Engine,
     /// Visible interval of time, which all panes share.
     pub time: &'a mut TimeView,
-    pub out: &'a mut Vec<Command>,
+    pub out: &'a mut Out,
     /// Queue of questions, filled by [`Self::ask`].
     pub asked: &'a mut Vec<Asked>,
 }

@@ -33,7 +33,7 @@ pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
 
 /// Returns the pane with this name in files.
 pub fn named(key: &str) -> Option<Pane> {
-    all().find(|pane| pane.0.key == key)
+    all().find(|pane| pane.key == key)
 }
 
 pub struct Views(Vec<(Pane, Box<dyn PaneView>)>);

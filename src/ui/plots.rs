@@ -11,10 +11,11 @@ use egui_plot::{
     PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform, PlotUi, VLine,
 };
 
-use crate::report::figure::{Cloud, CloudPicture, Figure, Line};
+use crate::questions::loops::Inks;
+use crate::report::figure::{Cloud, CloudPicture, Figure};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{three_ticks, tick_text};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::{palette, picture};
@@ -101,61 +102,62 @@ pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
 /// Visible range that the user chose; `None` shows all.
 pub type Zoom = Option<Frame>;
 
-/// Draws a plot that moves and zooms. Wheel, drag and double click change `zoom`; `print` returns the figure of the SVG file.
-pub fn plot(
+/// Draws a plot that moves and zooms. Wheel, drag and double click change `zoom`. `figure` returns the figure in the colours
+/// of the screen or of an SVG file. The plot's name for screen readers is `name`, or else the figure's title.
+pub fn plot<'a>(
     ui: &mut egui::Ui,
-    id: &str,
+    (id, name): (&str, Option<String>),
     height: f32,
-    [drawing, print]: [&Figure<'_>; 2],
+    figure: impl Fn(&Inks) -> Figure<'a>,
     zoom: &mut Zoom,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) -> Drawn {
-    let (across, up) = (drawing.across.range, drawing.up.range);
-    let clouds = clouds(ui, id, &drawing.clouds);
+    let drawing = figure(&palette::inks(ui.visuals()));
+    let whole = Frame { loads: drawing.across.range, outputs: drawing.up.range };
+    let Frame { loads: across, outputs: up } = zoom.unwrap_or(whole);
+    let textures = textures(ui, id, &drawing.clouds);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
     let scaled = scales(Plot::new(id), Some(&drawing.across.label), &drawing.up.label);
-    let response = moving(scaled, height)
+    let PlotResponse { response, transform, .. } = moving(scaled, height)
         .allow_zoom(true)
         .allow_drag(true)
         .coordinates_formatter(
             Corner::LeftBottom,
-            CoordinatesFormatter::new(|point, _| coordinates(drawing, point)),
+            CoordinatesFormatter::new(|point, _| coordinates(&drawing, point)),
         )
         .show(ui, |plot| {
             plot.set_plot_bounds(bounds);
-            for (frame, texture) in &clouds.textures {
+            for (frame, texture) in &textures {
                 let middle = |(low, high): (f64, f64)| 0.5 * (low + high);
                 let size = |(low, high): (f64, f64)| (high - low) as f32;
                 let centre = PlotPoint::new(middle(frame.loads), middle(frame.outputs));
                 let size = [size(frame.loads), size(frame.outputs)];
                 plot.image(PlotImage::new("", texture, centre, size).allow_hover(false));
             }
-            lines(plot, drawing);
+            lines(plot, &drawing);
         });
-    let painter = ui.painter_at(response.response.rect);
+    let drawn = Drawn { response, transform };
     for arrow in &drawing.arrows {
-        let corners = arrow.corners(|[x, y]| {
-            let at = response.transform.position_from_point(&PlotPoint::new(x, y));
+        let corners = arrow.corners(|point| {
+            let at = drawn.place(point);
             [at.x, at.y].map(f64::from)
         });
         if let Some(corners) = corners {
             let corners = corners.map(|[x, y]| egui::pos2(x as f32, y as f32));
-            let color = rgb(arrow.color);
-            painter.add(Shape::convex_polygon(corners.to_vec(), color, Stroke::NONE));
+            let shape = Shape::convex_polygon(corners.to_vec(), rgb(arrow.color), Stroke::NONE);
+            drawn.painter(ui).add(shape);
         }
     }
-    follow_gestures(ui, &response, bounds, zoom);
-    let print = || print.clone();
-    finish(&response.response, &drawing.title, Some(&print), out);
-    say(&response.response, || match response.response.hover_pos() {
-        Some(at) => coordinates(drawing, &response.transform.value_from_position(at)),
+    follow_gestures(ui, &drawn, bounds, zoom);
+    let print = || figure(&Inks::PRINT);
+    finish(&drawn.response, name.as_ref().unwrap_or(&drawing.title), Some(&print), out);
+    say(&drawn.response, || match drawn.response.hover_pos() {
+        Some(at) => coordinates(&drawing, &drawn.transform.value_from_position(at)),
         None => {
-            range(drawing.across.range, &drawing.across.label)
-                + ", "
-                + &range(up, &drawing.up.label)
+            format!("{}, {}", range(across, &drawing.across.label), range(up, &drawing.up.label))
         }
     });
-    Drawn { response: response.response, transform: response.transform }
+    drawn
 }
 
 /// Draws the lines and marks of a figure on a plot that shows all of it.
@@ -171,14 +173,21 @@ pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::V
 
 fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
     for line in &figure.lines {
-        plot.add(Pieces::of(line));
+        let color = rgb(line.color).gamma_multiply(line.opacity);
+        let style = (Stroke::new(line.width, color), line.dash);
+        plot.add(Shapes::new(&line.name, color, move |ui, transform, shapes| {
+            let pixel = ui.pixels_per_point().recip();
+            for piece in &line.pieces {
+                piece_shapes(piece, style, transform, pixel, shapes);
+            }
+        }));
     }
 }
 
 /// A plot on screen, for callers that draw over it or look up the pointer.
 pub struct Drawn {
     pub response: egui::Response,
-    transform: PlotTransform,
+    pub transform: PlotTransform,
 }
 
 impl Drawn {
@@ -191,21 +200,18 @@ impl Drawn {
     }
 }
 
-/// Densities as textures, kept between frames.
-#[derive(Clone, Default)]
-struct Clouds {
-    of: Vec<Cloud>,
-    textures: Vec<(Frame, TextureHandle)>,
-}
+/// Textures with their places in the plot.
+type Textures = Vec<(Frame, TextureHandle)>;
 
 /// Returns the textures of these densities, made again only if the densities changed since the last frame.
-fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
+fn textures(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Textures {
     let key = ui.scope_id().with(("clouds", id));
-    let kept: Clouds = ui.data(|data| data.get_temp(key)).unwrap_or_default();
+    let kept = ui.data(|data| data.get_temp::<(Vec<Cloud>, Textures)>(key));
+    let (of, kept) = kept.unwrap_or_default();
     let is_same = |(one, other): (&Cloud, &Cloud)| {
         Arc::ptr_eq(&one.density, &other.density) && one.color == other.color
     };
-    if kept.of.len() == clouds.len() && kept.of.iter().zip(clouds).all(is_same) {
+    if of.len() == clouds.len() && of.iter().zip(clouds).all(is_same) {
         return kept;
     }
     let most = ui.input(|input| input.max_texture_side);
@@ -218,8 +224,8 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
             TextureOptions { magnification: TextureFilter::Nearest, ..TextureOptions::LINEAR };
         (picture.frame, ui.ctx().load_texture("clouds", image, sampled))
     });
-    let made = Clouds { textures: textures.collect(), of: clouds.to_vec() };
-    ui.data_mut(|data| data.insert_temp(key, made.clone()));
+    let made: Textures = textures.collect();
+    ui.data_mut(|data| data.insert_temp(key, (clouds.to_vec(), made.clone())));
     made
 }
 
@@ -228,7 +234,7 @@ pub fn finish<'a>(
     plot: &egui::Response,
     name: &str,
     print: Option<&dyn Fn() -> Figure<'a>>,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     plot.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
     picture::menu(plot, with_labels(plot.rect), print, out);
@@ -325,24 +331,24 @@ fn focused_id() -> egui::Id {
 }
 
 /// Returns the place under the pointer and the zoom factor of the wheel.
-pub fn wheel_zoom(ui: &egui::Ui, response: &PlotResponse<()>) -> Option<([f64; 2], f64)> {
-    let at = response.transform.value_from_position(response.response.hover_pos()?);
+pub fn wheel_zoom(ui: &egui::Ui, drawn: &Drawn) -> Option<([f64; 2], f64)> {
+    let at = drawn.transform.value_from_position(drawn.response.hover_pos()?);
     let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
     (wheel != 0.0).then(|| ([at.x, at.y], (-ZOOM_PER_POINT * wheel).exp()))
 }
 
-fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, zoom: &mut Zoom) {
-    let asked = keys(ui, &response.response, set, true);
-    if response.response.double_clicked() || asked == Some(Asked::All) {
+fn follow_gestures(ui: &egui::Ui, drawn: &Drawn, set: PlotBounds, zoom: &mut Zoom) {
+    let asked = keys(ui, &drawn.response, set, true);
+    if drawn.response.double_clicked() || asked == Some(Asked::All) {
         *zoom = None;
         return;
     }
-    let now = *response.transform.bounds();
+    let now = *drawn.transform.bounds();
     let mut chosen = (now != set).then_some((now.min(), now.max()));
     if let Some(Asked::Part(min, max)) = asked {
         chosen = Some((min, max));
     }
-    if let Some((at, factor)) = wheel_zoom(ui, response) {
+    if let Some((at, factor)) = wheel_zoom(ui, drawn) {
         let moved = |ends: [f64; 2]| [0, 1].map(|i| at[i] + (ends[i] - at[i]) * factor);
         chosen = Some((moved(now.min()), moved(now.max())));
     }
@@ -484,21 +490,17 @@ fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
     (enters <= leaves).then_some([from, to])
 }
 
-/// All pieces of a line as one plot item, because a plot with thousands of items is slow.
-struct Pieces<'a> {
+/// Many shapes as one plot item, because a plot with thousands of items is slow.
+pub struct Shapes<F> {
     base: PlotItemBase,
-    line: &'a Line<'a>,
-    stroke: Stroke,
+    color: Color32,
+    draw: F,
 }
 
-impl<'a> Pieces<'a> {
-    fn of(line: &'a Line<'a>) -> Self {
-        let color = rgb(line.color).gamma_multiply(line.opacity);
-        Self {
-            base: PlotItemBase::new(line.name.clone()),
-            line,
-            stroke: Stroke::new(line.width, color),
-        }
+impl<F: Fn(&egui::Ui, &PlotTransform, &mut Vec<Shape>)> Shapes<F> {
+    /// Returns an item whose shapes `draw` adds.
+    pub fn new(name: &str, color: Color32, draw: F) -> Self {
+        Self { base: PlotItemBase::new(name.to_owned()), color, draw }
     }
 }
 
@@ -523,19 +525,15 @@ pub fn piece_shapes(
     }
 }
 
-impl PlotItem for Pieces<'_> {
+impl<F: Fn(&egui::Ui, &PlotTransform, &mut Vec<Shape>)> PlotItem for Shapes<F> {
     fn shapes(&self, ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
-        let pixel = ui.pixels_per_point().recip();
-        for piece in &self.line.pieces {
-            let style = (self.stroke, self.line.dash);
-            piece_shapes(piece, style, transform, pixel, shapes);
-        }
+        (self.draw)(ui, transform, shapes);
     }
 
     fn initialize(&mut self, _x_range: std::ops::RangeInclusive<f64>) {}
 
     fn color(&self) -> Color32 {
-        self.stroke.color
+        self.color
     }
 
     fn allow_hover(&self) -> bool {

@@ -22,41 +22,41 @@ use crate::report;
 use crate::report::{Cell, Table};
 use crate::scoring::metrics::Group;
 use crate::shown::{and_more, printable};
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::context_menu::context_menu;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
+/// Width of the label and the buttons beside the field "Open" (points).
+const OPEN_WIDTH: f32 = 126.0;
 /// Width of the list below which samples and rates are omitted (points).
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "recordings",
     title: "Recordings",
     explanation: "The open recordings with their roles, groups, lengths and errors",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
     open: String,
     /// Share of each recording that a split uses for training (%).
     split_percent: f64,
-    /// Index of the recording whose group is edited, and the text of the field.
-    group: (usize, String),
-    /// Index of the recording whose date is edited, and the text of the field.
-    day: (usize, String),
+    /// Group that is being edited.
+    group: Typed,
+    /// Date that is being edited.
+    day: Typed,
 }
+
+/// Index of a recording, and the text of a field about it.
+type Typed = Option<(usize, String)>;
 
 impl Default for View {
     fn default() -> Self {
-        Self {
-            open: String::new(),
-            split_percent: 60.0,
-            group: (usize::MAX, String::new()),
-            day: (usize::MAX, String::new()),
-        }
+        Self { open: String::new(), split_percent: 60.0, group: None, day: None }
     }
 }
 
@@ -67,7 +67,7 @@ impl PaneView for View {
     }
 }
 
-fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     path_field(ui, fields, out);
     split_row(ui, engine, fields, out);
     if !engine.entries().is_empty() {
@@ -86,7 +86,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
                 "Fit again",
                 "Stop applying the opened calibration; fit to the recordings again",
             ) {
-                out.push(Edit::Apply(None).into());
+                out.send(Edit::Apply(None));
             }
         });
     }
@@ -98,30 +98,25 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
     table(ui, engine, fields, out);
 }
 
-fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
+fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Out) {
     ui.horizontal(|ui| {
-        let label = ui.label("Open");
-        let buttons = 90.0;
-        let field = egui::TextEdit::singleline(&mut fields.open)
-            .hint_text("path of a recording or calibration")
-            .desired_width((ui.available_width() - buttons).max(60.0));
-        let response = ui.add(field).labelled_by(label.id).on_hover_text(
-            "A recording, a calibration (.json or .cal), a session, or a folder of them; Enter loads it",
-        );
-        let entered =
-            ui.entered(&response);
-        let pressed = ui.press("Load", "Opens the file or folder at this path");
-        let path = fields.open.trim();
-        if (entered || pressed) && !path.is_empty() {
-            out.push(Action::Open(vec![path.into()]).into());
+        let width = (ui.available_width() - OPEN_WIDTH).max(60.0);
+        let about = [
+            "A recording, a calibration (.json or .cal), a session, or a folder of them",
+            "Load",
+            "Opens the file or folder at this path",
+        ];
+        let hint = "path of a recording or calibration";
+        if let Some(path) = ui.path_field("Open", &mut fields.open, (width, hint), about) {
+            out.send(Action::Open(vec![path]));
         }
         if ui.press("…", "Choose files") {
-            out.push(Command::ChooseFiles);
+            out.send(Command::ChooseFiles);
         }
     });
 }
 
-fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
@@ -133,19 +128,17 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
             "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split, so each test \
              segment starts cold: features with memory know nothing of the loads before it",
         ) {
-            out.push(Edit::Split(fields.split_percent / 100.0).into());
+            out.send(Edit::Split(fields.split_percent / 100.0));
         }
-        if ui.press_small("Copy list", "Roles, names, samples and errors as tab-separated text") {
-            ui.copy_text(as_table(engine).tab_separated());
-        }
+        ui.copies("list", || as_table(engine).tab_separated());
         if engine.project().split.is_some()
             && ui.press("Undo split", "Joins the segments of each recording again") {
-                out.push(Edit::Unsplit.into());
+                out.send(Edit::Unsplit);
             }
     });
 }
 
-fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
     let unit = axes.first().map_or("", |axis| axis.unit());
@@ -192,7 +185,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
                 }
                 row.col(|ui| {
                     if ui.press_small("×", "Close this recording") {
-                        out.push(Edit::Remove(at).into());
+                        out.send(Edit::Remove(at));
                     }
                 });
             });

@@ -12,25 +12,19 @@ use crate::features::Setting;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{TrainingStep, cross_validation_cost};
 use crate::ui::choice::choice;
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
 
 /// Draws the choice of the regressor and, for a network or kernel, its training.
-pub fn regressor(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    settings: &mut FitSettings,
-    out: &mut Vec<Command>,
-) {
+pub fn regressor(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Method");
-        let button = ComboBox::from_id_salt("regressor").selected_text(settings.regressor.label());
-        let items = Regressor::ALL.into_iter();
-        let items = items.map(|one| (one, one.label().into(), one.explanation()));
-        choice(ui, button, &mut settings.regressor, items)
+        let button = ComboBox::from_id_salt("regressor");
+        let described = |one: Regressor| (one.label(), one.explanation());
+        choice(ui, button, &mut settings.regressor, Regressor::ALL, described)
             .labelled_by(label.id)
             .on_hover_text(settings.regressor.explanation());
     });
@@ -106,7 +100,7 @@ fn training(
     engine: &Engine,
     settings: &FitSettings,
     learner: Learner,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let trained = engine.trained();
     let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
@@ -116,7 +110,7 @@ fn training(
             let stop = egui::Button::new("Stop training");
             let stop = ui.add_enabled(!running.progress.is_cancelled(), stop);
             if stop.on_hover_text("Stops and keeps the best network so far").clicked() {
-                out.push(Action::StopTraining.into());
+                out.send(Action::StopTraining);
             }
             ui.label(match trained.and_then(|trained| trained.step) {
                 Some(step @ TrainingStep::Epoch(report)) => {
@@ -146,7 +140,7 @@ fn training(
                 label,
                 "In the background, on the training recordings with the present settings; can be stopped at any time",
             ) {
-                out.push(Action::Train.into());
+                out.send(Action::Train);
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
                 (true, _) => (ui.visuals().weak_text_color(), "Compensated is the trained model."),
@@ -181,7 +175,7 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
 }
 
 /// Draws the loss over the epochs, on a logarithmic scale.
-fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>) {
+fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Out) {
     let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
         epochs
             .iter()

@@ -1,6 +1,6 @@
 //! Controls of the reversal threshold and of the shortest dwell.
 
-use egui::{DragValue, Ui};
+use egui::{DragValue, Ui, WidgetText};
 
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
@@ -21,26 +21,36 @@ pub fn reversal_threshold(
     measuring: &mut MetrologySettings,
     used: Option<f64>,
 ) {
-    let mut chosen = measuring.reversal_thresholds.get(at).copied().flatten();
-    let before = chosen;
-    let mut value = chosen.or(used).unwrap_or_default();
-    let field = DragValue::new(&mut value)
-        .range(0.0..=f64::MAX)
-        .speed(0.01)
-        .max_decimals(4)
-        .suffix(format!(" {}", axes[at].unit()));
-    if ui.explained_field(name, field, EXPLANATION).changed() {
-        chosen = Some(value);
-    }
-    let mut from_data = chosen.is_none();
-    // The word "auto" is used for the ridge alone.
-    if ui.tick(&mut from_data, "from data", EXPLANATION) {
-        chosen = (!from_data).then_some(value);
-    }
-    if chosen != before {
+    let entered = measuring.reversal_thresholds.get(at).copied().flatten();
+    let unit = axes[at].unit();
+    let chosen =
+        or_from_data(ui, name, EXPLANATION, (entered, used.unwrap_or_default()), |field| {
+            field.range(0.0..=f64::MAX).speed(0.01).max_decimals(4).suffix(format!(" {unit}"))
+        });
+    if chosen != entered {
         measuring.reversal_thresholds.resize(axes.len(), None);
         measuring.reversal_thresholds[at] = chosen;
     }
+}
+
+/// Draws a label, a value and the switch "from data", which removes the entered value. Returns the entered value.
+pub fn or_from_data(
+    ui: &mut Ui,
+    name: impl Into<WidgetText>,
+    explanation: &str,
+    (mut entered, used): (Option<f64>, f64),
+    style: impl FnOnce(DragValue<'_>) -> DragValue<'_>,
+) -> Option<f64> {
+    let mut value = entered.unwrap_or(used);
+    if ui.explained_field(name, style(DragValue::new(&mut value)), explanation).changed() {
+        entered = Some(value);
+    }
+    let mut from_data = entered.is_none();
+    // The word "auto" is used for the ridge alone.
+    if ui.tick(&mut from_data, "from data", explanation) {
+        entered = (!from_data).then_some(value);
+    }
+    entered
 }
 
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {

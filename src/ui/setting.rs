@@ -20,6 +20,19 @@ pub fn switch(ui: &mut egui::Ui, setting: &Setting, on: &mut bool) {
     found(setting, &switch.on_hover_text(setting.help()));
 }
 
+/// Removes the values of a feature that was switched off, or restores them, or else these defaults.
+pub fn switched<V>(ui: &egui::Ui, id: Id, values: &mut Vec<V>, default: &[V])
+where
+    V: Clone + Send + Sync + 'static,
+{
+    if values.is_empty() {
+        let kept = ui.data(|data| data.get_temp::<Vec<V>>(id));
+        *values = kept.unwrap_or_else(|| default.to_vec());
+    } else {
+        ui.data_mut(|data| data.insert_temp(id, std::mem::take(values)));
+    }
+}
+
 /// Number of frames after which the search for a control ends, because the control is not on screen.
 const FRAMES_TO_FIND: u32 = 8;
 

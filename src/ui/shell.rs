@@ -8,10 +8,10 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crate::engine::query::{Notify, let_window_go_first};
-use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_calibration};
+use crate::engine::{Action, Engine, Existing, FileContent, Level, Preferences, is_calibration};
 use crate::recording::Tare;
 use crate::ui::actions::CanGo;
-use crate::ui::command::{Command, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::{Dialogs, Reply, write};
 use crate::ui::hand::Hand;
@@ -175,12 +175,12 @@ impl Shell {
             self.apply(command, ui);
         }
         self.follow_engine(ui);
-        let mut out = Vec::new();
+        let mut out = Out::default();
         self.draw(ui, &mut out);
         self.hand.follow(ui.ctx());
         self.pictures.take(ui.ctx(), &self.reply);
-        if !out.is_empty() {
-            self.commands.extend(out);
+        if !out.0.is_empty() {
+            self.commands.extend(out.0);
             ui.request_repaint();
         }
         if self.is_busy() {
@@ -204,12 +204,11 @@ impl Shell {
             Command::ResetWorkspace => self.workspaces.reset(),
             Command::ToggleMaximized(pane) => {
                 let pointer = ui.ctx().pointer_latest_pos();
-                let place = |(_, place): &&(Pane, egui::Rect)| {
-                    pointer.is_some_and(|pointer| place.contains(pointer))
-                };
-                let pointed = self.places.iter().find(place).or(self.places.first());
-                let pane = pane.or(pointed.map(|(pane, _)| *pane));
-                self.workspaces.toggle_maximized(pane);
+                let is_pointed =
+                    |place: &egui::Rect| pointer.is_some_and(|pointer| place.contains(pointer));
+                let pointed = self.places.iter().find(|(_, place)| is_pointed(place));
+                let pointed = pointed.or(self.places.first()).map(|(pane, _)| *pane);
+                self.workspaces.toggle_maximized(pane.or(pointed));
             }
             Command::TogglePresenter => {
                 self.presents = !self.presents;
@@ -260,22 +259,18 @@ impl Shell {
             }
             Command::SaveSession | Command::SaveSessionAs => {
                 let content = self.engine.session_content(Some(self.workspaces.to_value()));
-                let path = self.engine.session.clone();
-                match path.filter(|_| matches!(command, Command::SaveSession)) {
-                    Some(path) => {
-                        let existing = crate::engine::Existing::Replace;
-                        self.engine.act(Action::Save(content, path, existing));
+                match self.engine.session.clone() {
+                    Some(path) if matches!(command, Command::SaveSession) => {
+                        self.engine.act(Action::Save(content, path, Existing::Replace));
                     }
-                    None => self.ask_where(Some(content), ""),
+                    _ => self.ask_where(Some(content), ""),
                 }
             }
             Command::ChooseFileFor(content) => self.ask_where(Some(content), ""),
             Command::TypePathFor(content) => self.questions.ask_path(content),
             Command::PathTyped(path) => {
-                let content = self.questions.take_content();
-                if let Some((content, path)) = content.zip(path) {
-                    let existing = crate::engine::Existing::Ask;
-                    self.apply(write(content, path, existing), ui);
+                if let Some((content, path)) = self.questions.take_content().zip(path) {
+                    self.apply(write(content, path, Existing::Ask), ui);
                 }
             }
         }
@@ -322,9 +317,8 @@ impl Shell {
             ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-        if let Some(workspaces) =
-            self.engine.layout.take().as_ref().and_then(Workspaces::from_value)
-        {
+        let layout = self.engine.layout.take();
+        if let Some(workspaces) = layout.as_ref().and_then(Workspaces::from_value) {
             self.workspaces = workspaces;
         }
         if std::mem::take(&mut self.engine.closes) {
@@ -356,7 +350,7 @@ impl Shell {
         }
     }
 
-    fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
+    fn draw(&mut self, ui: &mut egui::Ui, out: &mut Out) {
         let can = self.can_go();
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);

@@ -3,48 +3,42 @@
 use std::time::Duration;
 
 use crate::engine::{Action, Engine};
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 
 /// Work that ends sooner is not shown.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
-pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     ui.horizontal(|ui| {
         let running = engine.running();
-        let refit = engine.refit();
-        let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
+        let refit = engine.refit().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
         // The button is first in the line, so that it stays in place when progress bars appear.
         let runs = !running.is_empty() || refit.is_some();
         if runs
             && ui.press("Cancel", "Ends the running work; loaded recordings stay") {
-                out.push(Action::Cancel.into());
+                out.send(Action::Cancel);
             }
         for running in &running {
-            let (title, fraction) = (&*running.title, running.progress.fraction());
-            let time_left = running.time_left();
             busy(ui);
-            ui.label(title);
-            if let Some(fraction) = fraction {
-                bar(ui, title, fraction);
+            ui.label(&running.title);
+            if let Some(fraction) = running.progress.fraction() {
+                bar(ui, &running.title, fraction);
             }
-            if let Some(time_left) = time_left {
+            if let Some(time_left) = running.time_left() {
                 ui.weak(format!("{} left", duration(time_left)));
             }
         }
         if let Some(refit) = refit {
             ui.label(&refit.title);
-            let fraction = refit.progress.fraction();
-            bar(ui, &refit.title, fraction.unwrap_or(0.0));
+            bar(ui, &refit.title, refit.progress.fraction().unwrap_or(0.0));
         }
         if !engine.notices.is_empty() {
-            let all = match engine.notices.len() {
-                1 => "1 notice".to_owned(),
-                n => format!("{n} notices"),
-            };
+            let all = counted(engine.notices.len(), "notice");
             if ui.press_small(all, "Lists all notices since the last dismissal") {
-                out.push(Command::ToggleNotices);
+                out.send(Command::ToggleNotices);
             }
         }
         if engine.entries().is_empty() {
@@ -53,9 +47,8 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             ui.fail(problem);
         } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;
-            let condition = quality
-                .condition
-                .map_or_else(|| "none".to_owned(), |value| significant(value, 3));
+            let condition = quality.condition.map(|value| significant(value, 3));
+            let condition = condition.unwrap_or_else(|| "none".to_owned());
             if let Some(each) = analysis.preview_of {
                 ui.warn(preview_of(each))
                     .on_hover_text("Replaced by the result of all samples as soon as it is computed");
@@ -129,10 +122,9 @@ pub(super) fn preview_of(each: usize) -> String {
 
 fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {
     let bar = egui::ProgressBar::new(fraction).desired_width(120.0).show_percentage();
-    let response = ui.add(bar);
-    let label = format!("{what}: {:.0} %", 100.0 * fraction);
-    response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, label.clone())
+    ui.add(bar).widget_info(|| {
+        let label = format!("{what}: {:.0} %", 100.0 * fraction);
+        egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, label)
     });
 }
 

@@ -4,7 +4,7 @@ use egui::{Response, RichText, Role, WidgetInfo};
 
 use crate::engine::{Action, Existing, FileContent};
 use crate::report::{Column, Table, Value};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
@@ -24,11 +24,10 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
                 groups(ui, table);
             }
             for column in &table.columns {
-                let name = RichText::new(&column.name);
-                let name = match column.trace {
-                    Some(trace) => name.color(trace.color(ui.visuals())),
-                    None => name,
-                };
+                let mut name = RichText::new(&column.name);
+                if let Some(trace) = column.trace {
+                    name = name.color(trace.color(ui.visuals()));
+                }
                 explained(ui, name, &column.about);
             }
             ui.end_row();
@@ -44,39 +43,24 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
     }
 }
 
-/// Buttons that copy a table and save it as CSV.
-pub struct Saving<'a> {
-    pub path: &'a mut String,
-    /// Description of the file's contents.
-    pub holds: &'a str,
-    pub enabled: bool,
-}
-
-impl Saving<'_> {
-    /// Draws the buttons. `text` returns the text for the clipboard, `content` the contents of the file.
-    pub fn show(
-        self,
-        ui: &mut egui::Ui,
-        text: impl FnOnce() -> String,
-        content: impl FnOnce() -> Option<FileContent>,
-        out: &mut Vec<Command>,
-    ) {
-        ui.add_enabled_ui(self.enabled, |ui| {
-            if ui.press("Copy table", "Copies the table as tab-separated text") {
-                ui.copy_text(text());
-            }
-            let field = egui::TextEdit::singleline(self.path).desired_width(120.0);
-            ui.field("CSV", field, "Path of the CSV file");
-            let save = ui.press("Save", self.holds);
-            let path = self.path.trim();
-            if save
-                && !path.is_empty()
-                && let Some(content) = content()
-            {
-                out.push(Action::Save(content, path.into(), Existing::Ask).into());
-            }
-        });
-    }
+/// Draws the buttons that copy a table and save it as CSV. `holds` describes the file; `text` returns the text for the
+/// clipboard, `content` the contents of the file.
+pub fn saving(
+    ui: &mut egui::Ui,
+    (path, holds, enabled): (&mut String, &str, bool),
+    text: impl FnOnce() -> String,
+    content: impl FnOnce() -> Option<FileContent>,
+    out: &mut Out,
+) {
+    ui.add_enabled_ui(enabled, |ui| {
+        ui.copies("table", text);
+        let about = ["Path of the CSV file", "Save", holds];
+        if let Some(path) = ui.path_field("CSV", path, (120.0, ""), about)
+            && let Some(content) = content()
+        {
+            out.send(Action::Save(content, path, Existing::Ask));
+        }
+    });
 }
 
 #[derive(Clone, Debug)]
@@ -154,13 +138,16 @@ fn show_cell(ui: &mut egui::Ui, table: &Table, [row, at]: [usize; 2], is_narrow:
     let (column, cell) = (&table.columns[at], &table.rows[row][at]);
     let own = RichText::new(&cell.text);
     let label = match cell.value {
-        Value::Number(_) => explained(ui, own, &whole(column, &cell.about)),
+        Value::Number(_) if !cell.about.is_empty() => {
+            let group = column.group.as_ref().map_or("", |(name, _)| name);
+            explained(ui, own, &format!("{group} {}\n{}", column.name, cell.about))
+        }
         Value::Missing => explained(ui, own.small().weak(), &cell.about),
         Value::Words if is_narrow && cell.text.chars().count() > MAX_WORDS => {
             let about = format!("{}\n{}", cell.text, cell.about);
             explained(ui, RichText::new(elided(&cell.text, MAX_WORDS)), about.trim())
         }
-        Value::Words | Value::Continued => explained(ui, own, &cell.about),
+        _ => explained(ui, own, &cell.about),
     };
     if matches!(cell.value, Value::Number(_) | Value::Missing) {
         say(&label, || table.spoken(row, at));
@@ -187,28 +174,13 @@ fn groups(ui: &mut egui::Ui, table: &Table) {
     ui.end_row();
 }
 
-/// Returns the hover text of a number: its explanation and that of its column.
-fn whole(column: &Column, about: &str) -> String {
-    match about {
-        "" => String::new(),
-        about => {
-            let group = column.group.as_ref().map_or("", |(name, _)| name);
-            format!("{group} {}\n{about}", column.name)
-        }
-    }
-}
-
 fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
     let label = ui.label(text);
-    match about {
-        "" => label,
-        about => label.on_hover_text(about),
-    }
+    if about.is_empty() { label } else { label.on_hover_text(about) }
 }
 
-pub fn copy_button(ui: &mut egui::Ui, tables: &[Table]) {
-    if ui.press_if(!tables.is_empty(), "Copy tables", "Copies the tables as tab-separated text") {
-        let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
-        ui.copy_text(texts.join("\n\n"));
-    }
+/// Returns several tables as tab-separated text.
+pub fn joined(tables: &[Table]) -> String {
+    let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
+    texts.join("\n\n")
 }

@@ -4,7 +4,6 @@ mod ages;
 mod curves;
 mod map;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::engine::query::Background as _;
@@ -17,7 +16,7 @@ use crate::questions::thresholds::{MAP_FORMATS, ShownFTh};
 use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;
-use crate::ui::command::{Command, ImageTo, Kind, Pane};
+use crate::ui::command::{Command, ImageTo, Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
@@ -30,11 +29,11 @@ const AGES_SHARE: f32 = 0.26;
 /// Height of the pane below which the look-back ages are omitted (points).
 const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "thresholds",
     title: "Thresholds",
     explanation: "Map of the error over F_th and t_th, and the proposed pairs",
-});
+};
 
 pub struct View {
     /// Axis or group of axes whose errors are shown, if the user chose one.
@@ -82,7 +81,7 @@ impl View {
         engine: &Engine,
         study: &ThresholdStudy,
         map: &Arc<ThresholdMap>,
-        out: &mut Vec<Command>,
+        out: &mut Out,
     ) {
         let chosen = self.measure;
         let chosen = chosen.filter(|measure| measure.weights(&map.scale).is_some());
@@ -120,37 +119,30 @@ impl View {
         map: &Arc<ThresholdMap>,
         measure: Measure,
         pane: egui::Rect,
-        out: &mut Vec<Command>,
+        out: &mut Out,
     ) {
         ui.horizontal_wrapped(|ui| {
             let label = ui.label("Errors of");
-            let button =
-                egui::ComboBox::from_id_salt("measure").selected_text(measure_text(map, measure));
-            let items = map.scale.measures().into_iter();
-            let items = items.map(|one| (one, measure_text(map, one).into(), ""));
+            let button = egui::ComboBox::from_id_salt("measure");
             let mut chosen = measure;
-            choice(ui, button, &mut chosen, items)
+            let described = |one| (measure_text(map, one), "");
+            choice(ui, button, &mut chosen, map.scale.measures(), described)
                 .labelled_by(label.id)
                 .on_hover_text("Axis or axes whose RMSE the map shows and the proposal minimises");
             if chosen != measure {
                 self.measure = Some(chosen);
             }
             ui.separator();
-            for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
-                ui.select(&mut self.on, set, set.title(), set.explanation());
-            }
-            ui.separator();
-            let field = egui::TextEdit::singleline(&mut self.path)
-                .hint_text(format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS)))
-                .desired_width(130.0);
-            ui.field("Save as", field, "Path of the file; its ending chooses the format");
-            let path = self.path.trim();
+            let sets = [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test];
+            ui.select_from(&mut self.on, sets.map(|set| (set, set.title(), set.explanation())));
+            let hint = format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS));
             let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
-            let formats: String =
-                formats.chain([".png: this pane as on screen".to_owned()]).collect();
-            if ui.press("Save", formats) && !path.is_empty() {
-                let path = std::path::PathBuf::from(path);
-                out.push(if ends_in_png(&path) {
+            let formats = formats.collect::<String>() + ".png: this pane as on screen";
+            let about = ["Path of the file; its ending chooses the format", "Save", &formats];
+            if let Some(path) = ui.path_field("Save as", &mut self.path, (130.0, &hint), about) {
+                let ending = path.extension();
+                let is_png = ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+                out.send(if is_png {
                     Command::Image(pane, ImageTo::Path(path))
                 } else {
                     let content = FileContent::Thresholds(Arc::clone(map), measure);
@@ -162,11 +154,6 @@ impl View {
             }
         });
     }
-}
-
-fn ends_in_png(path: &Path) -> bool {
-    let ending = path.extension();
-    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
 /// Returns true if the left button is pressed on the plot; the right button opens the menu.
@@ -194,19 +181,19 @@ fn suggestion(
     engine: &Engine,
     study: &ThresholdStudy,
     measure: Measure,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
         let is_complete = map.is_complete();
-        let take = egui::Button::new("Take the cross-validation minimum");
-        let take = ui.add_enabled(is_complete, take).on_hover_text(
+        let found = map.suggestion(measure);
+        if ui.press_if(
+            is_complete,
+            "Take the cross-validation minimum",
             "Test recordings are not used. The range contains the F_th whose cross-validated error is no more than one standard \
              error over recordings above the minimum",
-        );
-        let found = map.suggestion(measure);
-        if take.clicked() {
-            out.push(match &found {
+        ) {
+            out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),
                 Err(reason) => Command::tell(Level::Error, reason.to_string()),
             });
@@ -222,14 +209,15 @@ fn suggestion(
     });
     ui.horizontal_wrapped(|ui| {
         let value = study.hysteresis.value;
-        let take = egui::Button::new("Take the mean hysteresis");
-        let take = ui.add_enabled(value.is_some(), take).on_hover_text(
+        let is_taken = ui.press_if(
+            value.is_some(),
+            "Take the mean hysteresis",
             "The rule of the paper (section 4.2): F_th near the mean hysteresis, here the mean gap between rising and falling \
              branches of the conventional load over the full cycles of the training recordings",
         );
-        if let Some(f_th) = value.filter(|_| take.clicked()) {
+        if let Some(f_th) = value.filter(|_| is_taken) {
             let present = engine.project().thresholds();
-            out.push(Edit::Thresholds(Thresholds { f_th, ..present }).into());
+            out.send(Edit::Thresholds(Thresholds { f_th, ..present }));
         }
         match value {
             Some(value) => {
@@ -243,17 +231,15 @@ fn suggestion(
             None => ui.weak("the training recordings contain no full load cycle to measure it"),
         };
         ui.separator();
-        {
-            let past_ages = &study.past_ages;
-            let age = past_ages.age_quantile_secs(0.5);
-            let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
-            ui.label(format!(
-                "{}: past sample found for {:.0} %{age}; for {:.0} % it exceeds t_th",
-                pair_text(map.distance, engine.project().thresholds()),
-                100.0 * past_ages.share_found(),
-                100.0 * past_ages.share_beyond_t_th(),
-            ));
-        }
+        let past_ages = &study.past_ages;
+        let age = past_ages.age_quantile_secs(0.5);
+        let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
+        ui.label(format!(
+            "{}: past sample found for {:.0} %{age}; for {:.0} % it exceeds t_th",
+            pair_text(map.distance, engine.project().thresholds()),
+            100.0 * past_ages.share_found(),
+            100.0 * past_ages.share_beyond_t_th(),
+        ));
     });
 }
 
@@ -281,18 +267,18 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     )
 }
 
-fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Command>) {
+fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Out) {
     let choice = engine.lane::<ChooseBlock>();
     let choosing = !choice.is_idle();
     ui.horizontal_wrapped(|ui| {
         for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
             let label = format!("Choose {}", block.setting().label.to_lowercase());
-            let button = egui::Button::new(label);
-            let button = ui.add_enabled(!choosing, button).on_hover_text(
+            if ui.press_if(
+                !choosing,
+                label,
                 "By cross-validation over a grid, with all other settings unchanged; proposes the shortest list within 1 % of the best",
-            );
-            if button.clicked() {
-                out.push(Action::ChooseBlock(block, Some(measure)).into());
+            ) {
+                out.send(Action::ChooseBlock(block, Some(measure)));
             }
         }
         if choosing {

@@ -140,8 +140,7 @@ impl TimeView {
 
     /// Discards the state that belongs to other recordings.
     pub(super) fn follow(&mut self, traces: &TraceSet) {
-        let same = self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times));
-        if !same {
+        if !self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times)) {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
             self.zooms = no_zooms();
@@ -155,14 +154,31 @@ impl TimeView {
     pub fn apply(&mut self, time_move: TimeMove) {
         match time_move {
             TimeMove::Fit => self.fit(),
-            TimeMove::Back => self.go_back(),
-            TimeMove::Forward => self.go_forward(),
-            TimeMove::Zoom(factor) => self.zoom_time(factor),
-            TimeMove::Move(share) => self.move_time(share),
-            TimeMove::TogglePlay => self.playing.toggle(),
+            TimeMove::Back | TimeMove::Forward => {
+                let shown = match time_move {
+                    TimeMove::Back => self.zooms.undo(&self.shown),
+                    _ => self.zooms.redo(&self.shown),
+                };
+                self.shown = shown.unwrap_or(&self.shown).clone();
+            }
+            TimeMove::Zoom(factor) => {
+                let present = self.present_time();
+                self.set_time(|from, to| {
+                    let at = present.filter(|at| (from..=to).contains(at));
+                    let at = at.unwrap_or(0.5 * (from + to));
+                    (at + (from - at) * factor, at + (to - at) * factor)
+                });
+            }
+            TimeMove::Move(share) => self.set_time(|from, to| {
+                let by = share * (to - from);
+                (from + by, to + by)
+            }),
+            TimeMove::TogglePlay => self.playing.running = !self.playing.running,
             TimeMove::Step(samples) => self.step(samples),
-            TimeMove::PutCursor(which) => self.put_cursor(which),
-            TimeMove::ToggleTable => self.cursors.toggle_table(),
+            TimeMove::PutCursor(which) => {
+                self.present_time().into_iter().for_each(|time| self.cursors.put(which, time));
+            }
+            TimeMove::ToggleTable => self.cursors.table = !self.cursors.table,
         }
     }
 
@@ -183,18 +199,6 @@ impl TimeView {
         self.zooms.has_redo(&self.shown)
     }
 
-    fn go_back(&mut self) {
-        if let Some(before) = self.zooms.undo(&self.shown) {
-            self.shown = before.clone();
-        }
-    }
-
-    fn go_forward(&mut self) {
-        if let Some(after) = self.zooms.redo(&self.shown) {
-            self.shown = after.clone();
-        }
-    }
-
     /// Returns the interval between the cursors, counted from the first sample of a recording on screen (s).
     pub fn span_in(&self, recording: usize, traces: &TraceSet) -> Option<(f64, f64)> {
         let (a, b) = self.cursors.both()?;
@@ -205,46 +209,25 @@ impl TimeView {
         (to >= 0.0).then_some((from.max(0.0), to))
     }
 
-    /// Puts cursor A (0) or B (1) at the sample under the pointer, or at the playing position.
-    fn put_cursor(&mut self, which: usize) {
-        let times = self.on.as_ref();
-        let time = self.hovered.and_then(|k| times?.get(k).copied());
-        if let Some(time) = time {
-            self.cursors.put(which, time);
+    /// Returns the time of the sample under the pointer, or at the playing position.
+    fn present_time(&self) -> Option<f64> {
+        self.on.as_ref()?.get(self.hovered?).copied()
+    }
+
+    /// Changes the visible time, if recordings are on screen.
+    fn set_time(&mut self, changed: impl FnOnce(f64, f64) -> (f64, f64)) {
+        if let Some(times) = self.on.as_deref() {
+            let (from, to) = self.shown.time.unwrap_or_else(|| all_of(times));
+            self.shown.time = Some(within(times, changed(from, to)));
         }
-    }
-
-    fn on_screen(&self) -> Option<(&[f64], (f64, f64))> {
-        let times = self.on.as_deref()?;
-        Some((times, self.shown.time.unwrap_or_else(|| all_of(times))))
-    }
-
-    /// Multiplies the visible time by this factor, around the present sample or the middle.
-    fn zoom_time(&mut self, factor: f64) {
-        let Some((times, (from, to))) = self.on_screen() else {
-            return;
-        };
-        let sample = self.hovered.and_then(|k| times.get(k).copied());
-        let at = sample.filter(|at| (from..=to).contains(at));
-        let at = at.unwrap_or(0.5 * (from + to));
-        let zoomed = (at + (from - at) * factor, at + (to - at) * factor);
-        self.shown.time = Some(within(times, zoomed));
-    }
-
-    /// Moves the visible time by this share of itself.
-    fn move_time(&mut self, share: f64) {
-        let Some((times, (from, to))) = self.on_screen() else {
-            return;
-        };
-        let by = share * (to - from);
-        self.shown.time = Some(within(times, (from + by, to + by)));
     }
 
     /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser.
     fn step(&mut self, step: i8) {
-        let Some((times, (from, to))) = self.on_screen() else {
+        let Some(times) = self.on.as_deref() else {
             return;
         };
+        let (from, to) = self.shown.time.unwrap_or_else(|| all_of(times));
         let first = times.partition_point(|t| *t < from);
         let on_screen = times.partition_point(|t| *t <= to).saturating_sub(first);
         let samples = (on_screen / STEPS_ACROSS).max(1) as isize * isize::from(step);
@@ -261,10 +244,9 @@ impl TimeView {
         if let Some((from, to)) = self.shown.time
             && !(from..=to).contains(&time)
         {
-            self.shown.time = Some(match time < from {
-                true => (time - (to - from), time),
-                false => (time, time + to - from),
-            });
+            let wide = to - from;
+            let moved = if time < from { (time - wide, time) } else { (time, time + wide) };
+            self.shown.time = Some(moved);
         }
     }
 
@@ -279,7 +261,7 @@ impl TimeView {
         let from = self.cursors.first().unwrap_or(on_screen);
         let passed = ui.input(|input| f64::from(input.stable_dt));
         let (sample, time) = self.playing.go_on(passed, from, traces)?;
-        if self.playing.is_running() {
+        if self.playing.running {
             ui.ctx().request_repaint();
             self.follow_time(time);
         }

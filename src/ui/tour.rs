@@ -2,7 +2,7 @@
 
 use egui::{Rect, Vec2};
 
-use crate::ui::command::{Command, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::{export_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
@@ -78,12 +78,7 @@ impl Tour {
     }
 
     /// Draws the present step beside its pane. `places` are the places of the panes on screen.
-    pub fn show(
-        &mut self,
-        context: &egui::Context,
-        places: &[(Pane, Rect)],
-        out: &mut Vec<Command>,
-    ) {
+    pub fn show(&mut self, context: &egui::Context, places: &[(Pane, Rect)], out: &mut Out) {
         let Some(step) = self.step else {
             return;
         };
@@ -121,11 +116,11 @@ impl Tour {
                                 "Skip the tour",
                                 "Ends the tour; the Help menu starts it again",
                             ) {
-                                out.push(Command::Tour(false));
+                                out.send(Command::Tour(false));
                             }
                         } else {
                             if ui.press("Done", "Ends the tour") {
-                                out.push(Command::Tour(false));
+                                out.send(Command::Tour(false));
                             }
                         }
                     });
@@ -133,7 +128,7 @@ impl Tour {
             });
         if let Some(next) = next {
             self.step = Some(next);
-            out.push(Command::ShowPane(STEPS[next].0));
+            out.send(Command::ShowPane(STEPS[next].0));
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::questions::check::faulty::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
 use crate::ui::choice::choice;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
@@ -28,7 +28,7 @@ const ABOVE: i8 = 4;
 /// Minimum width of a column of panes, if there are several (points).
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
-/// Number of characters of a recording's name that fit into the row of choices and its list.
+/// Maximum numbers of characters of the chosen recording's name, and of the other names in the list.
 const NAME_LENGTH: usize = 26;
 const LIST_NAME_LENGTH: usize = 60;
 
@@ -36,7 +36,7 @@ const LIST_NAME_LENGTH: usize = 60;
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
 pub const PANE: Pane =
-    Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
+    Pane { key: "traces", title: "Traces", explanation: "Loads and errors over time" };
 
 /// View state of the pane: the lines that it drew last. The visible time belongs to all panes.
 #[derive(Debug, Default)]
@@ -48,24 +48,24 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
-        trace_panes(ui, cx.engine, (cx.time, &self.drawn), cx.out);
+        trace_panes(ui, cx, &self.drawn);
     }
 }
 
 fn trace_panes(
     ui: &mut egui::Ui,
-    engine: &Engine,
-    (panes, drawn): (&mut TimeView, &DrawnLines),
-    out: &mut Vec<Command>,
+    Cx { engine, time: panes, out, .. }: &mut Cx<'_>,
+    drawn: &DrawnLines,
 ) {
     let Some(analysis) = engine.analysis() else {
-        ui.centered_and_justified(|ui| match engine.problem() {
-            Some(problem) => ui.label(problem),
-            None if engine.entries().is_empty() => ui.label(
-                "Open recordings to see them here: File > Open, or drop files on the window",
-            ),
-            None => ui.label("Fitting…"),
-        });
+        let text = match engine.problem() {
+            Some(problem) => problem,
+            None if engine.entries().is_empty() => {
+                "Open recordings to see them here: File > Open, or drop files on the window"
+            }
+            None => "Fitting…",
+        };
+        ui.centered_and_justified(|ui| ui.label(text));
         return;
     };
     let traces = &*analysis.traces;
@@ -114,12 +114,9 @@ fn trace_panes(
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
-        panes.playing.let_pointer_lead();
+        panes.playing.stepped = false;
     }
-    let hovered = match panes.playing.leads() {
-        true => played.or(hovered),
-        false => hovered.or(played),
-    };
+    let hovered = if panes.playing.stepped { played.or(hovered) } else { hovered.or(played) };
     let hovered = hovered.or(panes.pointed.take());
     panes.drawn_in = ui.ctx().cumulative_pass_nr();
     panes.hovered = hovered;
@@ -147,7 +144,7 @@ fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTr
     (0..3.min(shown.len())).map(third).collect()
 }
 
-fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut Vec<Command>) {
+fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         view_choice(ui, engine, out);
         ui.separator();
@@ -157,7 +154,7 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
                 .selectable_label(shown, axis.symbol())
                 .on_hover_text("Show or hide this axis");
             if toggle.clicked() {
-                out.push(Edit::ShowAxis(*axis, !shown).into());
+                out.send(Edit::ShowAxis(*axis, !shown));
             }
         }
         ui.separator();
@@ -168,10 +165,7 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
                 ui.end_row(); // the line stands beside its name
             }
             line_sample(ui, trace);
-            let color = trace.color(ui.visuals());
-            let text = egui::RichText::new(trace.label()).color(color).strong();
-            if ui.tick(&mut shown, text, trace.explanation())
-            {
+            if trace_tick(ui, &mut shown, trace) {
                 panes.hidden.retain(|hidden| *hidden != trace);
                 if !shown {
                     panes.hidden.push(trace);
@@ -179,10 +173,9 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
             }
         }
         if let Some(factory) = &engine.project().factory {
-
             let path = factory.path.display();
             if ui.press_small("×", format!("Ends the comparison with {path}")) {
-                out.push(Edit::Compare(None).into());
+                out.send(Edit::Compare(None));
             }
         }
         ui.separator();
@@ -192,24 +185,26 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         if fit.clicked() {
             panes.fit();
         }
-        let lock = ui.selectable_label(panes.locks_values, "Lock y");
+        let lock = ui.toggle_value(&mut panes.locks_values, "Lock y");
         let lock = lock.on_hover_text(
             "Keeps the scales of loads and errors, so that changes are visible while a threshold moves",
         );
         if lock.clicked() {
-            panes.locks_values = !panes.locks_values;
             panes.shown.values.clear();
         }
-        let table = ui.selectable_label(panes.cursors.has_table(), "Cursors");
-        let table = table.on_hover_text(
+        ui.toggle_value(&mut panes.cursors.table, "Cursors").on_hover_text(
             "Table of the values at cursors A and B and between them. Click in a trace to set A, Shift+click to set B; Escape removes both",
         );
-        if table.clicked() {
-            panes.cursors.toggle_table();
-        }
         ui.separator();
         panes.playing.controls(ui);
     });
+}
+
+/// Draws the check box that shows or hides a load. Returns true if it changed.
+pub fn trace_tick(ui: &mut egui::Ui, shown: &mut bool, trace: Trace) -> bool {
+    let color = trace.color(ui.visuals());
+    let text = egui::RichText::new(trace.label()).color(color).strong();
+    ui.tick(shown, text, trace.explanation())
 }
 
 /// Draws a short piece of line, as the panes draw a trace.
@@ -226,25 +221,22 @@ fn line_sample(ui: &mut egui::Ui, trace: Trace) {
     }
 }
 
-fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     let entries = engine.entries();
     let name = |view: Shown| match view {
-        Shown::One(at) => entries
-            .get(at)
-            .map_or_else(|| "–".to_owned(), |entry| entry.recording.name().to_owned()),
-        Shown::All => "All, end to end".to_owned(),
+        Shown::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
+        Shown::All => "All, end to end",
     };
-    let explanation = "The recording on screen; All shows the recordings one after the other";
-    let button = egui::ComboBox::from_label("on screen")
-        .selected_text(elided(&name(engine.project().view), NAME_LENGTH))
-        .width(180.0)
-        .truncate();
-    let views = (0..entries.len()).map(Shown::One);
-    let items = std::iter::once(Shown::All).chain(views);
-    let items = items.map(|view| (view, elided(&name(view), LIST_NAME_LENGTH).into(), ""));
+    let button = egui::ComboBox::from_label("on screen").width(180.0).truncate();
+    let views = std::iter::once(Shown::All).chain((0..entries.len()).map(Shown::One));
     let mut view = engine.project().view;
-    choice(ui, button, &mut view, items).on_hover_text(explanation);
+    let described = |own| {
+        let is_chosen = own == engine.project().view;
+        (elided(name(own), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
+    };
+    choice(ui, button, &mut view, views, described)
+        .on_hover_text("The recording on screen; All shows the recordings one after the other");
     if view != engine.project().view {
-        out.push(Action::Show(view).into());
+        out.send(Action::Show(view));
     }
 }

@@ -10,7 +10,7 @@ use crate::questions::loops::asked::{AskVerdict, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
 use crate::questions::metrology::{Verdict, VerdictFigure};
 use crate::recording::Axis;
-use crate::ui::command::Command;
+use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::pane::Cx;
@@ -27,8 +27,8 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
             let about = "Tries models and proposes the most accurate; the workspace Models lists them";
             if ui.press(find, about) {
                 let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
-                cx.out.push(Action::FindBest(limit).into());
-                cx.out.push(Command::ShowPane(super::models_pane::PANE));
+                cx.out.send(Action::FindBest(limit));
+                cx.out.send(Command::ShowPane(super::models_pane::PANE));
             }
         }
         let Some(verdict) = verdict(engine) else { return };
@@ -62,7 +62,7 @@ fn verdict(engine: &Engine) -> Option<Verdict> {
 }
 
 /// Draws one figure as a button: its name, and each axis in the colour of its change.
-fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<Command>) {
+fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Out) {
     let visuals = ui.visuals().clone();
     let text = |color| TextFormat::simple(TextStyle::Body.resolve(ui.style()), color);
     let (mut job, mut spoken) = (LayoutJob::default(), figure.name.clone());
@@ -75,10 +75,9 @@ fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<C
             change if change > 0.0 => (visuals.error_fg_color, "↑", "worse"),
             _ => (visuals.weak_text_color(), "=", "the same"),
         };
-        let shown = match axes.len() > MANY_AXES {
-            true => format!("{}{sign}", axis.symbol()),
-            false => format!("{} {change:+.0} %", axis.symbol()),
-        };
+        let many = axes.len() > MANY_AXES;
+        let change_text = if many { sign.to_owned() } else { format!(" {change:+.0} %") };
+        let shown = format!("{}{change_text}", axis.symbol());
         job.append(&shown, 5.0, text(color));
         let [before, after] = [before, after].map(|value| significant(*value, 4));
         let line =
@@ -96,6 +95,6 @@ fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<C
     button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &spoken));
     if button.on_hover_text(lines.join("\n")).clicked() {
         let pane = if figure.is_rmse { errors_pane::PANE } else { metrology_pane::PANE };
-        out.push(Command::ShowPane(pane));
+        out.send(Command::ShowPane(pane));
     }
 }

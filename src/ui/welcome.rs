@@ -4,12 +4,12 @@ use egui::{Button, RichText};
 
 use crate::engine::{Action, Engine};
 use crate::ui::actions;
-use crate::ui::command::Command;
+use crate::ui::command::{Command, Out};
 
 const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
 const RECENT: usize = 5;
 
-pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     ui.vertical_centered(|ui| {
         ui.add_space(0.18 * ui.available_height());
         ui.heading("No recordings yet");
@@ -28,7 +28,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         ] {
             let button = Button::new(RichText::new(name).size(18.0)).min_size(SIZE);
             if ui.add(button).on_hover_text(about).clicked() {
-                out.push(command);
+                out.send(command);
             }
             ui.weak(about);
             ui.add_space(10.0);
@@ -41,7 +41,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         }
         for action in recent.into_iter().take(RECENT) {
             if ui.button(action.name).on_hover_text(&*action.explanation).clicked() {
-                out.push(action.command);
+                out.send(action.command);
             }
         }
     });

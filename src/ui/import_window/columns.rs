@@ -126,10 +126,9 @@ impl Selection {
             if !self.rows.remove(&row) {
                 self.rows.insert(row);
             }
-        } else if self.rows == BTreeSet::from([row]) {
-            self.rows.clear();
         } else {
-            self.rows = BTreeSet::from([row]);
+            let one = BTreeSet::from([row]);
+            self.rows = if self.rows == one { BTreeSet::new() } else { one };
         }
     }
 }
@@ -176,12 +175,9 @@ fn column_row(
         ui.add(egui::Label::new(&report.header).selectable(false));
     });
     row.col(|ui| {
-        let button = ComboBox::from_id_salt((id, number))
-            .selected_text(rule.is.label())
-            .width(112.0)
-            .height(LIST_HEIGHT);
-        let items = ColumnRole::all().map(|role| (role, role.label().into(), ""));
-        let button = choice(ui, button, &mut rule.is, items);
+        let button = ComboBox::from_id_salt((id, number)).width(112.0).height(LIST_HEIGHT);
+        let described = |role: ColumnRole| (role.label(), "");
+        let button = choice(ui, button, &mut rule.is, ColumnRole::all(), described);
         (button.on_hover_text("Role of the column")).widget_info(|| {
             let name = format!("Role of {column}");
             egui::WidgetInfo {
@@ -201,9 +197,11 @@ fn column_row(
         });
     }
     row.col(|ui| {
-        ui.add_enabled(used, DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9))
-            .on_hover_text(SCALE)
-            .widget_info(|| label(&format!("scale factor of {column}")));
+        let scale = DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9);
+        ui.add_enabled(used, scale).on_hover_text(SCALE).widget_info(|| {
+            let name = format!("scale factor of {column}");
+            egui::WidgetInfo::labeled(egui::Role::SpinButton, true, name)
+        });
     });
     row.col(|ui| {
         let mut text = rule.dropouts.first().map(f64::to_string);
@@ -222,7 +220,11 @@ fn column_row(
             _ => report.content.name().to_owned(),
         };
         outline(ui, &report.outline);
-        let first: Vec<String> = report.first.iter().map(|cell| shortened(cell)).collect();
+        let first = report.first.iter().map(|cell| match cell.parse::<f64>() {
+            Ok(number) if cell.len() > 8 => significant(number, 5),
+            _ => cell.clone(),
+        });
+        let first: Vec<String> = first.collect();
         ui.label(format!("{}   {range}", first.join("  ")));
     });
 }
@@ -239,16 +241,6 @@ fn outline(ui: &mut egui::Ui, values: &[f32]) {
     });
     let stroke = egui::Stroke::new(1.0, ui.visuals().text_color());
     ui.painter().line(points.collect(), stroke);
-}
-
-/// Returns a number with a few digits; other text is unchanged.
-fn shortened(cell: &str) -> String {
-    let number = cell.parse::<f64>().ok().filter(|_| cell.len() > 8);
-    number.map_or_else(|| cell.to_owned(), |number| significant(number, 5))
-}
-
-fn label(text: &str) -> egui::WidgetInfo {
-    egui::WidgetInfo::labeled(egui::Role::SpinButton, true, text)
 }
 
 fn text_cell(

@@ -2,12 +2,13 @@
 
 use egui::{RichText, TextEdit};
 
-use super::{ImportFields, send};
+use super::ImportFields;
 use crate::engine::{ImportCommand, Importing};
 use crate::finding::Face;
 use crate::import::inspect::Inspection;
 use crate::recording::Axis;
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::status_line::busy;
@@ -17,7 +18,7 @@ pub(super) fn foot(
     importing: &Importing,
     inspection: &Inspection,
     fields: &mut ImportFields,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let check = &inspection.check;
     ui.add_space(4.0);
@@ -46,7 +47,7 @@ pub(super) fn foot(
             format!("Answer this question first: {open}")
         });
         if load.on_disabled_hover_text(why).clicked() {
-            send(out, ImportCommand::Load);
+            out.send(ImportCommand::Load);
         }
 
         let next = match importing.waiting.is_empty() {
@@ -55,15 +56,14 @@ pub(super) fn foot(
         };
 
         if ui.press("Cancel import", next) {
-            send(out, ImportCommand::Cancel);
+            out.send(ImportCommand::Cancel);
         }
         if !importing.waiting.is_empty() {
             let n_left = importing.waiting.len() + 1;
-
             let explanation =
                 "Skips all files that still need a map; the open recordings stay. Escape does the same";
             if ui.press(format!("Cancel all ({n_left} left)"), explanation) {
-                send(out, ImportCommand::CancelAll);
+                out.send(ImportCommand::CancelAll);
             }
         }
         ui.separator();
@@ -71,10 +71,10 @@ pub(super) fn foot(
         ui.field("Column map", field, "JSON file with the roles of the columns, for files with the same columns");
         let path = fields.map_path.trim().to_owned();
         if ui.press("Write map", "Writes the map to this file, also for --columns on the command line") && !path.is_empty() {
-            send(out, ImportCommand::WriteMap(path.clone().into()));
+            out.send(ImportCommand::WriteMap(path.clone().into()));
         }
         if ui.press("Read map", "Reads the map from this file") && !path.is_empty() {
-            send(out, ImportCommand::ReadMap(path.into()));
+            out.send(ImportCommand::ReadMap(path.into()));
         }
         if importing.is_detecting {
             busy(ui);
@@ -89,10 +89,9 @@ fn would_load(inspection: &Inspection) -> String {
     let rate = check.recordings.first().and_then(|recording| recording.rate_hz);
     let axes = Axis::symbols(&check.axes);
     format!(
-        "Would load {}{} recording{}, {samples} samples{}, gauges {}, {}",
+        "Would load {}{}, {samples} samples{}, gauges {}, {}",
         if check.is_sample { "from the start of the file " } else { "" },
-        check.recordings.len(),
-        if check.recordings.len() == 1 { "" } else { "s" },
+        counted(check.recordings.len(), "recording"),
         rate.map_or_else(String::new, |rate| format!(" at {} Hz", significant(rate, 3))),
         check.gauges.join(" "),
         if axes.is_empty() {

@@ -11,25 +11,17 @@ use crate::ui::controls::Controls as _;
 
 pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
-        let button =
-            ComboBox::from_label("delimiter").selected_text(text.delimiter.name()).width(90.0);
-        let items = Delimiter::ALL.into_iter();
-        let items = items.map(|delimiter| (delimiter, delimiter.name().into(), ""));
-        choice(ui, button, &mut text.delimiter, items)
+        let button = ComboBox::from_label("delimiter").width(90.0);
+        choice(ui, button, &mut text.delimiter, Delimiter::ALL, |own| (own.name(), ""))
             .on_hover_text("Character between the cells of a line");
         let mut comma = text.decimal == Decimal::Comma;
         if ui.tick(&mut comma, "decimal comma", "1,5 is one and a half") {
-            text.decimal = match comma {
-                true => Decimal::Comma,
-                false => Decimal::Point,
-            };
+            text.decimal = if comma { Decimal::Comma } else { Decimal::Point };
         }
-        let name = |own: Option<Thousands>| own.map_or("none", Thousands::name);
-        let button =
-            ComboBox::from_label("thousands").selected_text(name(text.thousands)).width(90.0);
-        let items = [None].into_iter().chain(Thousands::ALL.map(Some));
-        let items = items.map(|own| (own, name(own).into(), ""));
-        choice(ui, button, &mut text.thousands, items)
+        let button = ComboBox::from_label("thousands").width(90.0);
+        let all = [None].into_iter().chain(Thousands::ALL.map(Some));
+        let described = |own: Option<Thousands>| (own.map_or("none", Thousands::name), "");
+        choice(ui, button, &mut text.thousands, all, described)
             .on_hover_text("Character between groups of three digits, as in 1,234.5");
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
         ui.field("skip lines", lines, "Number of lines before the table");
@@ -55,9 +47,9 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
                 "{}. One topic of gauges and one of the reference are joined; tables with the same columns are read one after the other",
                 part.what
             );
-            if ui.tick(&mut is_used, &part.name, explanation) { let used = parts.iter().filter(|own| match own.name == part.name {
-                    true => is_used,
-                    false => own.is_used,
+            if ui.tick(&mut is_used, &part.name, explanation) {
+                let used = parts.iter().filter(|own| {
+                    if own.name == part.name { is_used } else { own.is_used }
                 });
                 let used: Vec<String> = used.map(|own| own.name.clone()).collect();
                 // One table stays selected.
@@ -71,65 +63,34 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
 
 pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
     ui.horizontal_wrapped(|ui| {
-        optional(
-            ui,
-            [
-                "sample rate",
-                " Hz",
-                "Sample rate, if no column is the time or the time counts samples",
-            ],
-            100.0,
-            &mut map.table.sample_rate_hz,
-        );
-        let stamps = &mut map.table.stamps;
-        let named = Stamps::ALL.into_iter().find(|(own, ..)| own == stamps);
-        let button = ComboBox::from_label("times")
-            .selected_text(named.map_or("", |(_, name, _)| name))
-            .width(150.0);
-        let items = Stamps::ALL.map(|(own, name, explanation)| (own, name.into(), explanation));
-        choice(ui, button, stamps, items)
+        let about = "Sample rate, if no column is the time or the time counts samples";
+        optional(ui, ["sample rate", " Hz", about], 100.0, &mut map.table.sample_rate_hz);
+        let button = ComboBox::from_label("times").width(150.0);
+        let described = |stamps| {
+            let named = Stamps::ALL.into_iter().find(|(own, ..)| *own == stamps);
+            named.map_or(("", ""), |(_, name, explanation)| (name, explanation))
+        };
+        choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(own, ..)| own), described)
             .on_hover_text("For rows that are out of order or share one time");
-        optional(
-            ui,
-            [
-                "average bursts within",
-                " s",
-                "Averages successive gauge samples that are no further apart than this",
-            ],
-            0.001,
-            &mut map.average_bursts_secs,
-        );
-        optional(
-            ui,
-            [
-                "new recording after a pause of",
-                " s",
-                "A longer step in time starts a new recording; without a number, the limit follows from the steps",
-            ],
-            2.0,
-            &mut map.gap_secs,
-        );
+        let about = "Averages successive gauge samples that are no further apart than this";
+        let bursts = ["average bursts within", " s", about];
+        optional(ui, bursts, 0.001, &mut map.average_bursts_secs);
+        let about = "A longer step in time starts a new recording; without a number, the limit follows from the steps";
+        optional(ui, ["new recording after a pause of", " s", about], 2.0, &mut map.gap_secs);
         tare(ui, &mut map.tare);
     });
 }
 
 fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
-    let text = match tare {
-        None => "none",
-        Some(Tare::Auto) => "first quiet half second without load",
-        Some(Tare::Interval(..)) => "a segment",
+    let described = |tare| match tare {
+        None => ("none", ""),
+        Some(Tare::Auto) => ("first quiet half second without load", ""),
+        Some(Tare::Interval(..)) => ("a segment", ""),
     };
-    let button = ComboBox::from_label("tare").selected_text(text).width(150.0);
-    let segment = match *tare {
-        Some(segment @ Tare::Interval(..)) => segment,
-        _ => Tare::Interval(0.0, 1.0),
-    };
-    let items = [
-        (None, "none".into(), ""),
-        (Some(Tare::Auto), "first quiet half second without load".into(), ""),
-        (Some(segment), "a segment".into(), ""),
-    ];
-    choice(ui, button, tare, items).on_hover_text(
+    let button = ComboBox::from_label("tare").width(150.0);
+    let segment = tare.filter(|own| *own != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
+    let all = [None, Some(Tare::Auto), Some(segment)];
+    choice(ui, button, tare, all, described).on_hover_text(
         "Subtracts the mean gauges of this interval. The sensor must be unloaded there",
     );
     if let Some(Tare::Interval(from, to)) = tare {
@@ -152,9 +113,7 @@ fn optional(
 ) {
     let mut on = value.is_some();
     let tick = ui.checkbox(&mut on, name).on_hover_text(explanation);
-    if tick.changed() {
-        *value = on.then_some(default);
-    }
+    *value = on.then_some(value.unwrap_or(default));
     if let Some(value) = value {
         let speed = 0.01 * *value;
         let field =

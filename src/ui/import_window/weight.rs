@@ -2,14 +2,13 @@
 
 use egui::TextEdit;
 
-use super::send;
 use super::settings::number;
 use crate::engine::ImportCommand;
 use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 
-pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
+pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
     let mut used = map.weight.is_some();
     if ui.tick(
         &mut used,
@@ -31,14 +30,12 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
         }
         if let Some(centre) = &mut weight.centre_m {
             for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
-                let explanation = "The centre of mass, in the sensor's frame";
-                number(ui, [name, " m", explanation], value);
+                number(ui, [name, " m", "The centre of mass, in the sensor's frame"], value);
             }
         }
         let names = ["gravity x", "gravity y", "gravity z"];
         for (name, value) in names.into_iter().zip(&mut weight.gravity) {
-            let explanation = "Gravity in the frame of the pose";
-            number(ui, [name, " m/s²", explanation], value);
+            number(ui, [name, " m/s²", "Gravity in the frame of the pose"], value);
         }
         ui.select_radio(
             &mut weight.angles,
@@ -55,17 +52,13 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
             "Adds the force that accelerates the weight, from the position columns of the pose",
         );
-        let explanation = "Time window of the estimated accelerations";
-        number(
-            ui,
-            ["smoothed over", " s", explanation],
-            &mut weight.smoothing_secs,
-        );
+        let smoothing = ["smoothed over", " s", "Time window of the estimated accelerations"];
+        number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
             "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
         ) {
-            send(out, ImportCommand::FindWeight);
+            out.send(ImportCommand::FindWeight);
         }
         if ui.press(
             "Add a mount",
@@ -78,21 +71,16 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             });
         }
     });
-    let mut at = 0;
-    while at < weight.mounts.len() {
-        let kept = ui.push_id(at, |ui| mount(ui, at + 1, &mut weight.mounts[at])).inner;
-        if kept {
-            at += 1;
-        } else {
-            weight.mounts.remove(at);
-        }
-    }
+    let mut nth = 0;
+    weight.mounts.retain_mut(|own| {
+        nth += 1;
+        ui.push_id(nth, |ui| mount(ui, nth, own)).inner
+    });
 }
 
 /// Draws one of several weights. Returns false if the user removed it.
 fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
-    let mut kept = true;
-    ui.horizontal_wrapped(|ui| {
+    let row = ui.horizontal_wrapped(|ui| {
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
         ui.field(format!("Mount {nth}"), name, "Name in the column \"mount\", or in the file name");
         let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
@@ -100,10 +88,13 @@ fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
         let centre = ["x", "y", "z"].into_iter().zip(centre);
         let centre = centre.map(|(axis, value)| (axis, " m", value));
         for (what, suffix, value) in mass.into_iter().chain(centre) {
-            let explanation = "Mass of this mount, and its centre in the sensor's frame";
-            number(ui, [what, suffix, explanation], value);
+            number(
+                ui,
+                [what, suffix, "Mass of this mount, and its centre in the sensor's frame"],
+                value,
+            );
         }
-        kept = !ui.press_small("×", "Removes this mount");
+        !ui.press_small("×", "Removes this mount")
     });
-    kept
+    row.inner
 }

@@ -3,15 +3,14 @@
 use super::{LoopsPane, channel_name, channel_unit};
 use crate::engine::Engine;
 use crate::questions::loops::{Channel, CrossPlot, Inks};
-use crate::ui::command::Command;
-use crate::ui::palette::inks;
+use crate::ui::command::Out;
 
 pub(super) fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &CrossPlot,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let label = |channel: Channel| {
         let name = channel_name(channel, engine);
@@ -19,11 +18,11 @@ pub(super) fn show(
     };
     let question = &picture.question;
     let labels = [question.across, question.up].map(label);
-    let zoom = *pane.zoom();
-    let drawing = picture.figure(labels.clone(), &inks(ui.visuals()), zoom);
-    let print = picture.figure(labels, &Inks::PRINT, zoom);
-    pane.lay_out(ui, &drawing, &print, out, |ui, _, _| {
-        ui.strong(format!("{} over {}", drawing.up.label, drawing.across.label));
+    let zoom = pane.zoom();
+    let figure = |inks: &Inks| picture.figure(labels.clone(), inks, zoom);
+    pane.lay_out(ui, (None, &figure), out, |ui, _, _| {
+        let [across, up] = &labels;
+        ui.strong(format!("{up} over {across}"));
         ui.weak(format!("{} samples", picture.n_samples));
         if [picture.question.across, picture.question.up].contains(&Channel::Time) {
             ui.weak("Each recording's time starts on its own clock, so recordings overlap.");

@@ -10,6 +10,7 @@ use crate::questions::loops::{LoopPlot, LoopView, Output, Up};
 use crate::questions::{AxisTraces, Segment, TraceSet};
 use crate::recording::Recording;
 use crate::scoring::Series;
+use crate::shown::counted;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;
 use crate::ui::plots::Drawn;
@@ -100,15 +101,8 @@ impl<'a> Shared<'a> {
                 let row = part.recording.gauges().chunks_exact(n_gauges).nth(sample)?;
                 *row.get(gauge)?
             }
-            (Up::Error, Some(Output::Conventional)) => {
-                self.axis.conventional_error.as_ref()?.value(k)
-            }
-            (Up::Error, Some(Output::Compensated)) => {
-                self.axis.compensated_error.as_ref()?.value(k)
-            }
-            (Up::Load, Some(Output::Conventional)) => self.axis.conventional.value(k),
-            (Up::Load, Some(Output::Compensated)) => self.axis.compensated.value(k),
-            (_, None) => return None,
+            (Up::Error, output) => self.axis.error(trace_of(output?))?.value(k),
+            (Up::Load, output) => self.axis.load(trace_of(output?))?.value(k),
         };
         Some([part.calculated.value(k), up])
     }
@@ -226,7 +220,7 @@ fn tell(
         if let Some(Found { number, n_within, .. }) = cycle {
             let within = match n_within {
                 0 => String::new(),
-                n => format!("with {n} smaller cycles inside"),
+                n => format!(" with {} inside", counted(*n, "smaller cycle")),
             };
             let n_cycles = shared.plot.n_cycles;
             ui.label(format!(

@@ -6,10 +6,10 @@ use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView, Span, Up};
 use crate::questions::loops::{LoopMeasures, LoopScale, lag_in_words, loop_figures};
 use crate::questions::metrology::Reason;
 use crate::report::figure::Figure;
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
-use crate::ui::palette::inks;
 use crate::ui::time_view::TimeView;
 use crate::ui::{plots, table};
 
@@ -21,7 +21,7 @@ pub(super) fn show(
     engine: &Engine,
     picture: &LoopPlot,
     time: &mut TimeView,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let recordings = &engine.project().recordings;
     let gauge = match picture.question.up {
@@ -35,12 +35,10 @@ pub(super) fn show(
     let mut view = LoopView::of_all(picture, gauge, pane.figures_of);
     view.shown.retain(|curve| curve.output.is_none_or(|output| pane.is_shown(output)));
     let has_mean = picture.curves.iter().any(|curve| curve.mean.is_ok());
-    let colors = inks(ui.visuals());
-    let zoom = *pane.zoom();
-    let drawing = Figure { title: view.title(), ..view.figure(&colors, zoom) };
-    let print = view.figure(&Inks::PRINT, zoom);
+    let zoom = pane.zoom();
+    let figure = |inks: &Inks| view.figure(inks, zoom);
     let shared = linked::Shared::of(picture, engine);
-    let drawn = pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
+    let drawn = pane.lay_out(ui, (Some(view.title()), &figure), out, |ui, pane, out| {
         ui.horizontal(|ui| {
             for (of, label, explanation) in [
                 (
@@ -80,10 +78,7 @@ pub(super) fn show(
             pane.span = Span::All;
         }
         if !view.found().is_empty() {
-            let widths = view.widths(&colors);
-            let print = view.widths(&Inks::PRINT);
-            let mut zoom = None; // always all of it
-            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
+            whole_plot(ui, "loop widths", |inks| view.widths(inks), out);
             by_rate(ui, &view, out);
         }
     });
@@ -111,23 +106,26 @@ fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
 }
 
 /// Draws the width over the rate of the cycles. A width that grows with the rate shows lag; a constant width, hysteresis.
-fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
+fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Out) {
     const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width proportional to the rate is lag, \
                          a constant width is hysteresis";
-    match view.widths_by_rate(&inks(ui.visuals())) {
-        Some(widths) => {
-            let print = view.widths_by_rate(&Inks::PRINT).unwrap_or_default();
-            let mut zoom = None; // always all of it
-            plots::plot(ui, "widths by rate", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
-            ui.weak("Width over rate").on_hover_text(ABOUT);
-        }
-        None => {
-            ui.weak(
-                "The full cycles have about the same rate, so their widths alone do not distinguish lag from hysteresis.",
-            )
-            .on_hover_text(ABOUT);
-        }
-    }
+    let figure = |inks: &Inks| view.widths_by_rate(inks);
+    let text = if figure(&Inks::PRINT).is_some() {
+        whole_plot(ui, "widths by rate", |inks| figure(inks).unwrap_or_default(), out);
+        "Width over rate"
+    } else {
+        "The full cycles have about the same rate, so their widths alone do not distinguish lag from hysteresis."
+    };
+    ui.weak(text).on_hover_text(ABOUT);
+}
+
+fn whole_plot<'a>(
+    ui: &mut egui::Ui,
+    id: &str,
+    figure: impl Fn(&Inks) -> Figure<'a>,
+    out: &mut Out,
+) {
+    plots::plot(ui, (id, None), WIDTHS_HEIGHT, figure, &mut None, out);
 }
 
 fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
@@ -143,12 +141,11 @@ fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
         format!("{what} over {share} % of the loads\n")
     });
     let words = format!(
-        "{of}{} cycles, {} full · {} samples of {} recording{}",
+        "{of}{} cycles, {} full · {} samples of {}",
         picture.n_cycles,
         picture.n_full_cycles,
         picture.n_samples,
-        picture.parts.len(),
-        if picture.parts.len() == 1 { "" } else { "s" },
+        counted(picture.parts.len(), "recording"),
     );
     ui.weak(words).on_hover_text(format!(
             "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches, falling ones paler. If there are \
@@ -198,8 +195,6 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
         .collect();
     let figures = loop_figures(&figures, scale);
     egui::ScrollArea::horizontal().id_salt("loop figures").show(ui, |ui| table::show(ui, &figures));
-    if ui.press("Copy figures", "Copies the figures as tab-separated text") {
-        ui.copy_text(figures.tab_separated());
-    }
+    ui.copies("figures", || figures.tab_separated());
     ui.add_space(4.0);
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 
-pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
         let mut entered = project.gauge_range.clone();
@@ -18,7 +18,7 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         }
         gauge_range(ui, project, &mut entered);
         if entered != project.gauge_range {
-            out.push(Edit::GaugeRange(entered.filter(GaugeRange::rises)).into());
+            out.send(Edit::GaugeRange(entered.filter(GaugeRange::rises)));
         }
         if project.settings.full_scale.iter().any(Option::is_some) {
             let tolerance = project.overload_tolerance.unwrap_or(ValidRange::RATED_TOLERANCE);
@@ -27,7 +27,7 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
             let field = egui::DragValue::new(&mut percent).range(0.0..=100.0).speed(0.1).suffix(" %");
             let field = ui.add(field);
             if field.on_hover_text("Part of the rated load by which a load may exceed it before it counts as overload").changed() {
-                out.push(Edit::OverloadTolerance(percent / 100.0).into());
+                out.send(Edit::OverloadTolerance(percent / 100.0));
             }
         }
         let entries = project.recordings.entries();
@@ -54,7 +54,7 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
                 "Removes the faulty samples from the recordings; history does not cross a removed part longer than a \
                  gap. Exported code then reports clipped gauges. Undo restores the samples",
             ) {
-                out.push(Action::LeaveOutFaulty.into());
+                out.send(Action::LeaveOutFaulty);
             }
     });
 }

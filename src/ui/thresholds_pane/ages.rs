@@ -4,7 +4,7 @@ use egui_plot::{Bar, BarChart, VLine};
 
 use crate::engine::Engine;
 use crate::questions::thresholds::PastAges;
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
@@ -13,7 +13,7 @@ pub fn ages(
     engine: &Engine,
     past_ages: &PastAges,
     size: [f32; 2],
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let t_th_secs = engine.project().thresholds().t_th_secs;
     let visuals = ui.visuals().clone();

@@ -6,21 +6,13 @@ use crate::features::Thresholds;
 use crate::questions::thresholds::{Along, Measure, ScoreSet, ThresholdMap};
 use crate::questions::thresholds::{ShownFTh, threshold_curve};
 use crate::report::figure::{Figure, color};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
-pub fn curves(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    map: &ThresholdMap,
-    height: f32,
-    out: &mut Vec<Command>,
-) {
-    let groups = [Measure::Forces, Measure::Moments]
-        .into_iter()
-        .filter(|group| group.weights(&map.scale).is_some())
-        .collect::<Vec<_>>();
+pub fn curves(ui: &mut egui::Ui, engine: &Engine, map: &ThresholdMap, height: f32, out: &mut Out) {
+    let groups = [Measure::Forces, Measure::Moments].into_iter();
+    let groups: Vec<_> = groups.filter(|group| group.weights(&map.scale).is_some()).collect();
     let height = (height - 26.0) / groups.len().max(1) as f32 - 6.0;
     let width = 0.5 * ui.available_width() - 6.0;
     ui.horizontal(|ui| {
@@ -55,7 +47,7 @@ fn curve(
     group: Measure,
     along: Along,
     size: [f32; 2],
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let present = engine.project().thresholds();
     let (factor, all) = match along {
@@ -90,7 +82,7 @@ fn curve(
             Along::T => Thresholds { t_th_secs: value, ..present },
         };
         if wanted != present {
-            out.push(Edit::Thresholds(wanted).into());
+            out.send(Edit::Thresholds(wanted));
         }
     }
 }

@@ -23,7 +23,8 @@ const VALUES_PER_FRAME: usize = 400_000;
 pub struct Cursors {
     at: [Option<f64>; 2],
     span: Option<Span>,
-    table: bool,
+    /// True if the table is open.
+    pub table: bool,
 }
 
 /// Statistics of one series between the cursors, as far as they are summed.
@@ -75,11 +76,6 @@ struct Span {
 }
 
 impl Span {
-    fn over(traces: &TraceSet, samples: Range<usize>, engine: &Engine) -> Self {
-        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
-        Self { next: samples.start, samples, rows: shown.flat_map(rows).collect() }
-    }
-
     /// Sums a part of the missing values. Returns true if all are summed.
     fn go_on(&mut self) -> bool {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
@@ -90,13 +86,6 @@ impl Span {
         }
         self.next = end;
         end == self.samples.end
-    }
-
-    /// Returns true if the statistics belong to these series and samples.
-    fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, engine: &Engine) -> bool {
-        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
-        let series = shown.flat_map(rows).map(|row| Arc::as_ptr(&row.series));
-        self.samples == *samples && series.eq(self.rows.iter().map(|row| Arc::as_ptr(&row.series)))
     }
 }
 
@@ -121,14 +110,6 @@ impl Cursors {
 
     pub fn clear(&mut self) {
         *self = Self { table: self.table, ..Self::default() };
-    }
-
-    pub fn toggle_table(&mut self) {
-        self.table = !self.table;
-    }
-
-    pub fn has_table(&self) -> bool {
-        self.table
     }
 
     pub fn both(&self) -> Option<(f64, f64)> {
@@ -160,10 +141,17 @@ impl Cursors {
             return;
         };
         let samples = a.min(b.unwrap_or(a))..a.max(b.unwrap_or(a)) + 1;
-        if !self.span.as_ref().is_some_and(|span| span.is_of(traces, &samples, engine)) {
-            self.span = Some(Span::over(traces, samples, engine));
-        }
-        let Some(span) = &mut self.span else { return };
+        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
+        let rows: Vec<Row> = shown.flat_map(rows).collect();
+        let is_of_these = |span: &Span| {
+            let series =
+                |rows: &[Row]| rows.iter().map(|row| Arc::as_ptr(&row.series)).collect::<Vec<_>>();
+            span.samples == samples && series(&span.rows) == series(&rows)
+        };
+        let span = match self.span.take().filter(is_of_these) {
+            Some(known) => self.span.insert(known),
+            None => self.span.insert(Span { next: samples.start, samples, rows }),
+        };
         let complete = span.go_on();
         if !complete {
             ui.ctx().request_repaint();
@@ -191,9 +179,7 @@ impl Cursors {
                         ),
                         None => format!("A {}; Shift and click puts cursor B", time(a)),
                     });
-                    if ui.press("Copy table", "Copies the table as tab-separated text") {
-                        ui.copy_text(figures.tab_separated());
-                    }
+                    ui.copies("table", || figures.tab_separated());
                     if !complete {
                         busy(ui);
                     }
@@ -207,9 +193,8 @@ impl Cursors {
 
 /// Returns the table of values at A and B, their differences and the statistics; of A alone without B.
 fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
-    let number = |number: Option<f64>| match number {
-        Some(_) => Cell::digits(number, 4),
-        None => Cell::words(""),
+    let number = |number: Option<f64>| {
+        number.map_or_else(|| Cell::words(""), |own| Cell::digits(Some(own), 4))
     };
     let at_b = |row: &Row| b.map(|b| row.series.value(b));
     type OfSpan = fn(&Figures) -> f64;

@@ -117,23 +117,19 @@ fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, St
     let unit = axis.axis.unit();
     Trace::LISTED.into_iter().filter_map(move |trace| {
         let load = axis.load(trace)?.value(k);
-        let error = axis
-            .error(trace)
-            .map_or_else(String::new, |error| format!("error {}", significant(error.value(k), 3)));
-        Some((trace, format!("{} {unit}", significant(load, 4)), error))
+        let error = axis.error(trace).map(|own| format!("error {}", significant(own.value(k), 3)));
+        let load = format!("{} {unit}", significant(load, 4));
+        Some((trace, load, error.unwrap_or_default()))
     })
 }
 
 pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     let loads = loads(axis, k).map(|(trace, load, error)| {
-        let said = format!("{} {load} {error}", trace.label());
-        said.trim_end().to_owned()
+        format!("{} {load} {error}", trace.label()).trim_end().to_owned()
     });
-    let look_back = traces.thresholds;
-    let look_back = look_back.map(|thresholds| look_back_words(traces, thresholds, k));
+    let look_back = traces.thresholds.map(|thresholds| look_back_words(traces, thresholds, k));
     let all: Vec<String> = loads.chain(look_back).collect();
-    let when = traces.when(k, 6);
-    format!("{} at {when}: {}", axis.axis.symbol(), all.join(", "))
+    format!("{} at {}: {}", axis.axis.symbol(), traces.when(k, 6), all.join(", "))
 }
 
 /// Draws the look-back rule: the distance d(k, j) to the present load from `k` back to t_th ago, F_th, and the past sample.
@@ -170,20 +166,18 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
         painter.circle_filled(found, 4.0, color);
     }
     let shown = ShownFTh::of(traces.distance);
-    let write = |at: egui::Pos2, align, words: String, color| {
-        painter.text(at, align, words, font.clone(), color);
-    };
-    let (above, below) = (plot.top() - 1.0, plot.bottom() + 1.0);
-    let left = egui::pos2(plot.left(), above);
+    let around = plot.expand(1.0);
     let what = format!("distance d(k, j) to the present load [{}]", shown.unit);
-    write(left, egui::Align2::LEFT_BOTTOM, what, text);
-    let right = egui::pos2(plot.right(), above);
     let f_th = format!("F_th {}", significant(shown.factor * thresholds.f_th, 3));
-    write(right, egui::Align2::RIGHT_BOTTOM, f_th, color);
     let oldest = format!("{} s earlier", significant(longest, 3));
-    write(egui::pos2(plot.left(), below), egui::Align2::LEFT_TOP, oldest, text);
-    let now = "now".to_owned();
-    write(egui::pos2(plot.right(), below), egui::Align2::RIGHT_TOP, now, text);
+    for (at, align, words, color) in [
+        (around.left_top(), egui::Align2::LEFT_BOTTOM, what, text),
+        (around.right_top(), egui::Align2::RIGHT_BOTTOM, f_th, color),
+        (around.left_bottom(), egui::Align2::LEFT_TOP, oldest, text),
+        (around.right_bottom(), egui::Align2::RIGHT_TOP, "now".to_owned(), text),
+    ] {
+        painter.text(at, align, words, font.clone(), color);
+    }
 }
 
 /// Returns age and distance of the samples from `k` back to `t_th_secs` ago, or to the first. Of many samples only the
@@ -201,9 +195,8 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
         let start = end.saturating_sub(width).max(oldest);
         let newest = end - looked_at.min(end - start);
         let distances = traces.distances(k, newest..end);
-        let farthest = (newest..end).zip(distances);
-        let farthest = farthest.max_by(|a, b| a.1.total_cmp(&b.1));
-        points.extend(farthest.map(|(j, d)| (now - traces.times[j], d)));
+        let all = (newest..end).zip(distances).map(|(j, d)| (now - traces.times[j], d));
+        points.extend(all.max_by(|a, b| a.1.total_cmp(&b.1)));
         end = start;
     }
     points
