@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::engine::query::Lane;
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
 use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
@@ -43,10 +42,9 @@ impl PaneView for MetrologyPane {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
         // The pane was drawn, so its settings are the present ones.
-        let of = self.of(cx.engine);
-        let question = Question::Table(TableQuestion { of });
-        if let Some(look) = cx.engine.look(None, question) {
-            match self.is_usual(cx.engine) {
+        let (of, usual) = self.of(cx.engine);
+        if let Some(look) = cx.engine.look(None, Question::Table(TableQuestion { of })) {
+            match of == usual {
                 true => cx.ask::<AskVerdict>(LookAt(look)),
                 false => cx.ask::<AskFigures>(LookAt(look)),
             }
@@ -55,28 +53,25 @@ impl PaneView for MetrologyPane {
 }
 
 impl MetrologyPane {
-    fn of(&self, engine: &Engine) -> TableOf {
+    /// Returns the recordings of the table, and those of the verdict strip. If they are the same, one answer serves both.
+    fn of(&self, engine: &Engine) -> (TableOf, TableOf) {
         let usual = TableOf::usual(&engine.project().recordings);
-        self.of.unwrap_or(usual)
-    }
-
-    /// Returns true if the table is the one that the verdict strip shows too, and so is computed once for both.
-    fn is_usual(&self, engine: &Engine) -> bool {
-        self.of(engine) == TableOf::usual(&engine.project().recordings)
+        (self.of.unwrap_or(usual), usual)
     }
 
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
-        let (answer, problem) = match self.is_usual(engine) {
-            true => of_lane(engine.lane::<AskVerdict>()),
-            false => of_lane(engine.lane::<AskFigures>()),
+        let (of, usual) = self.of(engine);
+        let (verdict, figures) = (engine.lane::<AskVerdict>(), engine.lane::<AskFigures>());
+        let (answer, problem) = match of == usual {
+            true => (verdict.answer(), verdict.problem()),
+            false => (figures.answer(), figures.problem()),
         };
         let table = match answer.filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,
         };
         let tables: Vec<Table> = table.map_or_else(Vec::new, |table| {
-            let crosstalk = crosstalk(table);
-            std::iter::once(overview(table, self.shown)).chain(crosstalk).collect()
+            std::iter::once(overview(table, self.shown)).chain(crosstalk(table)).collect()
         });
         ui.horizontal_wrapped(|ui| {
             let before = &engine.project().measuring;
@@ -115,7 +110,8 @@ impl MetrologyPane {
     }
 
     fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
-        let mut of = self.of(engine);
+        let (before, _) = self.of(engine);
+        let mut of = before;
         let not_fitted = "Measures the recordings that the fit does not use: test and off";
         let all = [
             (TableOf::Test, "Test", "Measures the test recordings"),
@@ -124,7 +120,7 @@ impl MetrologyPane {
             (TableOf::All, "All", "Measures all recordings"),
         ];
         ui.select_from(&mut of, all);
-        if of != self.of(engine) {
+        if of != before {
             self.of = Some(of);
         }
         let units = [
@@ -135,13 +131,6 @@ impl MetrologyPane {
         dwell_secs(ui, "Dwell", measuring);
     }
 }
-
-fn of_lane<const PANE: char>(lane: &Lane<LookAt<PANE>>) -> (Option<&Look>, Option<&str>) {
-    (lane.answer(), lane.problem())
-}
-
-/// A field for a share of full scale: label, explanation and value.
-type ShareField<'a> = (&'a str, &'a str, &'a mut f64);
 
 /// Draws the fields that define a reversal, a dwell, a zero load and a loaded axis.
 fn definitions(
@@ -155,31 +144,28 @@ fn definitions(
         ui.reset_style(); // fields, not menu items
         ui.set_min_width(300.0);
         egui::Grid::new("definitions").num_columns(3).show(ui, |ui| {
-            let MetrologySettings { still_share, zero_share, loaded_share, alone_share, .. } =
-                settings;
-            let shares: [ShareField<'_>; 4] = [
+            for (name, explanation, share) in [
                 (
                     "Still within",
                     "In a dwell, every axis stays within this share of full scale for the time beside \"Dwell\"",
-                    still_share,
+                    &mut settings.still_share,
                 ),
                 (
                     "Zero up to",
                     "A load up to this share of full scale counts as zero",
-                    zero_share,
+                    &mut settings.zero_share,
                 ),
                 (
                     "Loaded from",
                     "An axis counts as loaded from this share of full scale",
-                    loaded_share,
+                    &mut settings.loaded_share,
                 ),
                 (
                     "Not loaded up to",
                     "Crosstalk is measured while one axis is loaded and every other axis stays below this share of its full scale",
-                    alone_share,
+                    &mut settings.alone_share,
                 ),
-            ];
-            for (name, explanation, share) in shares {
+            ] {
                 let mut percent = 100.0 * *share;
                 let field = egui::DragValue::new(&mut percent)
                     .range(0.01..=100.0)

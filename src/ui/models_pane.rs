@@ -193,10 +193,8 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         let row = all.find(|(at, _)| (place(*at) - value).abs() < 0.01);
         row.map_or_else(String::new, |(_, (row, ..))| elided(&row.name, BAR_NAME_LENGTH))
     };
-    let plot = plots::scales(egui_plot::Plot::new("model bars"), Some("%"), "")
-        .allow_scroll(false)
-        .allow_zoom(false)
-        .allow_drag(false)
+    let plot = plots::still("model bars", ui.available_size().into());
+    let plot = plots::scales(plot, Some("%"), "")
         .include_x(0.0)
         .y_grid_spacer(|input| {
             let (from, to) = input.bounds;
@@ -242,11 +240,7 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Out) {
             say(ModelChange::Pin(is_pinned));
         }
         let about = "Applies its settings and its trained network or kernel; undo restores the present ones";
-        if ui.press_small("Use", about) {
-            out.send(Action::BringBack(row.id));
-            return;
-        }
-        let mut say = |change| out.send(Action::Model(row.id, change));
+        let is_used = ui.press_small("Use", about);
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();
@@ -261,5 +255,8 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Out) {
             }
         });
         response.on_hover_text("Renames or removes this model");
+        if is_used {
+            out.send(Action::BringBack(row.id));
+        }
     });
 }

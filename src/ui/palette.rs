@@ -10,7 +10,7 @@ pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
 
 impl Trace {
-    pub(super) fn color(self, visuals: &Visuals) -> Color32 {
+    pub fn color(self, visuals: &Visuals) -> Color32 {
         match (self, visuals.dark_mode) {
             (Self::Calculated, true) => Color32::from_gray(215),
             (Self::Calculated, false) => rgb(color::CALCULATED),
@@ -24,11 +24,11 @@ impl Trace {
     }
 
     /// True for a dashed line, which can be told apart without its colour.
-    pub(super) fn is_dashed(self) -> bool {
+    pub fn is_dashed(self) -> bool {
         matches!(self, Self::Conventional | Self::Factory)
     }
 
-    pub(super) fn stroke(self, visuals: &Visuals) -> Stroke {
+    pub fn stroke(self, visuals: &Visuals) -> Stroke {
         let width = match self {
             Self::Calculated => 1.8,
             Self::Conventional | Self::Factory => 1.2,

@@ -31,8 +31,10 @@ use crate::ui::pane::{Cx, PaneView};
 
 /// Width of the label and the buttons beside the field "Open" (points).
 const OPEN_WIDTH: f32 = 126.0;
-/// Width of the list below which samples and rates are omitted (points).
+/// Width of the list below which groups, samples and rates are omitted (points).
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
+/// Width of the list below which the errors are omitted too (points).
+const MIN_WIDTH_FOR_ERRORS: f32 = 210.0;
 
 pub const PANE: Pane = Pane {
     key: "recordings",
@@ -144,20 +146,24 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     let unit = axes.first().map_or("", |axis| axis.unit());
     // In a narrow list the name gets the width; its hover text has the number of samples and the rate.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
+    let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
+    if !counted {
+        ui.spacing_mut().item_spacing.x = 4.0;
+    }
     let counts = [Column::exact(54.0).clip(true), Column::exact(50.0), Column::exact(34.0)];
     let mut builder = TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
         .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::exact(46.0))
-        .column(Column::remainder().at_least(70.0).clip(true));
+        .column(Column::remainder().at_least(16.0).clip(true));
     for count in counts.into_iter().filter(|_| counted) {
         builder = builder.column(count);
     }
     builder
-        .columns(Column::exact(54.0), 2)
+        .columns(Column::exact(54.0), if has_errors { 2 } else { 0 })
         .column(Column::exact(18.0))
-        .header(18.0, |row| header(row, counted, unit))
+        .header(18.0, |row| header(row, (counted, has_errors), unit))
         .body(|body| {
             body.rows(20.0, engine.entries().len(), |mut row| {
                 let at = row.index();
@@ -179,7 +185,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
                 }
                 let rmse =
                     result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
-                for at in 0..2 {
+                for at in (0..2).filter(|_| has_errors) {
                     let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
                     row.col(|ui| rmse_label(ui, group, axes, rmse, result));
                 }
@@ -221,7 +227,7 @@ fn as_table(engine: &Engine) -> Table {
         .table("", "")
 }
 
-fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
+fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), unit: &str) {
     let rmse =
         format!("RMSE over the force axes, or over the moment axes if there is no force [{unit}]");
     let titles = [
@@ -243,7 +249,8 @@ fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
             ui.strong(title).on_hover_text(explanation);
         });
     }
-    for (trace, head) in [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")] {
+    let errors = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
+    for (trace, head) in errors.into_iter().filter(|_| has_errors) {
         header.col(|ui| {
             ui.colored_label(trace.color(ui.visuals()), head)
                 .on_hover_text(format!("{}: {rmse}", trace.explanation()));

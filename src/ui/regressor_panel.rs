@@ -1,7 +1,7 @@
 //! Controls of the regressor, the ridge, and the training of networks and kernels.
 
 use egui::ComboBox;
-use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
+use egui_plot::{Legend, Line, LineStyle, PlotPoints};
 
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
@@ -18,6 +18,8 @@ use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
 
+const LOSS_HEIGHT: f32 = 110.0;
+
 /// Draws the choice of the regressor and, for a network or kernel, its training.
 pub fn regressor(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
@@ -29,10 +31,17 @@ pub fn regressor(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings,
             .on_hover_text(settings.regressor.explanation());
     });
     if let Some(learner) = settings.regressor.learner() {
-        match learner {
-            Learner::Network => network(ui, settings),
-            Learner::Kernel => kernel(ui, settings),
-        }
+        let (network, kernel) = (&mut settings.network, &mut settings.kernel);
+        ui.horizontal_wrapped(|ui| match learner {
+            Learner::Network => {
+                number(ui, &EPOCHS, &mut network.epochs);
+                number(ui, &SEED, &mut network.seed);
+                switch(ui, &CONSTANT_RATE, &mut network.constant_rate);
+                switch(ui, &EARLY_STOPPING, &mut network.early_stopping);
+                switch(ui, &CROSS_VALIDATE, &mut network.cross_validate);
+            }
+            Learner::Kernel => number(ui, &LANDMARKS, &mut kernel.landmarks),
+        });
         training(ui, engine, settings, learner, out);
     }
 }
@@ -80,21 +89,6 @@ pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     }
 }
 
-fn network(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    let network = &mut settings.network;
-    ui.horizontal_wrapped(|ui| {
-        number(ui, &EPOCHS, &mut network.epochs);
-        number(ui, &SEED, &mut network.seed);
-        switch(ui, &CONSTANT_RATE, &mut network.constant_rate);
-        switch(ui, &EARLY_STOPPING, &mut network.early_stopping);
-        switch(ui, &CROSS_VALIDATE, &mut network.cross_validate);
-    });
-}
-
-fn kernel(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    ui.horizontal(|ui| number(ui, &LANDMARKS, &mut settings.kernel.landmarks));
-}
-
 fn training(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -107,9 +101,9 @@ fn training(
     let fits = engine.fitting().is_some();
     ui.horizontal_wrapped(|ui| {
         if let Some(running) = engine.training() {
-            let stop = egui::Button::new("Stop training");
-            let stop = ui.add_enabled(!running.progress.is_cancelled(), stop);
-            if stop.on_hover_text("Stops and keeps the best network so far").clicked() {
+            let is_running = !running.progress.is_cancelled();
+            let about = "Stops and keeps the best network so far";
+            if ui.press_if(is_running, "Stop training", about) {
                 out.send(Action::StopTraining);
             }
             ui.label(match trained.and_then(|trained| trained.step) {
@@ -188,11 +182,8 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Out) {
     let train = curve(&|report| Some(report.train_loss));
     let held_out = curve(&|report| report.held_out_loss);
     let visuals = ui.visuals().clone();
-    let shown = plots::scales(Plot::new("loss"), Some("epoch"), "loss")
-        .height(110.0)
-        .allow_scroll(false)
-        .allow_zoom(false)
-        .allow_drag(false)
+    let plot = plots::still("loss", [ui.available_width(), LOSS_HEIGHT]);
+    let shown = plots::scales(plot, Some("epoch"), "loss")
         .legend(Legend::default())
         .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 2))
         .show(ui, |plot| {

@@ -115,8 +115,7 @@ impl Shell {
             self.workspaces = layout;
         }
         if !preferences.toured && !self.was_given_files {
-            self.tour.begin();
-            self.workspaces.bring(self.tour.pane());
+            self.workspaces.bring(self.tour.begin());
         }
         self.engine.preferences = preferences;
         self
@@ -224,22 +223,17 @@ impl Shell {
             Command::ToggleHelp => self.help.toggle(),
             Command::ShowAbout => self.help.open_about(),
             Command::ToggleNotices => self.notices.toggle_list(),
-            Command::Tour(true) => {
-                self.tour.begin();
-                self.workspaces.bring(self.tour.pane());
-            }
+            Command::Tour(true) => self.workspaces.bring(self.tour.begin()),
             Command::Tour(false) => {
-                self.tour.end();
+                self.tour.step = None;
                 self.engine.preferences.toured = true;
             }
             Command::Time(time_move) => self.time.apply(time_move),
             Command::TextScale(step) => {
                 let scale = &mut self.engine.preferences.text_scale;
                 let (min, max) = Preferences::TEXT_SCALES.into_inner();
-                *scale = match step {
-                    0 => 1.0,
-                    _ => (*scale + f32::from(step) * TEXT_STEP).clamp(min, max),
-                };
+                let changed = (*scale + f32::from(step) * TEXT_STEP).clamp(min, max);
+                *scale = if step == 0 { 1.0 } else { changed };
             }
             Command::ImageOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
             Command::Image(part, to) => self.pictures.ask(part, to),
@@ -334,24 +328,18 @@ impl Shell {
         // The tour is about the built-in sensor.
         let recordings = &self.engine.project().recordings;
         let has_own = !recordings.entries().is_empty() && !recordings.is_simulated();
-        if has_own && self.tour.is_on() {
+        if has_own && self.tour.step.is_some() {
             self.send(Command::Tour(false));
         }
         let workspaces = &self.workspaces;
         self.engine.write_down(&|| workspaces.to_value());
     }
 
-    fn can_go(&self) -> CanGo {
-        CanGo {
-            undo: self.engine.history().can_undo(),
-            redo: self.engine.history().can_redo(),
-            zoom_back: self.time.can_go_back(),
-            zoom_forward: self.time.can_go_forward(),
-        }
-    }
-
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Out) {
-        let can = self.can_go();
+        let (zoom_back, zoom_forward) = self.time.can_go();
+        let history = self.engine.history();
+        let (undo, redo) = (history.can_undo(), history.can_redo());
+        let can = CanGo { undo, redo, zoom_back, zoom_forward };
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         if !self.presents {

@@ -90,30 +90,23 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
             *seen = Some(format!("{} ({place})", panic_message(info.payload())));
         }
     }));
-    match catch_unwind(AssertUnwindSafe(|| eframe::run_native("LoopScope", options, create))) {
-        Ok(Ok(())) => ExitCode::SUCCESS,
-        Ok(Err(error)) => {
-            eprintln!("loopscope: the window cannot open: {}", with_way_out(&error.to_string()));
-            ExitCode::FAILURE
-        }
+    let run = || eframe::run_native("LoopScope", options, create);
+    let (what, why) = match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(())) => return ExitCode::SUCCESS,
+        Ok(Err(error)) => ("cannot open", error.to_string()),
         Err(_) => {
             let message = panicked.lock().ok().and_then(|mut seen| seen.take());
-            let message = with_way_out(&message.unwrap_or_default());
-            eprintln!("loopscope: the window failed: {message}");
-            ExitCode::FAILURE
+            ("failed", message.unwrap_or_default())
         }
-    }
+    };
+    eprintln!("loopscope: the window {what}: {}", with_way_out(&why));
+    ExitCode::FAILURE
 }
 
 /// Returns the icon of the program; empty if it cannot be read, which a test would show.
 fn icon() -> egui::IconData {
-    let png = include_bytes!("../../assets/loopscope.png");
-    let Ok(image) = image::load_from_memory_with_format(png, image::ImageFormat::Png) else {
-        return egui::IconData::default();
-    };
-    let image = image.into_rgba8();
-    let (width, height) = image.dimensions();
-    egui::IconData { rgba: image.into_raw(), width, height }
+    eframe::icon_data::from_png_bytes(include_bytes!("../../assets/loopscope.png"))
+        .unwrap_or_default()
 }
 
 /// Returns the reason why this machine cannot open a window, if there is one.
@@ -130,12 +123,10 @@ fn missing_display() -> Option<&'static str> {
 fn with_way_out(why: &str) -> String {
     let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_missing = LIBRARY_IS_MISSING.iter().any(|words| why.contains(words));
-    let install = match is_missing && cfg!(target_os = "linux") {
-        true => {
-            "install the window's libraries (Debian, Ubuntu: `sudo apt-get install libgl1 libxcursor1 libxi6 libxkbcommon-x11-0`); "
-        }
-        false => "",
-    };
+    let mut install = "";
+    if is_missing && cfg!(target_os = "linux") {
+        install = "install the window's libraries (Debian, Ubuntu: `sudo apt-get install libgl1 libxcursor1 libxi6 libxkbcommon-x11-0`); ";
+    }
     format!("{why}; {install}{WITHOUT_DISPLAY}")
 }
 

@@ -83,13 +83,13 @@ const DRAWING_SHARE: f32 = 0.05;
 const LONGEST_INTERVAL: f32 = 1.0;
 
 /// Returns the time until the next redraw that shows progress. Every redraw draws the whole window.
-pub(super) fn progress_interval(context: &egui::Context) -> Duration {
+pub fn progress_interval(context: &egui::Context) -> Duration {
     let frame_secs: f32 = context.data(|data| data.get_temp(frame_secs()).unwrap_or(0.0));
     let secs = (frame_secs / DRAWING_SHARE).clamp(0.0, LONGEST_INTERVAL);
     PROGRESS_INTERVAL.max(Duration::from_secs_f32(secs))
 }
 
-pub(super) fn note_frame(context: &egui::Context, secs: f32) {
+pub fn note_frame(context: &egui::Context, secs: f32) {
     context.data_mut(|data| data.insert_temp(frame_secs(), secs));
 }
 
@@ -98,7 +98,7 @@ fn frame_secs() -> egui::Id {
 }
 
 /// Draws a sign of running work, which moves only as often as progress is drawn.
-pub(super) fn busy(ui: &mut egui::Ui) {
+pub fn busy(ui: &mut egui::Ui) {
     const DOTS: usize = 8;
     let size = ui.spacing().interact_size.y;
     let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(size), egui::Sense::hover());
@@ -116,7 +116,7 @@ pub(super) fn busy(ui: &mut egui::Ui) {
     ui.request_repaint_after(progress_interval(ui.ctx()));
 }
 
-pub(super) fn preview_of(each: usize) -> String {
+pub fn preview_of(each: usize) -> String {
     format!("Preview: every {each}th sample")
 }
 

@@ -25,10 +25,10 @@ const STEPS_ACROSS: usize = 800;
 const MAX_ZOOMS: usize = 50;
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Shown {
+pub struct Shown {
     /// The interval of time; `None` shows the whole time.
-    pub(super) time: Option<(f64, f64)>,
-    pub(super) values: BTreeMap<(Axis, Kind), (f64, f64)>,
+    pub time: Option<(f64, f64)>,
+    pub values: BTreeMap<(Axis, Kind), (f64, f64)>,
 }
 
 /// The two panes of an axis.
@@ -41,20 +41,20 @@ pub enum Kind {
 #[derive(Debug)]
 pub struct TimeView {
     on: Option<Arc<Vec<f64>>>,
-    pub(super) shown: Shown,
+    pub shown: Shown,
     zooms: Undoer<Shown>,
     /// Samples that look faulty in each recording, once they are known.
-    pub(super) faulty: Vec<Arc<FaultyRecording>>,
-    pub(super) hovered: Option<usize>,
-    pub(super) locks_values: bool,
+    pub faulty: Vec<Arc<FaultyRecording>>,
+    pub hovered: Option<usize>,
+    pub locks_values: bool,
     /// Number of the pass in which the panes were last drawn.
-    pub(super) drawn_in: u64,
+    pub drawn_in: u64,
     /// Sample under the pointer in another pane.
-    pub(super) pointed: Option<usize>,
-    pub(super) hidden: Vec<Trace>,
-    pub(super) columns: SharedColumns,
-    pub(super) cursors: Cursors,
-    pub(super) playing: Playing,
+    pub pointed: Option<usize>,
+    pub hidden: Vec<Trace>,
+    pub columns: SharedColumns,
+    pub cursors: Cursors,
+    pub playing: Playing,
 }
 
 impl Default for TimeView {
@@ -78,7 +78,7 @@ impl Default for TimeView {
 
 /// The columns that all panes draw in. All panes show the same time and have the same width.
 #[derive(Debug, Default)]
-pub(super) struct SharedColumns {
+pub struct SharedColumns {
     times: Arc<Vec<f64>>,
     shown: ((f64, f64), usize),
     columns: Arc<Vec<Columns>>,
@@ -86,7 +86,7 @@ pub(super) struct SharedColumns {
 
 impl SharedColumns {
     /// Returns the stored columns if they match, else new ones.
-    pub(super) fn take(
+    pub fn take(
         &mut self,
         (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
         make: impl FnOnce() -> Vec<Columns>,
@@ -139,7 +139,7 @@ impl TimeView {
     }
 
     /// Discards the state that belongs to other recordings.
-    pub(super) fn follow(&mut self, traces: &TraceSet) {
+    pub fn follow(&mut self, traces: &TraceSet) {
         if !self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times)) {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
@@ -183,20 +183,17 @@ impl TimeView {
     }
 
     /// Stores the present zoom for "Zoom back".
-    pub(super) fn keep_zoom(&mut self, time_secs: f64) {
+    pub fn keep_zoom(&mut self, time_secs: f64) {
         self.zooms.feed_state(time_secs, &self.shown);
     }
 
-    pub(super) fn fit(&mut self) {
+    pub fn fit(&mut self) {
         self.shown = Shown::default();
     }
 
-    pub fn can_go_back(&self) -> bool {
-        self.zooms.has_undo(&self.shown)
-    }
-
-    pub fn can_go_forward(&self) -> bool {
-        self.zooms.has_redo(&self.shown)
+    /// Returns whether there is a previous zoom, and whether there is a next one.
+    pub fn can_go(&self) -> (bool, bool) {
+        (self.zooms.has_undo(&self.shown), self.zooms.has_redo(&self.shown))
     }
 
     /// Returns the interval between the cursors, counted from the first sample of a recording on screen (s).
@@ -250,12 +247,12 @@ impl TimeView {
         }
     }
 
-    pub(super) fn is_shown(&self, trace: Trace) -> bool {
+    pub fn is_shown(&self, trace: Trace) -> bool {
         !self.hidden.contains(&trace)
     }
 
     /// Continues playing. Returns the present sample. The visible time follows.
-    pub(super) fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
+    pub fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
         let start = traces.times.first().copied().unwrap_or(0.0);
         let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));
         let from = self.cursors.first().unwrap_or(on_screen);

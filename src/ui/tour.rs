@@ -57,24 +57,15 @@ const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
 #[derive(Debug, Default)]
 pub struct Tour {
-    step: Option<usize>,
+    /// Index of the present step; `None` without a tour.
+    pub step: Option<usize>,
 }
 
 impl Tour {
-    pub fn begin(&mut self) {
+    /// Starts the tour. Returns the pane of its first step.
+    pub fn begin(&mut self) -> Pane {
         self.step = Some(0);
-    }
-
-    pub fn end(&mut self) {
-        self.step = None;
-    }
-
-    pub fn is_on(&self) -> bool {
-        self.step.is_some()
-    }
-
-    pub fn pane(&self) -> Pane {
-        STEPS[self.step.unwrap_or(0).min(STEPS.len() - 1)].0
+        STEPS[0].0
     }
 
     /// Draws the present step beside its pane. `places` are the places of the panes on screen.
@@ -82,7 +73,7 @@ impl Tour {
         let Some(step) = self.step else {
             return;
         };
-        let (pane, title, text) = STEPS[step.min(STEPS.len() - 1)];
+        let (pane, title, text) = STEPS[step];
         let place = places.iter().find(|(own, _)| *own == pane);
         let place = place.map(|(_, place)| *place);
         if let Some(place) = place {
@@ -107,21 +98,13 @@ impl Tour {
                         if ui.press_if(step > 0, "Back", "Shows the previous step") {
                             next = Some(step - 1);
                         }
-                        if step + 1 < STEPS.len() {
-                            let button = ui.button("Next").on_hover_text("Shows the next step");
-                            if button.clicked() {
-                                next = Some(step + 1);
-                            }
-                            if ui.press(
-                                "Skip the tour",
-                                "Ends the tour; the Help menu starts it again",
-                            ) {
-                                out.send(Command::Tour(false));
-                            }
-                        } else {
-                            if ui.press("Done", "Ends the tour") {
-                                out.send(Command::Tour(false));
-                            }
+                        let is_last = step + 1 == STEPS.len();
+                        if !is_last && ui.press("Next", "Shows the next step") {
+                            next = Some(step + 1);
+                        }
+                        let end = if is_last { "Done" } else { "Skip the tour" };
+                        if ui.press(end, "Ends the tour; the Help menu starts it again") {
+                            out.send(Command::Tour(false));
                         }
                     });
                 });

@@ -23,7 +23,7 @@ const MISSING: &str = "A number that stands for a missing value";
 const LIST_HEIGHT: f32 = 320.0;
 
 /// Draws one row for each column: role, name, unit, scale factor, missing value, first values.
-pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
+pub fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
     // Without names, the values get their width.
     let has_names = reports.iter().any(|report| !report.header.is_empty());

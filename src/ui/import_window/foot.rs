@@ -13,7 +13,7 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::status_line::busy;
 
-pub(super) fn foot(
+pub fn foot(
     ui: &mut egui::Ui,
     importing: &Importing,
     inspection: &Inspection,

@@ -9,7 +9,7 @@ use crate::import::map::{ColumnMap, JoinMethod, ReferenceFile, TableMap};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 
-pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
+pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
     let mut own_file = map.reference.is_some();
     if ui.tick(
         &mut own_file,

@@ -9,7 +9,7 @@ use crate::recording::Tare;
 use crate::ui::choice::choice;
 use crate::ui::controls::Controls as _;
 
-pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
+pub fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
         let button = ComboBox::from_label("delimiter").width(90.0);
         choice(ui, button, &mut text.delimiter, Delimiter::ALL, |own| (own.name(), ""))
@@ -34,7 +34,7 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     });
 }
 
-pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
+pub fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
     if parts.is_empty() {
         return;
     }
@@ -61,7 +61,7 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
     });
 }
 
-pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
+pub fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
     ui.horizontal_wrapped(|ui| {
         let about = "Sample rate, if no column is the time or the time counts samples";
         optional(ui, ["sample rate", " Hz", about], 100.0, &mut map.table.sample_rate_hz);
@@ -101,7 +101,7 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     }
 }
 
-pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
+pub fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
     let field = DragValue::new(value).speed(0.001).max_decimals(6).suffix(suffix);
     ui.field(name, field, explanation);
 }

@@ -8,7 +8,7 @@ use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
 use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 
-pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
+pub fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
     let mut used = map.weight.is_some();
     if ui.tick(
         &mut used,

@@ -5,7 +5,7 @@ use crate::engine::Engine;
 use crate::questions::loops::{Channel, CrossPlot, Inks};
 use crate::ui::command::Out;
 
-pub(super) fn show(
+pub fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,

@@ -15,7 +15,7 @@ use crate::ui::table;
 
 const LIST_HEIGHT: f32 = 170.0;
 
-pub(super) fn show(
+pub fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,

@@ -24,7 +24,7 @@ const MAX_SAMPLES: usize = 200_000;
 const NAME_LENGTH: usize = 44;
 
 /// Samples of a loop that are also in the traces.
-pub(super) struct Shared<'a> {
+pub struct Shared<'a> {
     plot: &'a LoopPlot,
     traces: &'a TraceSet,
     axis: &'a AxisTraces,
@@ -52,7 +52,7 @@ struct Found {
 }
 
 impl<'a> Shared<'a> {
-    pub(super) fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
+    pub fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
         let analysis = engine.analysis()?;
         let traces = &*analysis.traces;
         let axis = traces.axes.iter().find(|own| own.axis == plot.question.axis)?;
@@ -74,7 +74,7 @@ impl<'a> Shared<'a> {
     }
 
     /// Returns the reason why a part of the loop is not in the traces.
-    pub(super) fn missing(&self) -> Option<String> {
+    pub fn missing(&self) -> Option<String> {
         let symbol = self.axis.axis.symbol();
         match (self.parts.len(), self.plot.parts.len()) {
             (n, all) if n == all => None,
@@ -154,7 +154,7 @@ impl<'a> Shared<'a> {
 
 /// Marks the sample of the traces in the loop. Marks and describes the sample under the pointer in both. Returns the samples
 /// of its cycle if the mouse was pressed.
-pub(super) fn link(
+pub fn link(
     ui: &egui::Ui,
     drawn: &Drawn,
     view: &LoopView<'_>,

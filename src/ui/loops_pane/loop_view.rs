@@ -15,7 +15,7 @@ use crate::ui::{plots, table};
 
 const WIDTHS_HEIGHT: f32 = 150.0;
 
-pub(super) fn show(
+pub fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,

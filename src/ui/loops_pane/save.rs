@@ -8,7 +8,7 @@ use crate::ui::controls::Controls as _;
 use crate::ui::picture::svg;
 
 /// Draws the field for the path and its button. `picture` is the plot's rectangle on screen.
-pub(super) fn row(
+pub fn row(
     ui: &mut egui::Ui,
     path: &mut String,
     figure: InInks<'_, '_>,

@@ -14,13 +14,13 @@ use crate::ui::plots::{self, Zoom};
 const SMALLEST: f32 = 80.0;
 
 #[derive(Debug, Default)]
-pub(super) struct ModelPlots {
+pub struct ModelPlots {
     axis: Option<Axis>,
     zooms: [Zoom; 2],
 }
 
 impl ModelPlots {
-    pub(super) fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    pub fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let engine = cx.engine;
         let axes = engine.project().axes();
         let chosen = self.axis.filter(|own| axes.contains(own));

@@ -2,7 +2,7 @@
 
 use super::*;
 
-pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+pub fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
         let mut entered = project.gauge_range.clone();

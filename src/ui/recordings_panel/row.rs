@@ -3,13 +3,13 @@
 use super::*;
 
 /// Returns the group of a recording: the one set by the user, else the detected one.
-pub(super) fn group_of(engine: &Engine, at: usize) -> Option<&str> {
+pub fn group_of(engine: &Engine, at: usize) -> Option<&str> {
     let entry = engine.entries().get(at)?;
     let found = || engine.result_of(at)?.group.as_deref();
     entry.group.as_deref().or_else(found)
 }
 
-pub(super) fn group_button(
+pub fn group_button(
     ui: &mut egui::Ui,
     engine: &Engine,
     at: usize,
@@ -108,7 +108,7 @@ fn day_menu(ui: &mut egui::Ui, engine: &Engine, at: usize, typed: &mut Typed, ou
     ui.close();
 }
 
-pub(super) fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Out) {
+pub fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Out) {
     let roles = [
         ("Train", Role::Train, "Used by the fit"),
         ("Test", Role::Test, "Used only to score the fit"),
@@ -134,7 +134,7 @@ pub(super) fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut O
     .on_hover_text("Role of this recording: train, test or off");
 }
 
-pub(super) fn name_button(
+pub fn name_button(
     ui: &mut egui::Ui,
     engine: &Engine,
     at: usize,
@@ -247,12 +247,12 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Out) -> egui::R
 }
 
 /// Returns the sample rate after decimation by `step`, as text.
-pub(super) fn rate_text(entry: &Entry, step: usize) -> String {
+pub fn rate_text(entry: &Entry, step: usize) -> String {
     let rate = entry.recording.rate_hz();
     rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
 }
 
-pub(super) fn rmse_label(
+pub fn rmse_label(
     ui: &mut egui::Ui,
     group: Group,
     axes: &[Axis],
