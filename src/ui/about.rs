@@ -1,4 +1,4 @@
-//! The About page: version, build, and the licences of the program and its crates.
+//! The About page: version, build, and the licences of the program and of its crates.
 
 use egui::{RichText, ScrollArea, TextStyle};
 
@@ -28,8 +28,9 @@ impl About {
             ui.ctx().copy_text(lines.join("\n"));
         }
         ui.separator();
-        let crates = "Crates in this program, with their authors and licences";
-        let own = OWN_LICENCES.map(|(name, text)| (name, text, "A licence of the program"));
+        let crates = "Lists the crates in this program, with their authors and licences";
+        let own =
+            OWN_LICENCES.map(|(name, text)| (name, text, "Shows this licence of the program"));
         let texts = [own[0], own[1], ("Crates", LICENCES_OF_CRATES, crates)];
         ui.horizontal(|ui| {
             ui.label("Licence: MIT or Apache-2.0, at your choice");

@@ -68,7 +68,7 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         ),
         (
             "Built-in: time lag",
-            "One force on two gauges behind a low-pass of 30 ms, without hysteresis: its loops look like hysteresis until the lag is removed",
+            "Simulated: one force, two gauges behind a low-pass of 30 ms, no hysteresis. The loops look like hysteresis until the lag is removed",
             Some(Late::Lag),
         ),
         (
@@ -78,7 +78,7 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         ),
         (
             "Built-in: time lag and hysteresis",
-            "One force on two gauges with both: removing the lag leaves the hysteresis",
+            "Simulated: one force, two gauges with a time lag and with play. Removing the lag leaves the hysteresis",
             Some(Late::Both),
         ),
     ];
@@ -179,7 +179,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
             Do::Undo,
         )
         .only_if(can.undo),
-        action("Redo", "Makes the undone change again", ctrl_shift(Key::Z), Do::Redo)
+        action("Redo", "Repeats the change that was undone last", ctrl_shift(Key::Z), Do::Redo)
             .only_if(can.redo),
     ]
 }
@@ -256,7 +256,7 @@ pub fn time(can: CanGo) -> Vec<Action> {
         ),
         (
             "Show or hide the table of the cursors",
-            "Shows the values at A, at B and between them",
+            "Shows a table of the values at A and B, and of the statistics between A and B",
             alone(Key::T),
             TimeMove::ToggleTable,
         ),
@@ -317,7 +317,7 @@ pub fn recent(engine: &Engine) -> Vec<Action> {
     files.map(open).collect()
 }
 
-/// Returns an action for the control of each setting.
+/// Returns the action that finds the control of each setting.
 fn settings(engine: &Engine) -> Vec<Action> {
     let all = settings_panel::in_use(engine).into_iter();
     all.map(|setting| {
@@ -333,7 +333,7 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Find the best model",
-            "Tries models and proposes one; the pane Models lists all of them",
+            "Tries models and proposes one; the pane Models lists all tried models",
             None,
             Do::FindBest(limit),
         )
@@ -363,7 +363,7 @@ pub fn workspaces() -> Vec<Action> {
         ),
         action(
             "Presenter mode, full screen",
-            "No menus, and everything larger, for a projector; the same key ends it",
+            "Hides the menus and enlarges everything, for a projector; F11 ends presenter mode",
             alone(Key::F11),
             Command::TogglePresenter,
         ),
@@ -377,9 +377,9 @@ pub fn workspaces() -> Vec<Action> {
     Workspace::ALL.into_iter().zip(keys).map(show).chain(own).collect()
 }
 
-/// Returns an action for each pane that opens by a number key.
+/// Returns the action that shows each pane. The first nine panes have number keys.
 pub fn panes() -> Vec<Action> {
-    // Only the numbers 1 to 9 have a key.
+    // Only the numbers 1 to 9 are names of keys.
     let keys = (1..).map(|n: u8| Key::from_name(&n.to_string()).and_then(ctrl));
     let show = |(pane, keys): (Pane, _)| {
         let name = format!("Show {}", pane.title);
@@ -407,7 +407,7 @@ pub fn places(pane: Pane) -> Vec<Action> {
 pub const THEMES: [(&str, Theme, &str); 3] = [
     ("Dark", Theme::Dark, "Light text on a dark background"),
     ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
-    ("Follow system", Theme::System, "Dark or light, like the desktop"),
+    ("Follow system", Theme::System, "Dark or light, as set for the desktop"),
 ];
 
 fn themes(engine: &Engine) -> Vec<Action> {
@@ -424,7 +424,7 @@ pub fn text_scales() -> Vec<Action> {
     [
         ("Larger", "Enlarges text and controls", ctrl(Key::Plus), 1),
         ("Smaller", "Shrinks text and controls", ctrl(Key::Minus), -1),
-        ("Usual size", "Resets the size to that of the screen", ctrl(Key::Num0), 0),
+        ("Usual size", "Resets text and controls to the usual size", ctrl(Key::Num0), 0),
     ]
     .into_iter()
     .map(|(name, explanation, keys, step)| {
@@ -489,8 +489,8 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     groups.into_iter().flatten().collect()
 }
 
-/// Pushes the commands of the pressed keys. While a text field has the focus, keys without modifiers, undo and redo belong to
-/// the field.
+/// Sends the commands of the pressed keys. While a text field has the focus, the field gets keys without modifiers, undo and
+/// redo.
 pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Out) {
     let is_press = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
     if !context.input(|input| input.events.iter().any(is_press)) {
@@ -502,13 +502,13 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ou
     let focused = focused.and_then(|id| context.read_response(id));
     let focused =
         focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
-    // Plus shares a key with the equals sign, which is accepted without Shift too.
+    // Plus is often on the key of the equals sign, so Ctrl with the equals sign counts too.
     let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
     if larger {
         out.send(Command::TextScale(1));
     }
     let mut actions = all(engine, can);
-    // Ctrl+Shift+Z is tested first, because Ctrl+Z also matches it.
+    // Shortcuts with Shift or Alt are tested first, because egui accepts Ctrl+Shift+Z as Ctrl+Z.
     actions.sort_by_key(|action| {
         let held = action.keys.map(|keys| keys.modifiers);
         std::cmp::Reverse(held.is_some_and(|held| held.shift || held.alt))

@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
-use egui::RichText;
+use egui::{Rect, RichText, Ui};
 
 use crate::calibration::LinearMap;
 use crate::features::Column;
 use crate::questions::Analysis;
 use crate::recording::Axis;
-use crate::report;
-use crate::report::{Cell, Table};
+use crate::report::{self, Cell, Table};
 use crate::ui::command::Pane;
 use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
@@ -20,7 +19,7 @@ use crate::ui::table;
 
 /// Space between two columns of a matrix (points).
 const GAP: f32 = 12.0;
-/// Number of characters of a name that fit over a column.
+/// Maximum number of characters of a feature's name above a column.
 const NAME_LENGTH: usize = 24;
 
 pub const PANE: Pane = Pane {
@@ -36,7 +35,7 @@ pub struct View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         if let Some(analysis) = cx.engine.analysis() {
             self.draw(ui, analysis);
         }
@@ -44,11 +43,11 @@ impl PaneView for View {
 }
 
 impl View {
-    fn draw(&mut self, ui: &mut egui::Ui, analysis: &Analysis) {
+    fn draw(&mut self, ui: &mut Ui, analysis: &Analysis) {
         let uncertain = &mut self.uncertain;
         ui.horizontal_wrapped(|ui| {
             if analysis.calibration.simulated {
-                ui.warn("of the simulated sensor");
+                ui.warn("Calibration of the simulated sensor");
             }
             ui.weak(analysis.calibration.describe());
         });
@@ -61,7 +60,7 @@ impl View {
                 };
                 let text = format!("Compensated = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
-                    "Too large to show as a matrix; the .json export holds all of its numbers",
+                    "This part of the model is too large to show; the .json export contains all its numbers",
                 );
                 ui.add_space(6.0);
             }
@@ -80,7 +79,7 @@ impl View {
                     ui.copies(&format!("{} matrix", trace.label()), text);
                     if let Some(known) = known {
                         ui.checkbox(uncertain, "± u").on_hover_text(format!(
-                            "The standard error of each coefficient: a jackknife, {}",
+                            "Shows the standard error of each coefficient, computed by a jackknife, {}",
                             known.left_out
                         ));
                     }
@@ -107,7 +106,7 @@ fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
         .table("", "")
 }
 
-/// A group of columns with its symbol in the equation.
+/// A group of matrix columns, with the symbol of the group in the equation.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     symbol: String,
@@ -115,7 +114,7 @@ struct Block {
     columns: Range<usize>,
 }
 
-/// Returns the groups of a matrix' columns: the gauges, each history block, products, the offset.
+/// Returns the groups of matrix columns: the gauges, each feature with memory, products, auxiliary channels, and the offset.
 fn blocks(columns: &[Column]) -> Vec<Block> {
     let symbol = |column: &Column| match column {
         Column::Gauge(_) => "S".to_owned(),
@@ -136,7 +135,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
     blocks.collect()
 }
 
-/// Returns the equation of a matrix: the load is the matrix times the features, plus the offset.
+/// Returns the equation of a matrix: load = matrix × features + offset.
 fn equation(blocks: &[Block]) -> String {
     let symbols: Vec<&str> =
         (blocks.iter().filter(|block| !block.is_offset)).map(|block| &*block.symbol).collect();
@@ -148,9 +147,9 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// Draws a matrix between brackets, with its blocks apart and its numbers aligned.
+/// Draws a matrix between brackets, with lines between the groups of columns and aligned numbers.
 fn matrix(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     name: &str,
     map: &LinearMap,
     standard: Option<&[Vec<f64>]>,
@@ -173,8 +172,8 @@ fn matrix(
         values.map(length).fold(length(head), usize::max)
     });
     let widths: Vec<usize> = widths.collect();
-    let mut numbers = egui::Rect::NOTHING;
-    let mut borders = vec![egui::Rect::NOTHING; blocks.len()];
+    let mut numbers = Rect::NOTHING;
+    let mut borders = vec![Rect::NOTHING; blocks.len()];
     egui::Grid::new(name).striped(true).min_col_width(20.0).spacing([GAP, 2.0]).show(ui, |ui| {
         let color = ui.visuals().strong_text_color();
         ui.label("");
@@ -209,8 +208,8 @@ fn matrix(
     }
 }
 
-/// Draws the brackets around the numbers, and a thin line before each further block.
-fn brackets<'a>(ui: &egui::Ui, numbers: egui::Rect, borders: impl Iterator<Item = &'a egui::Rect>) {
+/// Draws the brackets around the numbers, and a thin line at each border between groups of columns.
+fn brackets<'a>(ui: &Ui, numbers: Rect, borders: impl Iterator<Item = &'a Rect>) {
     let around = numbers.expand2(egui::vec2(0.5 * GAP, 1.0));
     let stroke = egui::Stroke::new(1.4, ui.visuals().text_color());
     for (x, inwards) in [(around.left(), 4.0), (around.right(), -4.0)] {

@@ -7,7 +7,7 @@ use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
 struct Keys {
     pass: u64,
     focused: Option<usize>,
-    /// The item that gets the focus. A list is invisible in its first frame, so nothing in it can take the focus then.
+    /// Item that gets the focus in a later frame. In its first frame a list is invisible, so no item can take the focus.
     target: Option<usize>,
 }
 
@@ -41,7 +41,7 @@ fn list<T: PartialEq + Copy, N: Into<String>>(
     let mut takes = false;
     let at_first = items.iter().position(|value| value == chosen);
     if is_new {
-        // After the pointer is used, keys no longer move the focus.
+        // A list that was opened by the pointer takes the focus only after an arrow key.
         let by_pointer = ui.input(|input| input.pointer.any_click());
         keys = Keys { target: at_first.filter(|_| !by_pointer), ..Keys::default() };
     } else {
@@ -73,7 +73,7 @@ fn list<T: PartialEq + Copy, N: Into<String>>(
         if item.clicked() || (takes && keys.target == Some(at)) {
             *chosen = value;
             is_taken = true;
-            ui.close(); // by a key it would stay
+            ui.close(); // a press by a key does not close the list
         }
     }
     if keys.focused == keys.target {
@@ -84,8 +84,8 @@ fn list<T: PartialEq + Copy, N: Into<String>>(
     (is_taken && !by_pointer) || ui.input(|input| input.key_pressed(Key::Escape))
 }
 
-/// Returns the number of items that the arrows of this frame move, and whether Enter followed. On a slow machine several keys
-/// arrive in one frame.
+/// Returns the number of items by which the arrow keys of this frame move, and whether Enter followed. On a slow machine
+/// several keys arrive in one frame.
 fn pressed(ui: &Ui) -> (isize, bool) {
     let (mut steps, mut entered) = (0, false);
     ui.input_mut(|input| {

@@ -1,4 +1,4 @@
-//! Controls for all panes, each with an explanation under the pointer.
+//! Controls that all panes use, each with a hover text.
 
 use std::path::PathBuf;
 
@@ -91,7 +91,7 @@ pub trait Controls {
         ((self.press(button, does) || entered) && !path.is_empty()).then(|| path.into())
     }
 
-    /// Draws a button that copies a text, such as a table, to the clipboard.
+    /// Draws a button that copies a table to the clipboard.
     fn copies(&mut self, what: &str, text: impl FnOnce() -> String) {
         let about = format!("Copies the {what} as tab-separated text");
         if self.press(format!("Copy {what}"), about) {
@@ -131,13 +131,13 @@ pub trait Controls {
         ui.colored_label(ui.visuals().error_fg_color, text)
     }
 
-    /// Draws contents that fill the rest of the pane, with scroll bars if they do not fit.
+    /// Draws contents in the free area of the pane, with scroll bars if the contents do not fit.
     fn scrolled(&mut self, contents: impl FnOnce(&mut Ui)) {
         let area = ScrollArea::both().auto_shrink([false, false]);
         area.show(self.own(), contents);
     }
 
-    /// Draws a button with a menu of fields, which stays open while they are used.
+    /// Draws a button with a menu of fields. The menu stays open while the fields are used.
     fn menu_of_fields(&mut self, button: Button<'_>, contents: impl FnOnce(&mut Ui)) -> Response {
         let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let menu = MenuButton::from_button(button).config(stays);

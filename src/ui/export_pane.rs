@@ -1,4 +1,4 @@
-//! Pane of the exports: one card for each format with its contents, and buttons that write several files at once.
+//! Pane of the exports: the path, the button that writes all chosen files, and a description of each format.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,9 +14,9 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Width of the two buttons behind the path (points).
+/// Width of the two buttons to the right of the path (points).
 const BUTTONS: f32 = 118.0;
-/// Number of characters of the result that fit beside the button.
+/// Maximum number of characters shown of the notice about the last export.
 const RESULT_CHARS: usize = 160;
 
 pub const PANE: Pane = Pane {
@@ -63,7 +63,7 @@ impl PaneView for View {
             cx.ask(ask);
         }
         let footprint = Footprint::of(calibration);
-        let about = "To need less memory, set a history rate or a smaller t_th, or replace the look-back by play";
+        let about = "For less memory, set a history rate or a smaller t_th, or replace the look-back by play";
         let on_controller = format!("On a controller: {footprint}");
         if footprint.is_large() {
             ui.warn(&on_controller).on_hover_text(about);
@@ -77,8 +77,7 @@ impl PaneView for View {
                 && *asked == ask
             {
                 ui.horizontal_wrapped(|ui| {
-                    let about =
-                        "Sets the history rate: the model is fitted again with this history";
+                    let about = "Sets the history rate and fits the model again";
                     if ui.press(format!("Keep {} Hz", coarse.rate_hz), about) {
                         let mut settings = of.settings.clone();
                         settings.history_rate_hz = coarse.rate_hz;
@@ -137,7 +136,7 @@ impl View {
                         out.send(Action::Export(path, Existing::Ask));
                     }
                 }
-                if ui.press("…", "Choose a file") {
+                if ui.press("…", "Chooses a file to write") {
                     out.send(Command::ChooseExport);
                 }
             });

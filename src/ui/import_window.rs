@@ -1,5 +1,5 @@
-//! Import window: the text layout of a file, the role of each column, and a preview of the recordings. The window edits a
-//! column map, and draws the answer of inspecting the file by that map.
+//! Import window: the text layout of a file, the role of each column, and a preview of the rows. The window edits a column map,
+//! and shows how the file is read with this map.
 
 mod columns;
 mod foot;
@@ -7,7 +7,7 @@ mod reference;
 mod settings;
 mod weight;
 
-use egui::RichText;
+use egui::{RichText, Ui};
 
 use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats;
@@ -19,7 +19,7 @@ use crate::ui::status_line::busy;
 #[derive(Debug)]
 pub struct ImportFields {
     map_path: String,
-    /// A text field had the keyboard before this frame. When the frame is drawn, Escape has already taken the focus away.
+    /// True if a text field had the focus in the previous frame. Escape removes the focus before this frame is drawn.
     is_typing: bool,
 }
 
@@ -38,7 +38,7 @@ pub fn import_window(
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Escape closes an open list or ends typing before it closes the import.
+    // Escape first closes an open list or ends typing, and only then closes the import.
     let ends_by_key = !egui::Popup::is_any_open(context)
         && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
@@ -51,7 +51,7 @@ pub fn import_window(
         .id(egui::Id::unique("import"))
         .open(&mut open)
         .default_size(size)
-        // The corner stays in place when the contents change.
+        // The upper left corner is fixed, so that the window does not move when its contents change.
         .default_pos(screen.center() - 0.5 * size)
         .show(context, |ui| {
             if let Some(problem) = &importing.problem {
@@ -78,14 +78,14 @@ pub fn import_window(
 }
 
 fn body(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     engine: &Engine,
     importing: &Importing,
     inspection: &Inspection,
     out: &mut Out,
 ) {
     let table = &inspection.table;
-    let read = format!("Read here: {}", formats::listed());
+    let read = format!("Formats that can be read: {}", formats::listed());
     ui.label(format!("{}: {table}", importing.path.display())).on_hover_text(read);
     match importing.waiting.len() {
         0 => {}
@@ -118,8 +118,8 @@ fn body(
     preview(ui, table);
 }
 
-/// Draws the questions that the user has to answer. An answered question stays in its place, so that nothing below moves.
-fn questions(ui: &mut egui::Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
+/// Draws the questions that the user has to answer. Answered questions stay visible, so that the controls below do not move.
+fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
     for (at, (question, said)) in importing.questions.iter().enumerate() {
         let open = question.still_open(&importing.map, &inspection.table.columns);
         let is_answered = open.is_none();
@@ -129,8 +129,7 @@ fn questions(ui: &mut egui::Ui, importing: &Importing, inspection: &Inspection, 
         let text = format!("Question: {}", open.as_ref().unwrap_or(question));
         let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
         let tick = ui.add_enabled(!is_answered, tick);
-        let explanation =
-            "Ticked once the columns below answer the question; tick it to accept the map as it is";
+        let explanation = "Ticked once the roles of the columns below answer the question. Tick it yourself to accept the map without an answer";
         if tick.on_hover_text(explanation).changed() {
             out.send(ImportCommand::Decide(at, decided));
         }
@@ -138,18 +137,21 @@ fn questions(ui: &mut egui::Ui, importing: &Importing, inspection: &Inspection, 
 }
 
 /// Draws the remembered maps of files with the same columns.
-fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
+fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
     let shape = &importing.map.table.shape;
     let maps = engine.preferences.maps.iter().enumerate();
     let fitting = maps.filter(|(_, map)| map.table.shape == *shape && **map != importing.map);
     ui.horizontal_wrapped(|ui| {
-        if ui.press("Detect again", "Replaces the map by the one that is detected in the file") {
+        if ui.press(
+            "Detect again",
+            "Replaces the column map by the map that is detected from the file",
+        ) {
             out.send(ImportCommand::Begin);
         }
         for (at, _) in fitting {
             if ui.press(
-                "As the last file of this shape",
-                "Takes the map of the last file with the same columns",
+                "As the last similar file",
+                "Uses the column map of the last file with the same columns",
             ) {
                 out.send(ImportCommand::TakeMap(at));
             }
@@ -157,7 +159,7 @@ fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &m
     });
 }
 
-fn preview(ui: &mut egui::Ui, table: &TableReport) {
+fn preview(ui: &mut Ui, table: &TableReport) {
     ui.horizontal(|ui| {
         ui.strong("First rows");
         if ui.press_small("Copy rows", "Copies the rows as tab-separated text") {

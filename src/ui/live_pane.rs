@@ -1,4 +1,4 @@
-//! Pane with the newest minute of a growing file, and its loads by the present calibration.
+//! Pane with the newest minute of a growing log file, and the loads that the present calibration computes.
 
 use crate::engine::{Action, Followed, LiveTraces};
 use crate::questions::loops::Inks;
@@ -9,13 +9,12 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots;
-use crate::ui::plots::Zoom;
+use crate::ui::plots::{self, Zoom};
 
 pub const PANE: Pane = Pane {
     key: "live",
     title: "Live",
-    explanation: "The newest minute of a growing file, with its loads by the present calibration",
+    explanation: "The newest minute of a growing log file, with the loads by the present calibration",
 };
 
 #[derive(Debug, Default)]
@@ -71,7 +70,7 @@ impl PaneView for View {
     }
 }
 
-/// Returns the number of rows, the status of the newest row, and the error of the loads.
+/// Returns the number of rows, the status of the newest row, and the RMS errors of the loads, as text.
 fn words(followed: &Followed, axis: usize) -> String {
     let (rows, broken) = followed.counts;
     let broken = match broken {

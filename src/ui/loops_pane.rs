@@ -1,11 +1,13 @@
-//! Pane of outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, and drift in dwells.
-//! The contents of the pane are computed in the background.
+//! Pane of hysteresis loops with their figures, cross-plots of any two channels, and the drift in dwells. The contents of the
+//! pane are computed in the background.
 
 mod cross_view;
 mod dwell_view;
 mod linked;
 mod loop_view;
 mod save;
+
+use egui::{ComboBox, Ui};
 
 use crate::engine::{Edit, Engine};
 use crate::questions::loops::asked::{AskLoops, LookAt};
@@ -21,12 +23,11 @@ use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots;
-use crate::ui::plots::{Drawn, Zoom};
+use crate::ui::plots::{self, Drawn, Zoom};
 use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::trace_panes::trace_tick;
 
-/// Width of the figures beside the plot.
+/// Width of the column of figures beside the plot (points).
 const FIGURES_WIDTH: f32 = 320.0;
 
 pub const PANE: Pane = Pane {
@@ -48,7 +49,11 @@ enum Mode {
 
 impl Mode {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (Self::Loops, "Loop", "Shows an output over the reference load of one axis"),
+        (
+            Self::Loops,
+            "Loop",
+            "Plots the error, the load or a gauge against the reference load of one axis",
+        ),
         (Self::Cross, "Cross-plot", "Plots any channel against any other"),
         (
             Self::Dwells,
@@ -70,11 +75,11 @@ pub struct LoopsPane {
     lag_removed: bool,
     across: Channel,
     cross_up: Channel,
-    /// Index of the dwell; `None` takes the longest.
+    /// Index of the dwell on screen; `None` shows the longest dwell.
     rest: Option<usize>,
     /// Visible range of each [`Mode`].
     zooms: [Zoom; 3],
-    /// Resolution of the plot, or of its figure in a file if that is finer.
+    /// Width and height of the drawing in pixels: those of the plot on screen or of a saved figure, whichever are larger.
     pixels: [f64; 2],
     path: String,
 }
@@ -99,18 +104,17 @@ impl Default for LoopsPane {
     }
 }
 
-/// Draws the reason why there are no loops: the recordings have no times.
-fn no_times(ui: &mut egui::Ui) {
+/// Draws the reason why there are no loops and dwells: the recordings have no times.
+fn no_times(ui: &mut Ui) {
     ui.weak("No times: no loops and no dwells").on_hover_text(
-        "The recordings are load cases without an order in time. Reversal threshold and dwells apply again to recordings \
-         with times",
+        "The samples of these recordings have no order in time. Reversal threshold and dwells apply again to recordings with times",
     );
 }
 
 impl PaneView for LoopsPane {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx);
-        // The pane was drawn, so its settings are the present ones.
+        // The question follows the drawing, which may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
             cx.ask::<AskLoops>(LookAt(look));
         }
@@ -118,7 +122,7 @@ impl PaneView for LoopsPane {
 }
 
 impl LoopsPane {
-    fn draw(&mut self, ui: &mut egui::Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
+    fn draw(&mut self, ui: &mut Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
         if engine.analysis().is_none() {
             let text = engine.problem().unwrap_or("Nothing is fitted yet.");
             ui.centered_and_justified(|ui| ui.label(text));
@@ -152,7 +156,7 @@ impl LoopsPane {
         }
     }
 
-    /// Questions whose answers the pane needs.
+    /// Returns the question whose answer the pane shows.
     fn question(&self) -> Question {
         let Self { axis, up, span, lag_removed, across, cross_up, rest, pixels, .. } = *self;
         let frame = self.zoom();
@@ -167,7 +171,7 @@ impl LoopsPane {
         }
     }
 
-    /// Limits the settings to the axes and channels of the recordings.
+    /// Replaces chosen axes, gauges and recordings that no longer exist.
     fn follow(&mut self, engine: &Engine) {
         let axes = engine.project().axes();
         let n_gauges = engine.project().recordings.layout().gauge_names.len();
@@ -201,7 +205,7 @@ impl LoopsPane {
         self.zooms[self.mode as usize] = None;
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
+    fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
@@ -251,14 +255,14 @@ impl LoopsPane {
         self.shown[output as usize]
     }
 
-    fn axis_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn axis_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let axes = engine.project().axes().iter();
         ui.select_from(&mut self.axis, axes.map(|own| (*own, own.symbol(), "Shows this axis")));
     }
 
-    fn up_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn up_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let gauges = &engine.project().recordings.layout().gauge_names;
-        let button = egui::ComboBox::from_label("up").width(70.0);
+        let button = ComboBox::from_label("up").width(70.0);
         let all = [Up::Error, Up::Load].into_iter();
         let all = all.chain((0..gauges.len()).map(Up::Gauge));
         let described = |up| match up {
@@ -267,11 +271,11 @@ impl LoopsPane {
             Up::Gauge(gauge) => (gauges.get(gauge).map_or("", |name| name), ""),
         };
         choice(ui, button, &mut self.up, all, described).on_hover_text(
-            "Quantity over the load: the error, the computed load, or a raw gauge (Fig. 1)",
+            "Quantity on the vertical axis: the error, the computed load, or a raw gauge (Fig. 1)",
         );
     }
 
-    fn span_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn span_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let entries = engine.entries();
         let described = |span| {
             let name = match span {
@@ -284,22 +288,22 @@ impl LoopsPane {
             };
             (name, "")
         };
-        let button = egui::ComboBox::from_label("of").width(104.0).truncate();
+        let button = ComboBox::from_label("of").width(104.0).truncate();
         let of = [TableOf::Test, TableOf::Train].map(Span::Of);
         let all = [Span::Visible, Span::All].into_iter().chain(of);
         let all = all.chain((0..entries.len()).map(Span::One));
         choice(ui, button, &mut self.span, all, described).on_hover_text(
-            "Visible in Traces: the recordings and the interval that the trace panes show",
+            "Recordings to plot. Visible in Traces: the recordings and the interval of time in the pane Traces",
         );
     }
 
-    /// Draws the plot on the left, the `figures` on the right, and the row for saving below.
+    /// Draws the plot on the left. Draws on the right the field for saving the plot, and below it the `figures`.
     fn lay_out<'a>(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         (name, figure): (Option<String>, InInks<'_, 'a>),
         out: &mut Out,
-        figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Out),
+        figures: impl FnOnce(&mut Ui, &mut Self, &mut Out),
     ) -> Drawn {
         let size @ egui::Vec2 { x: width, y: height } = plot_size(ui);
         ui.horizontal_top(|ui| {
@@ -316,7 +320,7 @@ impl LoopsPane {
                 egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
                     ui,
                     |ui| {
-                        // The labels stand a little outside the plot.
+                        // The labels extend a little beyond the plot.
                         save::row(ui, &mut self.path, figure, picture.expand(6.0), out);
                         ui.separator();
                         figures(ui, self, out);
@@ -329,8 +333,8 @@ impl LoopsPane {
     }
 }
 
-/// Returns the size of the plot with its labels, beside the figures.
-fn plot_size(ui: &egui::Ui) -> egui::Vec2 {
+/// Returns the size of the plot with its labels (points).
+fn plot_size(ui: &Ui) -> egui::Vec2 {
     let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
     room.max(egui::vec2(200.0, 160.0))
 }
@@ -356,7 +360,7 @@ fn channel_unit(channel: Channel, engine: &Engine) -> &str {
     }
 }
 
-fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut Channel) {
+fn channel_choice(ui: &mut Ui, engine: &Engine, label: &str, channel: &mut Channel) {
     let n_gauges = engine.project().recordings.layout().gauge_names.len();
     let kinds = [
         LoadKind::Calculated,
@@ -366,7 +370,7 @@ fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut
     let loads = (engine.project().axes().iter())
         .flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
     let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
-    let button = egui::ComboBox::from_label(label).width(96.0);
+    let button = ComboBox::from_label(label).width(96.0);
     let all = std::iter::once(Channel::Time).chain(all);
     choice(ui, button, channel, all, |one| (channel_name(one, engine), ""))
         .on_hover_text("Time, a gauge, or a reference, uncompensated or compensated load");

@@ -1,22 +1,15 @@
 //! The menu bar.
 
-use egui::Button;
+use egui::{Button, Ui};
 
 use crate::engine::{Action as Do, Engine, Preferences};
-use crate::ui::actions;
-use crate::ui::actions::{Action, CanGo};
+use crate::ui::actions::{self, Action, CanGo};
 use crate::ui::command::{Command, Out, Workspace};
 use crate::ui::controls::Controls as _;
 use crate::ui::panes;
 use crate::ui::workspace::Workspaces;
 
-pub fn menu_bar(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    workspaces: &Workspaces,
-    can: CanGo,
-    out: &mut Out,
-) {
+pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanGo, out: &mut Out) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
             items(ui, actions::opening(engine), out);
@@ -42,7 +35,7 @@ pub fn menu_bar(
     });
 }
 
-fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) {
+fn items(ui: &mut Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) {
     for action in actions {
         let mut button = Button::new(action.name);
         if let Some(keys) = action.keys {
@@ -52,18 +45,21 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
         let button = button.on_hover_text(&*action.explanation);
         if button.on_disabled_hover_text(&*action.explanation).clicked() {
             out.send(action.command);
-            ui.close(); // by a key it would stay
+            ui.close(); // a press by a key does not close the menu
         }
     }
 }
 
-fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let any = !engine.preferences.recent.is_empty();
     ui.add_enabled_ui(any, |ui| {
         ui.menu_button("Recent", |ui| {
             items(ui, actions::recent(engine), out);
             ui.separator();
-            if ui.press("Forget all of these", "Empties this list; the files stay") {
+            if ui.press(
+                "Clear list",
+                "Removes all files from this list of recent files; the files stay on disk",
+            ) {
                 ui.close();
                 out.send(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
             }
@@ -71,7 +67,7 @@ fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     });
 }
 
-fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Out) {
+fn view(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
     for pane in panes::all() {

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
+use egui::Ui;
+
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
 use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
-use crate::questions::metrology::{Metrology, MetrologySettings};
-use crate::questions::metrology::{crosstalk, overview};
+use crate::questions::metrology::{Metrology, MetrologySettings, crosstalk, overview};
 use crate::recording::Axis;
-use crate::report::Shown;
-use crate::report::Table;
+use crate::report::{Shown, Table};
 use crate::shown::counted;
 use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
@@ -26,7 +26,7 @@ pub const PANE: Pane = Pane {
 
 #[derive(Debug)]
 pub struct MetrologyPane {
-    /// Recordings that the table covers; `None` follows the recordings, see [`TableOf::usual`].
+    /// Recordings that the table covers; `None` for the default, see [`TableOf::usual`].
     of: Option<TableOf>,
     shown: Shown,
     path: String,
@@ -39,9 +39,9 @@ impl Default for MetrologyPane {
 }
 
 impl PaneView for MetrologyPane {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
-        // The pane was drawn, so its settings are the present ones.
+        // The question follows the drawing, which may have changed the settings of the pane.
         let (of, usual) = self.of(cx.engine);
         if let Some(look) = cx.engine.look(None, Question::Table(TableQuestion { of })) {
             match of == usual {
@@ -53,13 +53,14 @@ impl PaneView for MetrologyPane {
 }
 
 impl MetrologyPane {
-    /// Returns the recordings of the table, and those of the verdict strip. If they are the same, one answer serves both.
+    /// Returns the recordings that the table covers, and the recordings that the verdict strip covers. If both are equal, the
+    /// pane uses the answer of the strip.
     fn of(&self, engine: &Engine) -> (TableOf, TableOf) {
         let usual = TableOf::usual(&engine.project().recordings);
         (self.of.unwrap_or(usual), usual)
     }
 
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+    fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         let (of, usual) = self.of(engine);
         let (verdict, figures) = (engine.lane::<AskVerdict>(), engine.lane::<AskFigures>());
         let (answer, problem) = match of == usual {
@@ -82,7 +83,7 @@ impl MetrologyPane {
                 out.send(Edit::Measuring(measuring));
             }
             ui.separator();
-            let holds = "All figures in units and in % of full scale, with definitions, sources and the reasons for missing figures";
+            let holds = "Saves all figures in units and in % of full scale, with definitions, sources and the reasons for missing figures";
             let saved = (&mut self.path, holds, table.is_some());
             let content = || Some(FileContent::Metrology(Arc::clone(table?)));
             table::saving(ui, saved, || table::joined(&tables), content, out);
@@ -101,7 +102,7 @@ impl MetrologyPane {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }
-            // The sentences stay readable without scrolling, even if the table is wide.
+            // The sentences are as wide as the pane, even if the table is wider.
             ui.vertical(|ui| {
                 ui.set_max_width(width);
                 notes(ui, table);
@@ -109,7 +110,7 @@ impl MetrologyPane {
         });
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
+    fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         let (before, _) = self.of(engine);
         let mut of = before;
         let not_fitted = "Measures the recordings that the fit does not use: test and off";
@@ -132,9 +133,9 @@ impl MetrologyPane {
     }
 }
 
-/// Draws the fields that define a reversal, a dwell, a zero load and a loaded axis.
+/// Draws the menu with the definitions of a reversal, a dwell, a zero load and a loaded axis.
 fn definitions(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     table: Option<&Metrology>,
     axes: &[Axis],
     settings: &mut MetrologySettings,
@@ -147,7 +148,7 @@ fn definitions(
             for (name, explanation, share) in [
                 (
                     "Still within",
-                    "In a dwell, every axis stays within this share of full scale for the time beside \"Dwell\"",
+                    "In a dwell, every axis stays within this share of its full scale for the time in the field \"Dwell\"",
                     &mut settings.still_share,
                 ),
                 (
@@ -184,13 +185,14 @@ fn definitions(
             }
         });
     });
-    response.on_hover_text("Definitions of a reversal, a dwell, a zero load and a loaded axis");
+    response.on_hover_text(
+        "Shows the definitions of a reversal, a dwell, a zero load and a loaded axis",
+    );
 }
 
-fn notes(ui: &mut egui::Ui, table: &Metrology) {
+fn notes(ui: &mut Ui, table: &Metrology) {
     ui.weak(format!(
-        "{}, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
-         at a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do \
+        "{}, {} samples. Hover texts: at a name, its definition and source; at a figure, the recording and time; at a word in place of a figure, the reason. These figures compare two calibrations on the same data; they do \
          not replace a calibration in steps on a reference machine.",
         counted(table.n_recordings, "recording"),
         table.n_samples

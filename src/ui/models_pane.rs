@@ -1,8 +1,8 @@
-//! Pane with the list of the tried models: searches, sorts, keeps and applies them.
+//! Pane with the list of tried models. The user can search for models, sort the list, keep models and apply them.
 
 use std::time::Duration;
 
-use egui::RichText;
+use egui::{RichText, Ui};
 
 use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES};
 use crate::questions::RELATIVE;
@@ -19,23 +19,23 @@ mod model_plots;
 
 use model_plots::ModelPlots;
 
-/// Largest time limit of a search (min).
+/// Maximum time limit of a search (min).
 const MOST_MINUTES: f64 = 10_000.0;
 /// Share of the pane's width for the bars.
 const BARS_SHARE: f32 = 0.34;
 /// Share of the pane's height for the plots of the model on screen.
 const PLOTS_SHARE: f32 = 0.45;
-/// Minimum height of these plots in a pane that is high enough (points).
+/// Minimum height of the plots of the model on screen (points), if the pane is high enough.
 const SMALLEST_PLOTS: f32 = 200.0;
-/// Maximum number of characters of a name beside its bar.
+/// Maximum number of characters of a model's name beside its bar.
 const BAR_NAME_LENGTH: usize = 18;
-/// Maximum number of characters of a name in the list.
+/// Maximum number of characters of a model's name in the list.
 const NAME_LENGTH: usize = 30;
 
 pub const PANE: Pane = Pane {
     key: "compare",
     title: "Models",
-    explanation: "Searches for the best model; list of all tried models with their errors",
+    explanation: "Search for the best model, and the list of all tried models with their errors",
 };
 
 #[derive(Debug)]
@@ -60,7 +60,7 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         let engine = cx.engine;
         let out = &mut *cx.out;
         ui.horizontal_wrapped(|ui| {
@@ -71,7 +71,7 @@ impl PaneView for View {
             ui.select_from(&mut self.errors_on, sets);
             let whole = || whole(engine, &self.sort, self.errors_on);
             let holds =
-                "Every row in the present order, with training, test and cross-validated errors";
+                "Saves all rows in the present order, with training, test and cross-validated errors";
             let saved = (&mut self.path, holds, !engine.models.rows.is_empty());
             let content = || Some(FileContent::Models(Box::new(whole())));
             table::saving(ui, saved, || whole().tab_separated(), content, out);
@@ -79,8 +79,7 @@ impl PaneView for View {
         ui.separator();
         if engine.models.rows.is_empty() {
             ui.weak(
-                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click \
-                 on a name applies its settings.",
+                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click on the name of a model applies its settings.",
             );
             return;
         }
@@ -106,7 +105,7 @@ impl PaneView for View {
 }
 
 impl View {
-    fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+    fn trying(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         if engine.is_trying() {
             if ui.press("Stop", "Stops the search; the listed models stay") {
                 out.send(Action::StopTrying);
@@ -126,7 +125,7 @@ impl View {
                     .range(0.0..=MOST_MINUTES)
                     .speed(0.1)
                     .suffix(" min");
-                let about = "Time limit; no further model is started after it";
+                let about = "Time limit of the search; afterwards no further model is started";
                 ui.explained_field("within", field, about);
                 if ui.press(
                     "Whole comparison of the paper",
@@ -151,7 +150,7 @@ impl View {
         }
     }
 
-    fn list(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+    fn list(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         let project = engine.project();
         let table = engine.models.table(project, &[self.errors_on]);
         table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
@@ -165,7 +164,7 @@ impl View {
             }
             let name = ui.selectable_label(row.is_present(project), name);
             let name = name.on_hover_text(format!(
-                "{}\nClick to apply its settings; undo restores the present ones",
+                "{}\nClick to apply the settings of this model; undo restores the present settings",
                 row.name
             ));
             if name.clicked() {
@@ -175,8 +174,8 @@ impl View {
     }
 }
 
-/// Draws the cross-validated error of each model with its standard error, in percent of the conventional one.
-fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+/// Draws the cross-validated error of each model with its standard error, in percent of the uncompensated error.
+fn bars(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
         .filter_map(|row| {
             let percent = 100.0 * row.model.relative(ScoreSet::LeftOut)?;
@@ -219,15 +218,15 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     plots::finish(&shown.response, "Cross-validated error of the models", None, out);
 }
 
-/// Returns the table with all errors, in the order on screen.
+/// Returns the table of models with training, test and cross-validated errors, in the order on screen.
 fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
     let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
     let order = sort.order(&table(&[errors_on]));
     table(&ScoreSet::ALL).in_order(&order)
 }
 
-/// Draws the check box that pins a row, and the menu of the row.
-fn more(ui: &mut egui::Ui, row: &Row, out: &mut Out) {
+/// Draws the check box that pins a row, the button that applies the model, and the menu of the row.
+fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
     ui.horizontal(|ui| {
         let mut say = |change| out.send(Action::Model(row.id, change));
         let mut is_pinned = row.is_pinned;
@@ -236,10 +235,10 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Out) {
         pin.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
         });
-        if pin.on_hover_text("Pinned: the row stays when further models are tried").changed() {
+        if pin.on_hover_text("Keeps this row when further models are tried").changed() {
             say(ModelChange::Pin(is_pinned));
         }
-        let about = "Applies its settings and its trained network or kernel; undo restores the present ones";
+        let about = "Applies the settings and the trained network or kernel of this model; undo restores the present ones";
         let is_used = ui.press_small("Use", about);
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items

@@ -7,7 +7,7 @@ use crate::ui::pane::{Cx, PaneView};
 pub const PANE: Pane =
     Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };
 
-/// The pane has no view state; the text belongs to the document.
+/// The pane has no state of its own, because the text belongs to the project.
 #[derive(Debug, Default)]
 pub struct View;
 
@@ -16,7 +16,7 @@ impl PaneView for View {
         let notes = &cx.engine.project().notes;
         let mut text = notes.clone();
         let field = egui::TextEdit::multiline(&mut text)
-            .hint_text("Notes on this calibration; they are saved with the session")
+            .hint_text("Notes on this calibration, saved with the session")
             .desired_width(f32::INFINITY);
         let response = ui.add_sized(ui.available_size(), field);
         let response = response.on_hover_text("Free text, saved with the session");

@@ -1,4 +1,4 @@
-//! Images of parts of the window: to the clipboard, or into a PNG file.
+//! Images of parts of the window, copied to the clipboard or saved as PNG.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -14,7 +14,8 @@ use crate::ui::controls::Controls as _;
 use crate::ui::dialogs::Reply;
 use crate::ui::palette::bytes;
 
-/// Number of frames to wait before an image is taken. A menu stays on screen for one frame after its item was pressed.
+/// Number of frames to wait before an image is taken. After a press on a menu item, the menu stays on screen for one more
+/// frame.
 const FRAMES_TO_WAIT: u32 = 2;
 
 #[derive(Debug, Default)]
@@ -40,7 +41,7 @@ pub fn menu<'a>(
             let button = ui.button(label).on_hover_text(explanation);
             if button.clicked() {
                 out.send(Command::Image(part, to));
-                ui.close(); // by a key it would stay
+                ui.close(); // a press by a key does not close the menu
             }
             button
         });

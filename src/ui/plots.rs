@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use egui::{
-    AsIdSalt, Color32, ColorImage, EventFilter, Key, Mesh, Modifiers, Pos2, Rect, Shape, Stroke,
-    TextureFilter, TextureHandle, TextureOptions,
+    AsIdSalt, Color32, ColorImage, EventFilter, Key, Mesh, Modifiers, Pos2, Rect, Response, Shape,
+    Stroke, TextureFilter, TextureHandle, TextureOptions, Ui,
 };
 use egui_plot::{
     AxisHints, CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry,
@@ -20,16 +20,16 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::{palette, picture};
 
-/// Width in points that becomes the `base_step_size` of the grid.
+/// Distance on screen (points) that egui_plot converts to the `base_step_size` of the grid.
 pub const GRID_BASE_POINTS: f64 = 8.0;
-/// Distance of grid lines at which they would be as strong as text (points). Closer lines are fainter, and all are fainter
-/// than data.
+/// Distance of grid lines (points) at which the grid would be as dark as text. Closer grid lines are fainter, so that the data
+/// stand out.
 const GRID_FULL_POINTS: f32 = 900.0;
-/// Zoom per point that the wheel scrolls.
+/// Natural logarithm of the zoom factor for each point that the wheel scrolls.
 const ZOOM_PER_POINT: f64 = 0.004;
-/// Minimum distance of labels, horizontally and vertically (points).
+/// Minimum horizontal and vertical distance of the numbers at the axes (points).
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
-/// Minimum distance of labels if three labels would not fit otherwise (points).
+/// Smaller minimum distance (points) for axes on which three numbers would not fit otherwise.
 const CLOSEST_POINTS: (f64, f64) = (40.0, 12.0);
 const LABEL_SIZE: f32 = 11.0;
 const TICK_SIZE: f32 = 10.0;
@@ -49,7 +49,7 @@ pub fn grid(input: GridInput, least_points: f64, closest_points: f64) -> Vec<Gri
     marks.collect()
 }
 
-/// Returns the number at a grid line, with the decimals that the step needs.
+/// Returns the number at a grid line, with enough decimals to distinguish neighbouring grid lines.
 pub fn tick_label(mark: GridMark) -> String {
     tick_text(mark.value, mark.step_size)
 }
@@ -62,7 +62,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
             .label(egui::RichText::new(label).size(LABEL_SIZE))
             .formatter(|mark, _| tick_label(mark))
             .tick_label_font(egui::FontId::proportional(TICK_SIZE))
-            // Labels have the distance of the grid, or a smaller one if three labels would not fit otherwise.
+            // The grid already has the minimum distance, so that every grid line gets a number.
             .label_spacing(egui::Rangef::new(0.0, 1.0))
     };
     plot.show_axes([across.is_some(), true])
@@ -74,7 +74,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
         .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1, CLOSEST_POINTS.1))
 }
 
-/// Returns a plot that always shows all of its data and leaves press and drag to the caller.
+/// Returns a plot that always shows all data. The caller handles press and drag.
 pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
     Plot::new(id)
         .width(width)
@@ -99,13 +99,13 @@ pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
         .set_margin_fraction(egui::Vec2::ZERO)
 }
 
-/// Visible range that the user chose; `None` shows all.
+/// Visible range that the user chose; `None` shows all data.
 pub type Zoom = Option<Frame>;
 
 /// Draws a plot that moves and zooms. Wheel, drag and double click change `zoom`. `figure` returns the figure in the colours
 /// of the screen or of an SVG file. The plot's name for screen readers is `name`, or else the figure's title.
 pub fn plot<'a>(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     (id, name): (&str, Option<String>),
     height: f32,
     figure: impl Fn(&Inks) -> Figure<'a>,
@@ -148,7 +148,19 @@ pub fn plot<'a>(
             drawn.painter(ui).add(shape);
         }
     }
-    follow_gestures(ui, &drawn, bounds, zoom);
+    match gestures(ui, &drawn, bounds, true) {
+        Some(Asked::All) => *zoom = None,
+        Some(Asked::Part(min, max)) => {
+            let is_wide = |i: usize| {
+                let wide = max[i] - min[i];
+                wide.is_finite() && wide > 1e-9 * min[i].abs().max(max[i].abs())
+            };
+            if is_wide(0) && is_wide(1) {
+                *zoom = Some(Frame { loads: (min[0], max[0]), outputs: (min[1], max[1]) });
+            }
+        }
+        None => {}
+    }
     let print = || figure(&Inks::PRINT);
     finish(&drawn.response, name.as_ref().unwrap_or(&drawing.title), Some(&print), out);
     say(&drawn.response, || match drawn.response.hover_pos() {
@@ -160,7 +172,7 @@ pub fn plot<'a>(
     drawn
 }
 
-/// Draws the lines and marks of a figure on a plot that shows all of it.
+/// Draws the lines and marks of a figure on a plot that shows the whole figure.
 pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::Visuals) {
     let (across, up) = (figure.across.range, figure.up.range);
     plot.set_plot_bounds(PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]));
@@ -184,18 +196,18 @@ fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
     }
 }
 
-/// A plot on screen, for callers that draw over it or look up the pointer.
+/// A plot on screen, for callers that draw over the plot or look up the place under the pointer.
 pub struct Drawn {
-    pub response: egui::Response,
+    pub response: Response,
     pub transform: PlotTransform,
 }
 
 impl Drawn {
-    pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
+    pub fn place(&self, [x, y]: [f64; 2]) -> Pos2 {
         self.transform.position_from_point(&PlotPoint::new(x, y))
     }
 
-    pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
+    pub fn painter(&self, ui: &Ui) -> egui::Painter {
         ui.painter_at(self.response.rect)
     }
 }
@@ -204,7 +216,7 @@ impl Drawn {
 type Textures = Vec<(Frame, TextureHandle)>;
 
 /// Returns the textures of these densities, made again only if the densities changed since the last frame.
-fn textures(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Textures {
+fn textures(ui: &Ui, id: &str, clouds: &[Cloud]) -> Textures {
     let key = ui.scope_id().with(("clouds", id));
     let kept = ui.data(|data| data.get_temp::<(Vec<Cloud>, Textures)>(key));
     let (of, kept) = kept.unwrap_or_default();
@@ -216,7 +228,7 @@ fn textures(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Textures {
     }
     let most = ui.input(|input| input.max_texture_side);
     let widest = clouds.iter().flat_map(|cloud| cloud.density.cells).max();
-    // A pixel has two cells in each direction; a texture has a maximum size.
+    // A pixel has two cells in each direction, or more if the texture would exceed the maximum size.
     let cells_per_pixel = widest.unwrap_or(0).div_ceil(most.max(1)).max(2);
     let textures = CloudPicture::of(clouds, cells_per_pixel).into_iter().map(|picture| {
         let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
@@ -231,7 +243,7 @@ fn textures(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Textures {
 
 /// Names a plot for screen readers and adds the menu that copies or saves it. `print` returns the figure of the SVG file.
 pub fn finish<'a>(
-    plot: &egui::Response,
+    plot: &Response,
     name: &str,
     print: Option<&dyn Fn() -> Figure<'a>>,
     out: &mut Out,
@@ -240,8 +252,8 @@ pub fn finish<'a>(
     picture::menu(plot, with_labels(plot.rect), print, out);
 }
 
-/// Sets the text of a plot for screen readers: its value at the present sample.
-pub fn say(plot: &egui::Response, value: impl FnOnce() -> String) {
+/// Sets the text that screen readers read for a plot, such as the values at the present sample.
+pub fn say(plot: &Response, value: impl FnOnce() -> String) {
     if plot.ctx.has_accesskit_node(plot.id) {
         let value = value();
         plot.ctx.accesskit_node_builder(plot.id, |node| node.set_value(value));
@@ -258,28 +270,50 @@ fn coordinates(drawing: &Figure<'_>, point: &PlotPoint) -> String {
     format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
 }
 
-fn with_labels(plot: egui::Rect) -> egui::Rect {
+fn with_labels(plot: Rect) -> Rect {
     let mut part = plot.expand(4.0);
     part.min.x -= VALUE_AXIS_WIDTH + 18.0;
     part.max.y += 30.0;
     part
 }
 
-/// Request of the keys to the plot that has the focus.
+/// Change of the visible range by the user: all data, or the range from the first to the second corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
     All,
     Part([f64; 2], [f64; 2]),
 }
 
-/// Returns the request of the keys to the plot that has the focus. Arrows move; plus and minus zoom horizontally (also
-/// vertically if `both`, only vertically with Alt); Backspace shows all.
-pub fn keys(
-    ui: &egui::Ui,
-    response: &egui::Response,
-    shown: PlotBounds,
-    both: bool,
-) -> Option<Asked> {
+/// Returns the change of the range `set` by drag, double click, wheel and keys. The wheel and the keys zoom horizontally, and
+/// also vertically if `both`.
+pub fn gestures(ui: &Ui, drawn: &Drawn, set: PlotBounds, both: bool) -> Option<Asked> {
+    let axes: &[usize] = if both { &[0, 1] } else { &[0] };
+    let keys = keys(ui, &drawn.response, set, axes);
+    if drawn.response.double_clicked() || keys == Some(Asked::All) {
+        return Some(Asked::All);
+    }
+    let now = drawn.transform.bounds();
+    let (mut min, mut max) = match keys {
+        Some(Asked::Part(min, max)) => (min, max),
+        _ => (now.min(), now.max()),
+    };
+    if let Some(pointer) = drawn.response.hover_pos() {
+        let at = drawn.transform.value_from_position(pointer);
+        let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
+        let factor = (-ZOOM_PER_POINT * wheel).exp();
+        for axis in axes.iter().filter(|_| wheel != 0.0) {
+            for end in [&mut min[*axis], &mut max[*axis]] {
+                let at = [at.x, at.y][*axis];
+                *end = at + (*end - at) * factor;
+            }
+        }
+    }
+    ((min, max) != (set.min(), set.max())).then_some(Asked::Part(min, max))
+}
+
+/// Returns the change of the range `set` by the keys, if the plot has the focus. Arrows move the range, and Backspace shows all
+/// data. Plus and minus zoom `axes`, and with Alt the vertical axis.
+fn keys(ui: &Ui, response: &Response, set: PlotBounds, axes: &[usize]) -> Option<Asked> {
     if !response.has_focus() {
         return None;
     }
@@ -291,15 +325,14 @@ pub fn keys(
     if pressed(Modifiers::NONE, Key::Backspace) {
         return Some(Asked::All);
     }
-    let (mut min, mut max) = (shown.min(), shown.max());
+    let (mut min, mut max) = (set.min(), set.max());
     let mut zoom = |axes: &[usize], factor: f64| {
         for axis in axes {
             let (middle, half) = (0.5 * (min[*axis] + max[*axis]), 0.5 * (max[*axis] - min[*axis]));
             (min[*axis], max[*axis]) = (middle - factor * half, middle + factor * half);
         }
     };
-    let across: &[usize] = if both { &[0, 1] } else { &[0] };
-    for (held, axes) in [(Modifiers::ALT, &[1][..]), (Modifiers::NONE, across)] {
+    for (held, axes) in [(Modifiers::ALT, &[1][..]), (Modifiers::NONE, axes)] {
         if pressed(held, Key::Plus) || pressed(held, Key::Equals) {
             zoom(axes, KEY_ZOOM);
         } else if pressed(held, Key::Minus) {
@@ -317,10 +350,10 @@ pub fn keys(
             (min[axis], max[axis]) = (min[axis] + by, max[axis] + by);
         }
     }
-    ((min, max) != (shown.min(), shown.max())).then_some(Asked::Part(min, max))
+    ((min, max) != (set.min(), set.max())).then_some(Asked::Part(min, max))
 }
 
-/// Returns true if a plot has the focus. A key that would press a button then moves or zooms the plot.
+/// Returns true if a plot has the focus. Space then plays the recording, because a plot is no button.
 pub fn have_focus(context: &egui::Context) -> bool {
     let last = context.data(|data| data.get_temp::<egui::Id>(focused_id()));
     last.is_some() && last == context.memory(|memory| memory.focused())
@@ -328,39 +361,6 @@ pub fn have_focus(context: &egui::Context) -> bool {
 
 fn focused_id() -> egui::Id {
     egui::Id::unique("the plot that has the focus")
-}
-
-/// Returns the place under the pointer and the zoom factor of the wheel.
-pub fn wheel_zoom(ui: &egui::Ui, drawn: &Drawn) -> Option<([f64; 2], f64)> {
-    let at = drawn.transform.value_from_position(drawn.response.hover_pos()?);
-    let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
-    (wheel != 0.0).then(|| ([at.x, at.y], (-ZOOM_PER_POINT * wheel).exp()))
-}
-
-fn follow_gestures(ui: &egui::Ui, drawn: &Drawn, set: PlotBounds, zoom: &mut Zoom) {
-    let asked = keys(ui, &drawn.response, set, true);
-    if drawn.response.double_clicked() || asked == Some(Asked::All) {
-        *zoom = None;
-        return;
-    }
-    let now = *drawn.transform.bounds();
-    let mut chosen = (now != set).then_some((now.min(), now.max()));
-    if let Some(Asked::Part(min, max)) = asked {
-        chosen = Some((min, max));
-    }
-    if let Some((at, factor)) = wheel_zoom(ui, drawn) {
-        let moved = |ends: [f64; 2]| [0, 1].map(|i| at[i] + (ends[i] - at[i]) * factor);
-        chosen = Some((moved(now.min()), moved(now.max())));
-    }
-    if let Some((min, max)) = chosen {
-        let wide = [0, 1].iter().all(|i| {
-            let size = min[*i].abs().max(max[*i].abs());
-            (max[*i] - min[*i]).is_finite() && max[*i] - min[*i] > 1e-9 * size
-        });
-        if wide {
-            *zoom = Some(Frame { loads: (min[0], max[0]), outputs: (min[1], max[1]) });
-        }
-    }
 }
 
 /// Returns true if a line goes from left to right with several points for each pixel.
@@ -377,8 +377,8 @@ fn is_dense(points: &[Pos2], pixel: f32) -> bool {
 }
 
 /// Returns the area that a dense line covers: in each pixel from its lowest to its highest point. The line itself would need
-/// several times more triangles. `None` for a line without several points in most pixels, because its width would be missing
-/// where it is steep.
+/// several times more triangles. Returns `None` for a line with few points in most pixels, because the area would be too narrow
+/// where the line is steep.
 fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     let mut bars: Vec<(f32, f32, f32)> = Vec::new();
     let same_pixel = |a: &Pos2, b: &Pos2| (a.x / pixel).floor() == (b.x / pixel).floor();
@@ -399,7 +399,7 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     if up_and_down.sum::<f32>() < 2.0 * on.sum::<f32>() {
         return None;
     }
-    // Half the width of the line, and one pixel in which it fades.
+    // The area extends beyond the points by half the line width, and fades over one more pixel.
     let half = 0.5 * (stroke.width - pixel).max(0.0);
     let mut mesh = Mesh::default();
     mesh.reserve_vertices(4 * bars.len());
@@ -424,12 +424,13 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     Some(mesh)
 }
 
-/// Returns the visible dashes of a dashed line. In a zoomed plot most of the line is off the screen, and each dash is a shape.
+/// Returns the visible dashes of a dashed line. Each dash is a shape, so the dashes outside the frame are omitted: a zoomed
+/// line may have millions.
 fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) -> Vec<Shape> {
     let period = dash + gap;
     let seen = frame.expand(period + stroke.width);
     let mut shapes = Vec::new();
-    // A visible part of the line, and the offset of its first dash, as if the hidden part before it were drawn too.
+    // Visible part of the line, and the offset of its first dash. The dashes of the hidden part are counted.
     let (mut part, mut offset): (Vec<Pos2>, f32) = (Vec::new(), 0.0);
     let mut end = |part: &mut Vec<Pos2>, offset| {
         if part.len() > 1 {
@@ -497,8 +498,8 @@ pub struct Shapes<F> {
     draw: F,
 }
 
-impl<F: Fn(&egui::Ui, &PlotTransform, &mut Vec<Shape>)> Shapes<F> {
-    /// Returns an item whose shapes `draw` adds.
+impl<F: Fn(&Ui, &PlotTransform, &mut Vec<Shape>)> Shapes<F> {
+    /// Returns a plot item. `draw` appends the shapes of the item.
     pub fn new(name: &str, color: Color32, draw: F) -> Self {
         Self { base: PlotItemBase::new(name.to_owned()), color, draw }
     }
@@ -511,7 +512,7 @@ pub fn piece_shapes(
     pixel: f32,
     shapes: &mut Vec<Shape>,
 ) {
-    let points: Vec<egui::Pos2> = (piece.iter())
+    let points: Vec<Pos2> = (piece.iter())
         .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
         .collect();
     match dash {
@@ -525,8 +526,8 @@ pub fn piece_shapes(
     }
 }
 
-impl<F: Fn(&egui::Ui, &PlotTransform, &mut Vec<Shape>)> PlotItem for Shapes<F> {
-    fn shapes(&self, ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
+impl<F: Fn(&Ui, &PlotTransform, &mut Vec<Shape>)> PlotItem for Shapes<F> {
+    fn shapes(&self, ui: &Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
         (self.draw)(ui, transform, shapes);
     }
 

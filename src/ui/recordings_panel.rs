@@ -1,9 +1,9 @@
-//! Pane of the recordings: role, length and error of each.
+//! Pane of the recordings, with the role, group, length and errors of each recording.
 
 mod faults;
 mod row;
 
-use egui::Color32;
+use egui::{Color32, Ui};
 
 use egui_extras::{Column, TableBuilder, TableRow};
 
@@ -12,14 +12,12 @@ use row::{group_button, group_of, name_button, rate_text, rmse_label, role_menu}
 
 use crate::engine::{Action, Edit, Engine, Project};
 use crate::min_max::MinMax;
-use crate::questions;
-use crate::questions::RecordingResult;
 use crate::questions::check::faulty::FindFaults;
+use crate::questions::{self, RecordingResult};
 use crate::recording::{
     Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange,
 };
-use crate::report;
-use crate::report::{Cell, Table};
+use crate::report::{self, Cell, Table};
 use crate::scoring::metrics::Group;
 use crate::shown::{and_more, printable};
 use crate::ui::command::{Command, Out, Pane};
@@ -31,9 +29,9 @@ use crate::ui::pane::{Cx, PaneView};
 
 /// Width of the label and the buttons beside the field "Open" (points).
 const OPEN_WIDTH: f32 = 126.0;
-/// Width of the list below which groups, samples and rates are omitted (points).
+/// Width of the list (points) below which groups, numbers of samples and rates are omitted.
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
-/// Width of the list below which the errors are omitted too (points).
+/// Width of the list (points) below which the errors are omitted too.
 const MIN_WIDTH_FOR_ERRORS: f32 = 210.0;
 
 pub const PANE: Pane = Pane {
@@ -45,15 +43,15 @@ pub const PANE: Pane = Pane {
 #[derive(Debug)]
 pub struct View {
     open: String,
-    /// Share of each recording that a split uses for training (%).
+    /// Share of each recording's time that a train/test split uses for training (%).
     split_percent: f64,
-    /// Group that is being edited.
+    /// Recording whose group is being edited.
     group: Typed,
-    /// Date that is being edited.
+    /// Recording whose date is being edited.
     day: Typed,
 }
 
-/// Index of a recording, and the text of a field about it.
+/// Index of a recording, and the text that the user types into a field about the recording.
 type Typed = Option<(usize, String)>;
 
 impl Default for View {
@@ -63,13 +61,13 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         recordings_panel(ui, cx.engine, self, cx.out);
     }
 }
 
-fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
+fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     path_field(ui, fields, out);
     split_row(ui, engine, fields, out);
     if !engine.entries().is_empty() {
@@ -77,8 +75,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
     }
     if engine.project().recordings.is_simulated() {
         ui.warn("simulated").on_hover_text(
-            "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
-             a weight of 1.128 kg on a robot arm that turns",
+            "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg",
         );
     }
     if let Some(applied) = &engine.project().applied {
@@ -86,7 +83,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
             ui.warn(format!("Applying {}", applied.path.display()));
             if ui.press(
                 "Fit again",
-                "Stop applying the opened calibration; fit to the recordings again",
+                "Closes the applied calibration, and fits a calibration to the recordings again",
             ) {
                 out.send(Edit::Apply(None));
             }
@@ -100,7 +97,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
     table(ui, engine, fields, out);
 }
 
-fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Out) {
+fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
     ui.horizontal(|ui| {
         let width = (ui.available_width() - OPEN_WIDTH).max(60.0);
         let about = [
@@ -118,7 +115,7 @@ fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Out) {
     });
 }
 
-fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
+fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
@@ -127,8 +124,7 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ou
         ui.field("Train/test split: train on the first", field, "Share of each recording's time that is used for training");
         if ui.press(
             "Split",
-            "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split, so each test \
-             segment starts cold: features with memory know nothing of the loads before it",
+            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory know nothing of the loads before the split",
         ) {
             out.send(Edit::Split(fields.split_percent / 100.0));
         }
@@ -140,11 +136,11 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ou
     });
 }
 
-fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
+fn table(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
     let unit = axes.first().map_or("", |axis| axis.unit());
-    // In a narrow list the name gets the width; its hover text has the number of samples and the rate.
+    // In a narrow list the name gets the width. The hover text of the name contains the number of samples.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
     let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
     if !counted {
@@ -190,7 +186,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
                     row.col(|ui| rmse_label(ui, group, axes, rmse, result));
                 }
                 row.col(|ui| {
-                    if ui.press_small("×", "Close this recording") {
+                    if ui.press_small("×", "Closes this recording") {
                         out.send(Edit::Remove(at));
                     }
                 });
@@ -229,19 +225,19 @@ fn as_table(engine: &Engine) -> Table {
 
 fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), unit: &str) {
     let rmse =
-        format!("RMSE over the force axes, or over the moment axes if there is no force [{unit}]");
+        format!("RMSE of the force axes, or of the moment axes if there is no force [{unit}]");
     let titles = [
-        ("Role", "Role of the recording: train, test or off; press to change"),
+        ("Role", "Role of the recording: train, test or off; press to change the role"),
         (
             "Name",
             "Press to show the recording; right click or Shift+F10 tares it or sets its group",
         ),
         (
             "Group",
-            "Recordings of one group repeat a programme, a day or a mounting, and are left out together; press to change",
+            "Recordings of one group repeat a load programme, a day or a mounting. Cross-validation leaves out a whole group at a time; press to change the group",
         ),
         ("Samples", "Number of samples after decimation"),
-        ("Hz", "Sample rate: one over the median time step"),
+        ("Hz", "Sample rate: 1 divided by the median time step"),
     ];
     let n = if counted { 5 } else { 2 };
     for (title, explanation) in titles.into_iter().take(n) {

@@ -1,6 +1,6 @@
 //! Controls of the regressor, the ridge, and the training of networks and kernels.
 
-use egui::ComboBox;
+use egui::{ComboBox, Ui};
 use egui_plot::{Legend, Line, LineStyle, PlotPoints};
 
 use crate::calibration::{
@@ -21,7 +21,7 @@ use crate::ui::{palette, plots};
 const LOSS_HEIGHT: f32 = 110.0;
 
 /// Draws the choice of the regressor and, for a network or kernel, its training.
-pub fn regressor(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
+pub fn regressor(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Method");
         let button = ComboBox::from_id_salt("regressor");
@@ -55,7 +55,7 @@ pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     [&[RIDGE], own].concat()
 }
 
-pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
+pub fn ridge(ui: &mut Ui, ridge: &mut RidgeChoice) {
     let (mut auto, mut by_block) = match *ridge {
         RidgeChoice::Strength(_) => (false, false),
         RidgeChoice::Auto => (true, false),
@@ -76,7 +76,7 @@ pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
         let switch = ui.tick(
             &mut by_block,
             "by block",
-            "Chooses a strength for each block and axis, and omits blocks that do not help. Takes longer",
+            "Chooses a ridge strength for each feature and axis, and omits features that do not reduce the error. Takes longer",
         );
         is_changed |= switch;
     }
@@ -89,20 +89,14 @@ pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     }
 }
 
-fn training(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    settings: &FitSettings,
-    learner: Learner,
-    out: &mut Out,
-) {
+fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learner, out: &mut Out) {
     let trained = engine.trained();
     let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
     let fits = engine.fitting().is_some();
     ui.horizontal_wrapped(|ui| {
         if let Some(running) = engine.training() {
             let is_running = !running.progress.is_cancelled();
-            let about = "Stops and keeps the best network so far";
+            let about = "Stops the training and keeps the best network so far";
             if ui.press_if(is_running, "Stop training", about) {
                 out.send(Action::StopTraining);
             }
@@ -132,7 +126,7 @@ fn training(
             if ui.press_if(
                 !fits || lacks_score,
                 label,
-                "In the background, on the training recordings with the present settings; can be stopped at any time",
+                "Trains in the background, on the training recordings with the present settings. You can stop the training at any time",
             ) {
                 out.send(Action::Train);
             }
@@ -140,7 +134,7 @@ fn training(
                 (true, _) => (ui.visuals().weak_text_color(), "Compensated is the trained model."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,
-                    "The trained model belongs to other settings or recordings. Until it is trained again, Compensated is the linear fit.",
+                    "The trained model belongs to other settings or recordings. Until the next training, Compensated is the linear fit.",
                 ),
                 (false, None) => (
                     ui.visuals().warn_fg_color,
@@ -155,7 +149,7 @@ fn training(
     }
 }
 
-/// Returns the label of the button that also cross-validates the network, with the time estimated from the last training.
+/// Returns the label of the button that trains and cross-validates the network, with the time estimated from the last training.
 fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     let cost = 1.0 + cross_validation_cost(settings);
     let cost = match last {
@@ -168,8 +162,8 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     format!("Train and cross-validate the network (about {cost})")
 }
 
-/// Draws the loss over the epochs, on a logarithmic scale.
-fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Out) {
+/// Draws the training loss of each epoch on a logarithmic scale.
+fn loss_curve(ui: &mut Ui, epochs: &[EpochReport], out: &mut Out) {
     let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
         epochs
             .iter()

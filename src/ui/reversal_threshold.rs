@@ -6,14 +6,12 @@ use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
 use crate::ui::controls::Controls as _;
 
-const EXPLANATION: &str = "A reversal counts once the load has come back by more than this, in the loops, the table of figures \
-                           and the report alike; from data: ten times the noise of the load, and at least 5 % of its range, over \
-                           all recordings that train or test. Large cycles hardly depend on it";
+const EXPLANATION: &str = "A reversal counts once the load has turned back by more than this threshold, in the loops, the table of figures and the report. From data: ten times the noise of the load, and at least 5 % of its range in all training and test recordings. Large cycles hardly depend on the threshold";
 
 const LONGEST_DWELL_SECS: f64 = 1e5;
 
-/// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is
-/// the value of the present answer.
+/// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is the
+/// threshold of the loops on screen.
 pub fn reversal_threshold(
     ui: &mut Ui,
     name: &str,
@@ -46,7 +44,7 @@ pub fn or_from_data(
         entered = Some(value);
     }
     let mut from_data = entered.is_none();
-    // The word "auto" is used for the ridge alone.
+    // The label is not "auto", which is the label of the ridge.
     if ui.tick(&mut from_data, "from data", explanation) {
         entered = (!from_data).then_some(value);
     }
@@ -54,8 +52,7 @@ pub fn or_from_data(
 }
 
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
-    let explanation = "A load that stays constant for at least this time is a dwell; dwells show creep and zero return. Constant: every axis \
-                       stays within 1 % of its full scale or ten times its noise, whichever is larger. \"Definitions…\" changes this";
+    let explanation = "A dwell is an interval of at least this time with a constant load; dwells show creep and zero return. Constant means that every axis stays within 1 % of its full scale or ten times its noise, whichever is larger. \"Definitions…\" changes the 1 %";
     let field = DragValue::new(&mut measuring.hold_secs)
         .range(0.1..=LONGEST_DWELL_SECS)
         .speed(0.1)

@@ -1,4 +1,4 @@
-//! Pane with a form for the sensor's identity, which every export and the report contain.
+//! Pane with a form for the sensor's identity. Every export and the report contain the identity.
 
 use crate::engine::{Edit, Engine};
 use crate::recording::Item;
@@ -41,7 +41,7 @@ fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             edited.set(item, text);
         }
     }
-    ui.weak("Rated loads are the full scales in Settings.");
+    ui.weak("Rated loads are entered as full scales in Settings.");
     if edited != *identity {
         out.send(Edit::Identity(edited));
     }

@@ -1,6 +1,7 @@
-//! Pane of the thresholds and the other settings of the fit. Edits go to a copy, which is sent if it differs.
+//! Pane of the thresholds and the other settings of the fit. The controls edit a copy of the settings. The copy is sent to the
+//! engine if the user changed it.
 
-use egui::{DragValue, Slider, SliderClamping};
+use egui::{DragValue, Slider, SliderClamping, Ui};
 
 use crate::calibration::{DECIMATION, FitSettings, OFFSET, RIDGE, RidgeChoice};
 use crate::engine::{Action, Edit, Engine, Preferences};
@@ -17,10 +18,10 @@ use crate::ui::reversal_threshold::or_from_data;
 use crate::ui::setting::{found, number, switch, switched};
 use crate::ui::{blocks_panel, regressor_panel};
 
-/// Upper end of the t_th slider for longer recordings (s); larger values can be typed.
+/// Maximum of the t_th slider (s) for long recordings; the user can type larger values.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
 
-/// Settings that are visible without the advanced ones.
+/// Settings that are visible while the advanced settings are hidden.
 pub const IN_SIGHT: [Setting; 2] = [F_TH, T_TH];
 
 pub const PANE: Pane =
@@ -30,7 +31,7 @@ pub const PANE: Pane =
 pub struct View;
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         egui::ScrollArea::vertical()
             .auto_shrink([false, false])
             .show(ui, |ui| settings_panel(ui, cx.engine, cx.out));
@@ -51,18 +52,17 @@ pub fn in_use(engine: &Engine) -> Vec<Setting> {
     all
 }
 
-fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.add_space(4.0);
-    // An applied calibration contains its settings; only decimation can still be changed.
+    // An applied calibration contains its settings, so the user can change only the decimation.
     let mut settings = engine.project().settings.clone();
     let is_fitted = engine.project().applied.is_none();
     let is_static = engine.project().recordings.is_static();
     ui.add_enabled_ui(is_fitted, |ui| {
         if is_static {
-            let text = "Recordings without times: look-back and all other features with memory are off";
+            let text = "The recordings have no times, so look-back and all other features with memory are off";
             ui.warn(text).on_hover_text(
-                "The recordings are load cases without an order in time. These settings apply again \
-                 to recordings with times",
+                "The samples of these recordings have no order in time. The settings apply again to recordings with times",
             );
         }
         ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
@@ -88,7 +88,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         decimation(ui, &mut settings);
         ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
     });
-    let about = "Further thresholds, features, ridge, offset, history rate, decimation, full scale";
+    let about = "Shows further thresholds, features, ridge, offset, history rate, decimation and full scale";
     if header.header_response.on_hover_text(about).clicked() {
         let advanced = !preferences.advanced;
         out.send(Action::Prefer(Preferences { advanced, ..preferences.clone() }));
@@ -99,8 +99,8 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     ui.add_space(2.0);
 }
 
-/// Lists the advanced settings that differ from their defaults; a press shows the control.
-fn changed(ui: &mut egui::Ui, settings: &FitSettings, out: &mut Out) {
+/// Lists the advanced settings that differ from their defaults. A press on a setting shows its control.
+fn changed(ui: &mut Ui, settings: &FitSettings, out: &mut Out) {
     let FitSettings { features, ridge, offset, decimation, history_rate_hz, .. } = settings;
     let default = FitSettings::default();
     let blocks = features.blocks.used().map(|(block, values)| {
@@ -141,7 +141,7 @@ fn changed(ui: &mut egui::Ui, settings: &FitSettings, out: &mut Out) {
     });
 }
 
-/// Returns the distance that F_th applies to. Before recordings are loaded, the distance over the forces is assumed.
+/// Returns the distance between two loads to which F_th applies. Before recordings are loaded, the chosen distance is returned.
 fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
     match engine.project().axes() {
         [] => features.distance,
@@ -149,7 +149,7 @@ fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
     }
 }
 
-fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
+fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     let distance = distance(engine, features);
     let default = engine.default_thresholds();
     ui.horizontal_wrapped(|ui| {
@@ -159,15 +159,14 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         if ui.tick(
             &mut used,
             title,
-            "Appends the gauges of the past sample: the last one within t_th whose conventional load differed by F_th (Eq. \
-             9-12)",
+            "Appends the gauges of the past sample: the last sample within t_th whose conventional load differed by F_th (Eq. 9-12)",
         ) {
             switched(ui, id, &mut features.look_backs, &[default]);
         }
         let shown = ShownFTh::of(distance);
         let f_th = shown.number(default.f_th);
         let label = format!("Reset to {f_th} {}, {} s", shown.unit, default.t_th_secs);
-        if ui.press_if(used, label, "Sets one look-back with the default thresholds") {
+        if ui.press_if(used, label, "Replaces all look-backs by one look-back with the default thresholds") {
             features.look_backs = vec![default];
         }
     });
@@ -189,10 +188,10 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     others.iter_mut().for_each(|other| other.t_th_secs = first.t_th_secs);
 }
 
-/// Draws a slider of `factor` × `value`. Its explanation is on the side away from other sliders, and hidden while the slider
+/// Draws a slider of `factor` × `value`. The hover text is on the side away from other sliders, and is hidden while the slider
 /// moves.
 fn threshold_slider(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     setting: &Setting,
     (value, factor): (&mut f64, f64),
     (largest, unit, max_decimals): (f64, &str, usize),
@@ -217,8 +216,8 @@ fn threshold_slider(
     }
 }
 
-/// Draws further F_th, and the choice of the distance that F_th applies to.
-fn more_look_backs(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
+/// Draws the field of further F_th, and the choice of the distance to which F_th applies.
+fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     if features.look_backs.is_empty() {
         return;
     }
@@ -229,10 +228,9 @@ fn more_look_backs(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSet
     let mut values: Vec<f64> = more.map(|other| other.f_th * factor).collect();
     ui.horizontal(|ui| {
         let label = ui.label("and F_th of").on_hover_text(
-            "Further thresholds, separated by commas. Each adds a set of past gauges; several thresholds cover \
-             loops of different sizes",
+            "Further thresholds, separated by commas. Each threshold adds the gauges of one more past sample; several thresholds cover loops of different sizes",
         );
-        let about = "Numbers above zero, separated by commas; each is one more F_th (Eq. 9-12)";
+        let about = "Numbers above zero, separated by commas. Each number is one more F_th (Eq. 9-12)";
         let hint = ("none", f64::MIN_POSITIVE);
         if blocks_panel::list_field(ui, label.id, hint, about, &mut values) {
             let more = values.iter().map(|value| Thresholds { f_th: value / factor, t_th_secs });
@@ -256,7 +254,7 @@ fn more_look_backs(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSet
     }
 }
 
-/// Returns twice the largest force, rounded up: the largest possible difference of two samples on one axis.
+/// Returns twice the largest force (N), rounded up. The forces of two samples on one axis cannot differ by more.
 fn force_range(engine: &Engine) -> f64 {
     let largest = engine.analysis().map_or(0.0, |analysis| {
         let calibration = &analysis.calibration;
@@ -281,7 +279,7 @@ fn rounded_up(value: f64) -> f64 {
     found.unwrap_or(10.0) * power
 }
 
-fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
+fn decimation(ui: &mut Ui, settings: &mut FitSettings) {
     ui.horizontal_wrapped(|ui| {
         number(ui, &DECIMATION, &mut settings.decimation);
         let chosen = &mut settings.decimation;
@@ -291,9 +289,8 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
 }
 
 /// Draws the reference values of the auxiliary channels, at which their effects are zero.
-fn auxiliary_references(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
-    let explanation = "What the effect of this channel counts from: the gauges' matrix and the offset are those at this value, such \
-                       as the temperature that a calibration is stated at. From data: its mean over the training recordings";
+fn auxiliary_references(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
+    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature of the calibration. The gauges' matrix and the offset hold at this value. From data: the mean of the channel in the training recordings";
     let Some(analysis) = engine.analysis().filter(|own| own.fitted) else {
         return;
     };
@@ -318,15 +315,14 @@ fn auxiliary_references(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSe
     }
 }
 
-fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
+fn full_scales(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
     let Some(analysis) = engine.analysis() else {
         return;
     };
     let calibration = &analysis.calibration;
     ui.collapsing("Full scale", |ui| {
         ui.label(
-            "Rated load of each axis, saved with the calibration and the session. Default: half the peak-to-peak training \
-             reference, or its largest magnitude if the load has one direction.",
+            "Rated load of each axis, saved with the calibration and the session. Default: half the peak-to-peak reference load of the training recordings, or the largest magnitude if the load has only one direction.",
         );
         egui::Grid::new("full scale").num_columns(3).show(ui, |ui| {
             for (at, (axis, current)) in calibration
@@ -344,13 +340,13 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
                 let field = ui.field(
                     axis.label(),
                     field,
-                    "Full scale for errors in % FS and for the distance over all axes",
+                    "Full scale of this axis, for errors in % FS and for F_th in % FS",
                 );
                 if field.changed() {
                     settings.full_scale.resize(calibration.axes.len(), None);
                     settings.full_scale[at] = Some(value);
                 }
-                let about = "Takes the value from the data again";
+                let about = "Replaces the entered value by the value from the data";
                 if ui.press_if(entered.is_some(), "Measure", about) {
                     settings.full_scale[at] = None;
                 }

@@ -1,4 +1,4 @@
-//! Opens the window, or prints in one line why it cannot open.
+//! Opens the window, or prints in one line why the window cannot open.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ const WITHOUT_DISPLAY: &str =
 const LIBRARY_IS_MISSING: [&str; 3] = ["shared librar", "could not be loaded", "XKBNotFound"];
 
 const APP_ID: &str = "loopscope";
-/// Key under which earlier versions stored the preferences, in storage that the last closed window overwrites.
+/// Key of the preferences in the storage of eframe, which earlier versions used.
 const STORED_BEFORE: &str = "preferences";
 
 struct Window {
@@ -47,7 +47,7 @@ impl eframe::App for Window {
     }
 }
 
-/// Opens the window on `files`, or on the built-in sensor if there are none, and returns when it is closed.
+/// Opens the window with `files`, or with the built-in sensor if there are none. Returns when the user closes the window.
 pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     if let Some(missing) = missing_display() {
         eprintln!("loopscope: {missing}; {WITHOUT_DISPLAY}");
@@ -80,8 +80,8 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
         }
         Ok(Box::new(Window { shell, preferences }))
     });
-    // A missing library of the window system panics inside winit; one line explains it better than a backtrace. Panics of our
-    // own threads are shown in the window.
+    // If a library of the window system is missing, winit panics. One line explains the cause better than a backtrace. Panics
+    // of other threads are shown in the window.
     let panicked = Arc::new(Mutex::new(None));
     let seen = Arc::clone(&panicked);
     std::panic::set_hook(Box::new(move |info| {
@@ -103,7 +103,7 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// Returns the icon of the program; empty if it cannot be read, which a test would show.
+/// Returns the icon of the program. A test ensures that the image can be read.
 fn icon() -> egui::IconData {
     eframe::icon_data::from_png_bytes(include_bytes!("../../assets/loopscope.png"))
         .unwrap_or_default()
@@ -119,7 +119,7 @@ fn missing_display() -> Option<&'static str> {
     )
 }
 
-/// Returns in one line why there is no window, and the remedy.
+/// Returns one line with the reason why the window cannot open, and with the remedy.
 fn with_way_out(why: &str) -> String {
     let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_missing = LIBRARY_IS_MISSING.iter().any(|words| why.contains(words));

@@ -2,20 +2,22 @@
 
 use std::time::Duration;
 
+use egui::Ui;
+
 use crate::engine::{Action, Engine};
 use crate::shown::counted;
 use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 
-/// Work that ends sooner is not shown.
+/// Minimum duration of a refit that is shown.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
-pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
+pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.horizontal(|ui| {
         let running = engine.running();
         let refit = engine.refit().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
-        // The button is first in the line, so that it stays in place when progress bars appear.
+        // The button comes first, so that progress bars do not move the button.
         let runs = !running.is_empty() || refit.is_some();
         if runs
             && ui.press("Cancel", "Ends the running work; loaded recordings stay") {
@@ -37,7 +39,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         }
         if !engine.notices.is_empty() {
             let all = counted(engine.notices.len(), "notice");
-            if ui.press_small(all, "Lists all notices since the last dismissal") {
+            if ui.press_small(all, "Lists all notices that were not dismissed") {
                 out.send(Command::ToggleNotices);
             }
         }
@@ -51,7 +53,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             let condition = condition.unwrap_or_else(|| "none".to_owned());
             if let Some(each) = analysis.preview_of {
                 ui.warn(preview_of(each))
-                    .on_hover_text("Replaced by the result of all samples as soon as it is computed");
+                    .on_hover_text("The result of all samples replaces the preview as soon as the result is computed");
                 return;
             }
             let verb = if analysis.fitted { "Refit" } else { "Applied" };
@@ -64,12 +66,11 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
                 analysis.calibration.feature_names().len(),
             ))
             .on_hover_text(
-                "Rank: number of independent columns of the compensated fit. Condition: similarity of its \
-                 columns; 1 is best, large means nearly dependent",
+                "Rank: number of independent features of the compensated fit. Condition: 1 means independent features, a large number means nearly dependent features",
             );
             if let Some(share) = engine.share_with_past() {
                 ui.label(format!("· past sample found for {:.0} %", 100.0 * share)).on_hover_text(
-                    "The load of the other samples differed by less than F_th within t_th; their past gauges are the present ones",
+                    "For the other samples no load within t_th differed by F_th; their past gauges are the present gauges",
                 );
             }
         }
@@ -77,7 +78,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
 }
 
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
-/// Maximum share of the processor that redraws for progress may take. Without a graphics card a frame takes long.
+/// Maximum share of the processor time for redraws that show progress. Without a graphics card a frame takes long.
 const DRAWING_SHARE: f32 = 0.05;
 /// Maximum time between two redraws that show progress (s).
 const LONGEST_INTERVAL: f32 = 1.0;
@@ -97,8 +98,8 @@ fn frame_secs() -> egui::Id {
     egui::Id::unique("how long a frame takes")
 }
 
-/// Draws a sign of running work, which moves only as often as progress is drawn.
-pub fn busy(ui: &mut egui::Ui) {
+/// Draws a symbol of running work. The symbol moves only as often as progress is drawn.
+pub fn busy(ui: &mut Ui) {
     const DOTS: usize = 8;
     let size = ui.spacing().interact_size.y;
     let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(size), egui::Sense::hover());
@@ -120,7 +121,7 @@ pub fn preview_of(each: usize) -> String {
     format!("Preview: every {each}th sample")
 }
 
-fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {
+fn bar(ui: &mut Ui, what: &str, fraction: f32) {
     let bar = egui::ProgressBar::new(fraction).desired_width(120.0).show_percentage();
     ui.add(bar).widget_info(|| {
         let label = format!("{what}: {:.0} %", 100.0 * fraction);

@@ -1,6 +1,6 @@
 //! Draws tables of the report. The hover text of a cell explains its value.
 
-use egui::{Response, RichText, Role, WidgetInfo};
+use egui::{Response, RichText, Role, Ui, WidgetInfo};
 
 use crate::engine::{Action, Existing, FileContent};
 use crate::report::{Column, Table, Value};
@@ -12,8 +12,8 @@ const NUMBER_WIDTH: f32 = 38.0;
 /// Number of characters above which words are shortened in a narrow pane.
 const MAX_WORDS: usize = 34;
 
-/// Draws a table; its title takes the place of the first column's group.
-pub fn show(ui: &mut egui::Ui, table: &Table) {
+/// Draws a table. The title is above the first column.
+pub fn show(ui: &mut Ui, table: &Table) {
     egui::Grid::new(&table.title)
         .striped(true)
         .min_col_width(NUMBER_WIDTH)
@@ -46,7 +46,7 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
 /// Draws the buttons that copy a table and save it as CSV. `holds` describes the file; `text` returns the text for the
 /// clipboard, `content` the contents of the file.
 pub fn saving(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     (path, holds, enabled): (&mut String, &str, bool),
     text: impl FnOnce() -> String,
     content: impl FnOnce() -> Option<FileContent>,
@@ -65,7 +65,7 @@ pub fn saving(
 
 #[derive(Clone, Debug)]
 pub struct Sort {
-    /// Name of the column that the rows are sorted by. Without this column the rows keep their order.
+    /// Name of the column by which the rows are sorted. Rows of a table without this column keep their order.
     column: String,
     descending: bool,
 }
@@ -85,13 +85,13 @@ impl Sort {
     }
 }
 
-/// Draws a table that is sorted by its heads. `lead` draws the beginning of each row, in place of the first `n_led` cells.
+/// Draws a table that the user sorts by a click on a head. `lead` draws the first `n_led` cells of each row.
 pub fn show_sorted(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     table: &Table,
     sort: &mut Sort,
     n_led: usize,
-    lead: &mut dyn FnMut(&mut egui::Ui, usize),
+    lead: &mut dyn FnMut(&mut Ui, usize),
 ) {
     egui::Grid::new(("sorted", &table.title))
         .striped(true)
@@ -114,7 +114,7 @@ pub fn show_sorted(
 }
 
 /// Draws the head of a column. A click sorts by the column, a second click reverses the order.
-fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
+fn head(ui: &mut Ui, column: &Column, sort: &mut Sort) {
     let title = column.title();
     if title.is_empty() {
         explained(ui, RichText::new(""), &column.about);
@@ -134,7 +134,7 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
     }
 }
 
-fn show_cell(ui: &mut egui::Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {
+fn show_cell(ui: &mut Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {
     let (column, cell) = (&table.columns[at], &table.rows[row][at]);
     let own = RichText::new(&cell.text);
     let label = match cell.value {
@@ -159,8 +159,8 @@ pub fn say(cell: &Response, sentence: impl Fn() -> String) {
     cell.widget_info(|| WidgetInfo::labeled(Role::Label, cell.enabled(), sentence()));
 }
 
-/// Draws the title, then each group over its first column.
-fn groups(ui: &mut egui::Ui, table: &Table) {
+/// Draws the title, and the name of each group of columns above its first column.
+fn groups(ui: &mut Ui, table: &Table) {
     ui.strong(&table.title);
     let mut before = None;
     for column in table.columns.iter().skip(1) {
@@ -174,7 +174,7 @@ fn groups(ui: &mut egui::Ui, table: &Table) {
     ui.end_row();
 }
 
-fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
+fn explained(ui: &mut Ui, text: RichText, about: &str) -> Response {
     let label = ui.label(text);
     if about.is_empty() { label } else { label.on_hover_text(about) }
 }

@@ -1,4 +1,5 @@
-//! Pane of the thresholds: the map of errors, the curves through the present pair, the look-back ages, and the proposed pairs.
+//! Pane of the thresholds: the map of the error for pairs of F_th and t_th, the curves through the present pair, the look-back
+//! ages, and the proposed pairs.
 
 mod ages;
 mod curves;
@@ -6,14 +7,17 @@ mod map;
 
 use std::sync::Arc;
 
+use egui::Ui;
+
 use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
 use crate::export::FileFormat;
 use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::finding::Face;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
-use crate::questions::thresholds::{MAP_FORMATS, ShownFTh};
-use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::questions::thresholds::{
+    MAP_FORMATS, Measure, ScoreSet, ShownFTh, Suggestion, ThresholdMap,
+};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, ImageTo, Out, Pane};
@@ -24,19 +28,19 @@ use crate::ui::status_line::busy;
 
 pub use map::MapTexture;
 
-/// Share of the height for the look-back ages.
+/// Share of the height of the pane for the histogram of look-back ages.
 const AGES_SHARE: f32 = 0.26;
-/// Height of the pane below which the look-back ages are omitted (points).
+/// Height of the pane (points) below which the histogram of look-back ages is omitted.
 const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
 pub const PANE: Pane = Pane {
     key: "thresholds",
     title: "Thresholds",
-    explanation: "Map of the error over F_th and t_th, and the proposed pairs",
+    explanation: "Map of the error for pairs of F_th and t_th, and the proposed pairs",
 };
 
 pub struct View {
-    /// Axis or group of axes whose errors are shown, if the user chose one.
+    /// Axis or group of axes whose errors are shown; `None` until the user chooses one.
     measure: Option<Measure>,
     on: ScoreSet,
     path: String,
@@ -55,7 +59,7 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         let project = cx.engine.project();
         if !project.recordings.entries().is_empty() {
             cx.ask(StudyThresholds::of(&cx.engine.request(), project.thresholds()));
@@ -77,7 +81,7 @@ impl PaneView for View {
 impl View {
     fn draw(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         engine: &Engine,
         study: &ThresholdStudy,
         map: &Arc<ThresholdMap>,
@@ -115,7 +119,7 @@ impl View {
 
     fn choices(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         map: &Arc<ThresholdMap>,
         measure: Measure,
         pane: egui::Rect,
@@ -128,7 +132,9 @@ impl View {
             let described = |one| (measure_text(map, one), "");
             choice(ui, button, &mut chosen, map.scale.measures(), described)
                 .labelled_by(label.id)
-                .on_hover_text("Axis or axes whose RMSE the map shows and the proposal minimises");
+                .on_hover_text(
+                    "Axis or axes whose RMSE is shown in the map and minimised by the proposal",
+                );
             if chosen != measure {
                 self.measure = Some(chosen);
             }
@@ -156,7 +162,7 @@ impl View {
     }
 }
 
-/// Returns true if the left button is pressed on the plot; the right button opens the menu.
+/// Returns true if the left mouse button is pressed on the plot. The right button opens the menu.
 fn pressed(response: &egui::Response) -> bool {
     response.is_pointer_button_down_on() && response.ctx.input(|input| input.pointer.primary_down())
 }
@@ -177,7 +183,7 @@ fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
 }
 
 fn suggestion(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     engine: &Engine,
     study: &ThresholdStudy,
     measure: Measure,
@@ -190,8 +196,7 @@ fn suggestion(
         if ui.press_if(
             is_complete,
             "Take the cross-validation minimum",
-            "Test recordings are not used. The range contains the F_th whose cross-validated error is no more than one standard \
-             error over recordings above the minimum",
+            "Sets the pair with the smallest cross-validated error; test recordings are not used. Beside it is the range of F_th whose error exceeds the minimum by at most one standard error, computed from the differences between recordings",
         ) {
             out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),
@@ -201,7 +206,7 @@ fn suggestion(
         match found {
             Ok(_) if !is_complete => {
                 let (done, all) = (map.n_rows_done(), map.grid.f_ths().len());
-                ui.weak(format!("{done} of {all} rows of the map are computed; the minimum follows with the last row"))
+                ui.weak(format!("{done} of {all} rows of the map are computed; the minimum is known after the last row"))
             }
             Ok(found) => ui.label(suggestion_text(map, measure, &found)),
             Err(reason) => ui.weak(reason.to_string()),
@@ -212,8 +217,7 @@ fn suggestion(
         let is_taken = ui.press_if(
             value.is_some(),
             "Take the mean hysteresis",
-            "The rule of the paper (section 4.2): F_th near the mean hysteresis, here the mean gap between rising and falling \
-             branches of the conventional load over the full cycles of the training recordings",
+            "Sets F_th by the rule of the paper (section 4.2): near the mean hysteresis. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
         );
         if let Some(f_th) = value.filter(|_| is_taken) {
             let present = engine.project().thresholds();
@@ -223,19 +227,19 @@ fn suggestion(
             Some(value) => {
                 let value = f_th_text(map.distance, value);
                 match study.hysteresis.n_reversals {
-                    n if n >= FEWEST_REVERSALS => ui.label(format!("{value} over {n} reversals")),
-                    1 => ui.weak(format!("{value} from one reversal: one value is no mean")),
-                    n => ui.weak(format!("{value} from {n} reversals only: too few for a measurement")),
+                    n if n >= FEWEST_REVERSALS => ui.label(format!("{value} from {n} reversals")),
+                    1 => ui.weak(format!("{value} from one reversal, which is too few for a mean")),
+                    n => ui.weak(format!("{value} from {n} reversals, which are too few for a mean")),
                 }
             }
-            None => ui.weak("the training recordings contain no full load cycle to measure it"),
+            None => ui.weak("Not measured: the training recordings contain no full load cycle"),
         };
         ui.separator();
         let past_ages = &study.past_ages;
         let age = past_ages.age_quantile_secs(0.5);
-        let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
+        let age = age.map_or_else(String::new, |age| format!(", half of the past samples within {} s", significant(age, 2)));
         ui.label(format!(
-            "{}: past sample found for {:.0} %{age}; for {:.0} % it exceeds t_th",
+            "{}: past sample found for {:.0} % of the samples{age}; for {:.0} % the past sample is older than t_th",
             pair_text(map.distance, engine.project().thresholds()),
             100.0 * past_ages.share_found(),
             100.0 * past_ages.share_beyond_t_th(),
@@ -267,7 +271,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     )
 }
 
-fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Out) {
+fn blocks(ui: &mut Ui, engine: &Engine, measure: Measure, out: &mut Out) {
     let choice = engine.lane::<ChooseBlock>();
     let choosing = !choice.is_idle();
     ui.horizontal_wrapped(|ui| {
@@ -276,7 +280,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Out) {
             if ui.press_if(
                 !choosing,
                 label,
-                "By cross-validation over a grid, with all other settings unchanged; proposes the shortest list within 1 % of the best",
+                "Tries lists of values by cross-validation, with all other settings unchanged. Chooses the shortest list whose error is within 1 % of the smallest error",
             ) {
                 out.send(Action::ChooseBlock(block, Some(measure)));
             }
@@ -285,7 +289,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Out) {
             busy(ui);
         } else if let Some(chosen) = choice.answer() {
             ui.label(format!(
-                "{}: {}; cross-validation {}, without {} ({} lists tried)",
+                "{}: {}; cross-validated error {}, without this feature {} ({} lists tried)",
                 chosen.block.setting().label,
                 chosen.block.setting().in_words(&chosen.values),
                 significant(chosen.left_out, 4),

@@ -18,9 +18,9 @@ use crate::ui::palette::Trace;
 pub use cursors::Cursors;
 pub use playing::Playing;
 
-/// Time after which a zoom is stored for "Zoom back" (s).
+/// Time without a change (s) after which a zoom is stored for "Zoom back".
 const SETTLED_SECS: f32 = 0.4;
-/// Number of key steps across the visible time. One step is about one pixel.
+/// Number of steps by keys across the visible time. One step is about one pixel.
 const STEPS_ACROSS: usize = 800;
 const MAX_ZOOMS: usize = 50;
 
@@ -31,23 +31,23 @@ pub struct Shown {
     pub values: BTreeMap<(Axis, Kind), (f64, f64)>,
 }
 
-/// The two panes of an axis.
+/// Kind of plot: the loads of an axis, or their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     Load,
     Error,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct TimeView {
     on: Option<Arc<Vec<f64>>>,
     pub shown: Shown,
-    zooms: Undoer<Shown>,
-    /// Samples that look faulty in each recording, once they are known.
+    zooms: Zooms,
+    /// Samples that look faulty in each recording; empty until the search for faults ends.
     pub faulty: Vec<Arc<FaultyRecording>>,
     pub hovered: Option<usize>,
     pub locks_values: bool,
-    /// Number of the pass in which the panes were last drawn.
+    /// Number of the pass of egui in which the traces were last drawn.
     pub drawn_in: u64,
     /// Sample under the pointer in another pane.
     pub pointed: Option<usize>,
@@ -57,26 +57,21 @@ pub struct TimeView {
     pub playing: Playing,
 }
 
-impl Default for TimeView {
+/// The earlier and later zooms.
+#[derive(Debug)]
+struct Zooms(Undoer<Shown>);
+
+impl Default for Zooms {
     fn default() -> Self {
-        Self {
-            on: None,
-            shown: Shown::default(),
-            zooms: no_zooms(),
-            faulty: Vec::new(),
-            hovered: None,
-            locks_values: false,
-            drawn_in: 0,
-            pointed: None,
-            hidden: Vec::new(),
-            columns: SharedColumns::default(),
-            cursors: Cursors::default(),
-            playing: Playing::default(),
-        }
+        Self(Undoer::with_settings(Settings {
+            max_undos: MAX_ZOOMS,
+            stable_time: SETTLED_SECS,
+            ..Settings::default()
+        }))
     }
 }
 
-/// The columns that all panes draw in. All panes show the same time and have the same width.
+/// The columns of pixels that all plots share, because all plots show the same time and have the same width.
 #[derive(Debug, Default)]
 pub struct SharedColumns {
     times: Arc<Vec<f64>>,
@@ -85,7 +80,7 @@ pub struct SharedColumns {
 }
 
 impl SharedColumns {
-    /// Returns the stored columns if they match, else new ones.
+    /// Returns the stored columns if times, interval and width are the same; otherwise makes new columns.
     pub fn take(
         &mut self,
         (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
@@ -100,14 +95,6 @@ impl SharedColumns {
     }
 }
 
-fn no_zooms() -> Undoer<Shown> {
-    Undoer::with_settings(Settings {
-        max_undos: MAX_ZOOMS,
-        stable_time: SETTLED_SECS,
-        ..Settings::default()
-    })
-}
-
 impl TimeView {
     /// Returns the visible interval of time; `None` for the whole time.
     pub fn visible_time(&self) -> Option<(f64, f64)> {
@@ -120,7 +107,7 @@ impl TimeView {
         self.hovered.filter(|_| is_drawn)
     }
 
-    /// Marks a sample in the traces that is under the pointer in another pane.
+    /// Marks the sample in the traces that is under the pointer in another pane.
     pub fn point_at(&mut self, sample: usize, context: &egui::Context) {
         self.pointed = Some(sample);
         if self.hovered != Some(sample) {
@@ -138,12 +125,12 @@ impl TimeView {
         }
     }
 
-    /// Discards the state that belongs to other recordings.
+    /// Discards zoom, cursors and playing position if other recordings are on screen.
     pub fn follow(&mut self, traces: &TraceSet) {
         if !self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times)) {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
-            self.zooms = no_zooms();
+            self.zooms = Zooms::default();
             self.hovered = None;
             self.cursors.clear();
             self.playing.clear();
@@ -156,8 +143,8 @@ impl TimeView {
             TimeMove::Fit => self.fit(),
             TimeMove::Back | TimeMove::Forward => {
                 let shown = match time_move {
-                    TimeMove::Back => self.zooms.undo(&self.shown),
-                    _ => self.zooms.redo(&self.shown),
+                    TimeMove::Back => self.zooms.0.undo(&self.shown),
+                    _ => self.zooms.0.redo(&self.shown),
                 };
                 self.shown = shown.unwrap_or(&self.shown).clone();
             }
@@ -184,19 +171,19 @@ impl TimeView {
 
     /// Stores the present zoom for "Zoom back".
     pub fn keep_zoom(&mut self, time_secs: f64) {
-        self.zooms.feed_state(time_secs, &self.shown);
+        self.zooms.0.feed_state(time_secs, &self.shown);
     }
 
     pub fn fit(&mut self) {
         self.shown = Shown::default();
     }
 
-    /// Returns whether there is a previous zoom, and whether there is a next one.
+    /// Returns whether there is a previous zoom, and whether there is a next zoom.
     pub fn can_go(&self) -> (bool, bool) {
-        (self.zooms.has_undo(&self.shown), self.zooms.has_redo(&self.shown))
+        (self.zooms.0.has_undo(&self.shown), self.zooms.0.has_redo(&self.shown))
     }
 
-    /// Returns the interval between the cursors, counted from the first sample of a recording on screen (s).
+    /// Returns the times of the cursors (s), counted from the first sample of a recording on screen.
     pub fn span_in(&self, recording: usize, traces: &TraceSet) -> Option<(f64, f64)> {
         let (a, b) = self.cursors.both()?;
         let mut segments = traces.segments.iter();
@@ -211,7 +198,7 @@ impl TimeView {
         self.on.as_ref()?.get(self.hovered?).copied()
     }
 
-    /// Changes the visible time, if recordings are on screen.
+    /// Changes the visible interval of time, if recordings are on screen.
     fn set_time(&mut self, changed: impl FnOnce(f64, f64) -> (f64, f64)) {
         if let Some(times) = self.on.as_deref() {
             let (from, to) = self.shown.time.unwrap_or_else(|| all_of(times));
@@ -219,7 +206,7 @@ impl TimeView {
         }
     }
 
-    /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser.
+    /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser than pixels.
     fn step(&mut self, step: i8) {
         let Some(times) = self.on.as_deref() else {
             return;
@@ -236,7 +223,7 @@ impl TimeView {
         }
     }
 
-    /// Moves the visible time if this time would be outside.
+    /// Moves the visible interval so that it contains this time (s).
     fn follow_time(&mut self, time: f64) {
         if let Some((from, to)) = self.shown.time
             && !(from..=to).contains(&time)
@@ -251,7 +238,7 @@ impl TimeView {
         !self.hidden.contains(&trace)
     }
 
-    /// Continues playing. Returns the present sample. The visible time follows.
+    /// Continues playing, and returns the index of the present sample. The visible interval follows the present sample.
     pub fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
         let start = traces.times.first().copied().unwrap_or(0.0);
         let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));

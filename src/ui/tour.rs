@@ -1,4 +1,5 @@
-//! Tour of the main job on the built-in sensor. Each step points at the pane that it explains; any step can end the tour.
+//! Tour that explains how to calibrate the built-in sensor. Each step points at one pane, and the user can end the tour at any
+//! step.
 
 use egui::{Rect, Vec2};
 
@@ -12,26 +13,22 @@ const STEPS: [Step; 6] = [
     (
         trace_panes::PANE,
         "What LoopScope does",
-        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Reference is the applied load, \
-         Uncompensated the load by the conventional calibration, Compensated the load that is compensated with past gauges. \
-         Their errors are below.",
+        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Reference is the applied load, Uncompensated the load by the conventional calibration, Compensated the load that is compensated with past gauges. The errors are below the loads.",
     ),
     (
         trace_panes::PANE,
         "The past of a sample",
-        "Move the pointer over a trace. The green interval is t_th. The diamond is the past sample: the last one whose \
-         load differed by F_th. The small plot at the pointer shows this distance over time. Space plays through time.",
+        "Move the pointer over a trace. The green interval is t_th. The diamond is the past sample: the last sample whose load differed by F_th. The small plot at the pointer shows this difference for all samples within t_th. Space plays through time.",
     ),
     (
         settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Compensated equals Uncompensated. The tab Thresholds \
-         shows the error for every pair, and proposes one without using the test recordings.",
+        "Move F_th and t_th: the calibration is fitted again while you move a slider. At 0 N, Compensated equals Uncompensated. The tab Thresholds shows the error for every pair of F_th and t_th. It proposes a pair without using the test recordings.",
     ),
     (
         loops_pane::PANE,
         "Loops",
-        "The error over the load, uncompensated and compensated: hysteresis is the area of the loop. Metrology shows the figures of \
+        "The plot shows the uncompensated and the compensated error against the load: the area of a loop is the hysteresis. Metrology shows the figures of \
          a data sheet, and Models finds the best model.",
     ),
     (
@@ -48,7 +45,7 @@ const STEPS: [Step; 6] = [
     ),
 ];
 
-/// Size of each step; the same for all, so that the buttons stay in place.
+/// Size of the window of each step (points). All steps have the same size, so that the buttons stay in place.
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
 /// Distance of the ring around a pane from its contents (points).
 const RING: f32 = 5.0;
@@ -68,7 +65,7 @@ impl Tour {
         STEPS[0].0
     }
 
-    /// Draws the present step beside its pane. `places` are the places of the panes on screen.
+    /// Draws the present step beside the pane that the step explains. `places` are the areas of the panes on screen.
     pub fn show(&mut self, context: &egui::Context, places: &[(Pane, Rect)], out: &mut Out) {
         let Some(step) = self.step else {
             return;
@@ -116,7 +113,7 @@ impl Tour {
     }
 }
 
-/// Returns the place of a step: the corner of the window in which it covers the least of its pane.
+/// Returns the corner of the window in which a step covers the least of the explained pane.
 fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
     let room = window.shrink2(EDGE);
     let (left, right) = (room.left(), (room.right() - SIZE.x - EDGE.x).max(room.left()));

@@ -1,4 +1,4 @@
-//! The choices of an empty window: open files, built-in sensor, recent files.
+//! The choices in a window without recordings: open files, the built-in sensor, or recent files.
 
 use egui::{Button, RichText};
 
@@ -17,12 +17,12 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         for (name, about, command) in [
             (
                 "Open files…",
-                "Recordings, calibrations or a session; or drop them on the window",
+                "Opens recordings, calibrations or a session; you can also drop files on the window",
                 Command::ChooseFiles,
             ),
             (
                 "Built-in sensor",
-                "A simulated six-axis sensor to try the program on",
+                "Opens recordings of a simulated six-axis sensor to try the program on",
                 Action::OpenBuiltIn(None).into(),
             ),
         ] {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use egui::{Sense, Ui};
 use egui_tiles::{
     Behavior, Container, Linear, LinearDir, SimplificationOptions, TabState, Tile, TileId, Tiles,
     Tree, UiResponse,
@@ -12,9 +13,9 @@ use crate::ui::appearance::focus_ring;
 use crate::ui::command::{Command, Out, Pane, PaneMove, Workspace};
 use crate::ui::{panes, trace_panes};
 
-/// Share of the window for a pane that is moved to an edge.
+/// Share of the window that a pane gets when the user moves the pane to an edge.
 const EDGE_SHARE: f32 = 0.34;
-/// Factor of one step of a pane's size.
+/// Factor by which a pane grows or shrinks at each command.
 const RESIZE_STEP: f32 = 1.2;
 
 impl Serialize for Pane {
@@ -41,7 +42,7 @@ fn place_in_menus(pane: &Pane) -> Option<usize> {
     panes::all().position(|own| own == *pane)
 }
 
-/// The arrangements of all workspaces, and the one on screen.
+/// Arrangements of all workspaces, and the workspace on screen.
 #[derive(Serialize, Deserialize)]
 pub struct Workspaces {
     shown: Workspace,
@@ -59,7 +60,7 @@ impl Default for Workspaces {
 }
 
 impl Workspaces {
-    /// Reads the output of [`Self::to_value`]; `None` if it is not valid.
+    /// Returns the arrangements from the JSON of [`Self::to_value`]; `None` if the JSON is not valid.
     pub fn from_value(value: &serde_json::Value) -> Option<Self> {
         let mut read: Self = serde_json::from_value(value.clone()).ok()?;
         read.show(read.shown);
@@ -98,12 +99,12 @@ impl Workspaces {
         self.own().is_open(pane)
     }
 
-    /// Returns the visible panes: open, and in front of their tabs.
+    /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
         self.maximized.map_or_else(|| self.own().on_screen(), |pane| vec![pane])
     }
 
-    /// Brings a pane to the front: in this workspace, or else in the first that contains it.
+    /// Selects the tab of a pane, in the present workspace or else in the first workspace that contains the pane.
     pub fn bring(&mut self, pane: Pane) {
         let has_it = |workspace: &Workspace| match self.arrangements.get(workspace) {
             Some(arrangement) => arrangement.is_open(pane),
@@ -118,7 +119,7 @@ impl Workspaces {
         self.own_mut().bring(pane);
     }
 
-    /// Maximises a pane (if `None`, the one with the focus or the largest), or shows all panes again.
+    /// Maximises a pane, or shows all panes again if a pane is maximised.
     pub fn toggle_maximized(&mut self, pane: Option<Pane>) {
         let own = pane.filter(|pane| self.maximized.is_none() && self.is_open(*pane));
         self.maximized = own;
@@ -126,9 +127,9 @@ impl Workspaces {
 
     pub fn draw(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         out: &mut Out,
-        draw: &mut dyn FnMut(&mut egui::Ui, &mut Out, Pane),
+        draw: &mut dyn FnMut(&mut Ui, &mut Out, Pane),
     ) {
         let maximized = self.maximized;
         let own = self.own_mut();
@@ -137,9 +138,10 @@ impl Workspaces {
             Some(mut pane) => {
                 ui.horizontal(|ui| {
                     let title = egui::Label::new(egui::RichText::new(pane.title).strong());
-                    let title = ui.add(title.sense(egui::Sense::click()));
-                    let back =
-                        ui.button("All panes").on_hover_text("Shows the whole workspace again; F9");
+                    let title = ui.add(title.sense(Sense::click()));
+                    let back = ui
+                        .button("All panes")
+                        .on_hover_text("Shows all panes of the workspace again (F9)");
                     if title.double_clicked() || back.clicked() {
                         drawing.out.send(Command::ToggleMaximized(None));
                     }
@@ -156,7 +158,7 @@ impl Workspaces {
     }
 }
 
-/// A tree of panes. Every pane is in it at most once.
+/// Tree of panes, in which each pane occurs at most once.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Arrangement {
@@ -216,13 +218,13 @@ impl Arrangement {
         Self { tree: tree(root, tiles), focus: None }
     }
 
-    /// Returns true if the tree contains panes, each once.
+    /// Returns true if the tree has at least one pane, and no pane twice.
     fn is_sound(&self) -> bool {
         let panes = in_order(self.panes());
         panes.windows(2).all(|pair| pair[0] != pair[1]) && !panes.is_empty()
     }
 
-    /// Returns the visible panes: open, and in front of their tabs.
+    /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
         let active = self.tree.active_tiles();
         let panes = active.iter().filter_map(|tile| self.tree.tiles.get_pane(tile));
@@ -233,7 +235,7 @@ impl Arrangement {
         self.tree.tiles.find_pane(&pane).is_some()
     }
 
-    /// Brings a pane to the front, or adds it again.
+    /// Selects the tab of a pane, and adds the pane first if it was closed.
     pub fn bring(&mut self, pane: Pane) {
         if !self.is_open(pane) {
             let new = self.tree.tiles.insert_pane(pane);
@@ -252,7 +254,7 @@ impl Arrangement {
         self.focus = Some(pane);
     }
 
-    /// Changes the place or size of a pane, and brings it to the front.
+    /// Changes the place or size of a pane, and selects its tab.
     pub fn move_pane(&mut self, pane: Pane, to: PaneMove) {
         self.bring(pane);
         use LinearDir::{Horizontal, Vertical};
@@ -271,7 +273,7 @@ impl Arrangement {
         self.close(pane);
         self.tree.simplify(&simplification());
         let Some(rest) = self.tree.root() else {
-            return; // it was alone, and comes back so
+            return; // the only pane stays where it is
         };
         let mut build = Build(&mut self.tree.tiles);
         let own = build.tabs(&[pane]);
@@ -306,7 +308,7 @@ impl Arrangement {
         }
     }
 
-    /// Changes the share of the pane in its nearest row or column.
+    /// Enlarges or shrinks a pane within the nearest row or column that contains the pane.
     fn resize(&mut self, pane: Pane, dir: LinearDir, grows: bool) {
         let factor = if grows { RESIZE_STEP } else { RESIZE_STEP.recip() };
         let mut child = self.tree.tiles.find_pane(&pane);
@@ -334,7 +336,7 @@ impl Arrangement {
         }
     }
 
-    /// Returns the tabs for a pane without a place: those with the traces, else any.
+    /// Returns the group of tabs to which a closed pane is added: the group of the traces, else the largest group.
     fn home(&self) -> Option<TileId> {
         let traces = self.tree.tiles.find_pane(&trace_panes::PANE);
         let tabs = self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
@@ -345,7 +347,7 @@ impl Arrangement {
         tabs.max_by_key(|(_, tabs)| (has_traces(tabs), tabs.len())).map(|(id, _)| id)
     }
 
-    /// Returns the number of tabs of this group that precede a pane in the order of the menus.
+    /// Returns the index at which a pane is inserted into a group of tabs, in the order of the menus.
     fn place_in(&self, home: TileId, pane: Pane) -> usize {
         let tabs = self.tree.tiles.get_container(home).map(Container::children_vec);
         let tabs = tabs.unwrap_or_default().into_iter();
@@ -367,7 +369,7 @@ fn tree(root: TileId, tiles: Tiles<Pane>) -> Tree<Pane> {
 
 fn simplification() -> SimplificationOptions {
     SimplificationOptions {
-        // A pane is dragged and closed by its tab.
+        // Users drag and close a pane by its tab.
         all_panes_must_have_tabs: true,
         ..Default::default()
     }
@@ -395,16 +397,16 @@ impl Build<'_> {
 }
 
 struct Drawing<'a> {
-    draw: &'a mut dyn FnMut(&mut egui::Ui, &mut Out, Pane),
+    draw: &'a mut dyn FnMut(&mut Ui, &mut Out, Pane),
     focus: Option<Pane>,
     out: &'a mut Out,
 }
 
 impl Behavior<Pane> for Drawing<'_> {
-    fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        // The keyboard focus goes to a pane first, and by Tab to its controls.
+    fn pane_ui(&mut self, ui: &mut Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
+        // The pane itself can take the keyboard focus; Tab then moves the focus to the controls of the pane.
         let id = egui::Id::unique(("pane", pane.key));
-        let whole = ui.interact(ui.max_rect(), id, egui::Sense::focusable_noninteractive());
+        let whole = ui.interact(ui.max_rect(), id, Sense::focusable_noninteractive());
         whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title));
         if self.focus == Some(*pane) {
             whole.request_focus();
@@ -423,11 +425,11 @@ impl Behavior<Pane> for Drawing<'_> {
         pane.title.into()
     }
 
-    /// Draws a tab. The close button of the tab appears under the pointer, in a place that is kept free.
+    /// Draws a tab. The close button is visible only under the pointer; its place is always kept free.
     fn tab_ui(
         &mut self,
         tiles: &mut Tiles<Pane>,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         id: egui::Id,
         tile: TileId,
         state: &TabState,
@@ -439,7 +441,7 @@ impl Behavior<Pane> for Drawing<'_> {
         let text = text.into_galley(ui, Some(egui::TextWrapMode::Extend), f32::INFINITY, font);
         let width = text.size().x + 2.0 * MARGIN + CLOSE.x;
         let (_, place) = ui.allocate_space(egui::vec2(width, ui.available_height()));
-        let tab = ui.interact(place, id, egui::Sense::click_and_drag());
+        let tab = ui.interact(place, id, Sense::click_and_drag());
         tab.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::Button, true, state.active, text.text())
         });
@@ -454,13 +456,13 @@ impl Behavior<Pane> for Drawing<'_> {
         if ui.rect_contains_pointer(place) {
             let center = egui::pos2(place.right() - MARGIN, place.center().y);
             let cross = egui::Rect::from_center_size(center, CLOSE);
-            let close = ui.interact(cross, id.with("close"), egui::Sense::click());
+            let close = ui.interact(cross, id.with("close"), Sense::click());
             close.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Close"));
             let stroke = ui.style().interact(&close).fg_stroke;
             let cross = cross.shrink(2.0);
             ui.painter().line_segment([cross.left_top(), cross.right_bottom()], stroke);
             ui.painter().line_segment([cross.right_top(), cross.left_bottom()], stroke);
-            let close = close.on_hover_text("Close; the View menu opens it again");
+            let close = close.on_hover_text("Closes this pane; the View menu opens it again");
             if close.clicked() {
                 self.out.send(Command::ClosePane(pane));
             }
@@ -468,7 +470,7 @@ impl Behavior<Pane> for Drawing<'_> {
         if tab.double_clicked() {
             self.out.send(Command::ToggleMaximized(Some(pane)));
         }
-        tab.on_hover_text(format!("{}. A double click maximises it", pane.explanation))
+        tab.on_hover_text(format!("{}. A double click maximises the pane", pane.explanation))
     }
 
     fn tab_bg_color(

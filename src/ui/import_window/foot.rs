@@ -1,4 +1,4 @@
-//! Summary of the recordings that would be loaded, the problems, and the buttons.
+//! Foot of the import window: the recordings that would be loaded, the problems, and the buttons.
 
 use egui::{RichText, TextEdit};
 
@@ -42,7 +42,7 @@ pub fn foot(
         });
         let can_load = check.error.is_none() && !importing.is_detecting && open.is_none();
         let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
-        let load = load.on_hover_text("Reads the whole file with this map, and remembers the map for files with the same columns");
+        let load = load.on_hover_text("Reads the whole file with this column map, and stores the map for files with the same columns");
         let why = open.map_or_else(|| "The problem is listed above".to_owned(), |open| {
             format!("Answer this question first: {open}")
         });
@@ -52,7 +52,7 @@ pub fn foot(
 
         let next = match importing.waiting.is_empty() {
             true => "Loads nothing; the open recordings stay",
-            false => "Skips this file and goes on to the next one that needs a map",
+            false => "Skips this file and shows the next file that needs a column map",
         };
 
         if ui.press("Cancel import", next) {
@@ -68,12 +68,12 @@ pub fn foot(
         }
         ui.separator();
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.field("Column map", field, "JSON file with the roles of the columns, for files with the same columns");
+        ui.field("Column map", field, "Path of a column map: a JSON file with the roles of the columns, for all files with the same columns");
         let path = fields.map_path.trim().to_owned();
-        if ui.press("Write map", "Writes the map to this file, also for --columns on the command line") && !path.is_empty() {
+        if ui.press("Write map", "Writes the column map to this file. The command line reads the file with --columns") && !path.is_empty() {
             out.send(ImportCommand::WriteMap(path.clone().into()));
         }
-        if ui.press("Read map", "Reads the map from this file") && !path.is_empty() {
+        if ui.press("Read map", "Reads the column map from this file") && !path.is_empty() {
             out.send(ImportCommand::ReadMap(path.into()));
         }
         if importing.is_detecting {

@@ -1,6 +1,6 @@
-//! Settings of the text layout, and of rows to recordings: rate, bursts, gaps, tare.
+//! Settings of the text layout, and of the conversion from rows to recordings: rate, bursts, gaps, tare.
 
-use egui::{ComboBox, DragValue};
+use egui::{ComboBox, DragValue, Ui};
 
 use crate::formats::FilePart;
 use crate::formats::text::{Decimal, Delimiter, TextLayout, Thousands};
@@ -9,13 +9,17 @@ use crate::recording::Tare;
 use crate::ui::choice::choice;
 use crate::ui::controls::Controls as _;
 
-pub fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
+pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
         let button = ComboBox::from_label("delimiter").width(90.0);
         choice(ui, button, &mut text.delimiter, Delimiter::ALL, |own| (own.name(), ""))
             .on_hover_text("Character between the cells of a line");
         let mut comma = text.decimal == Decimal::Comma;
-        if ui.tick(&mut comma, "decimal comma", "1,5 is one and a half") {
+        if ui.tick(
+            &mut comma,
+            "decimal comma",
+            "The decimal sign is a comma: 1,5 means one and a half",
+        ) {
             text.decimal = if comma { Decimal::Comma } else { Decimal::Point };
         }
         let button = ComboBox::from_label("thousands").width(90.0);
@@ -30,11 +34,11 @@ pub fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
             "header row",
             "The first line of the table holds the names of the columns",
         );
-        ui.tick(&mut text.units_row, "units row", "The next line holds the units");
+        ui.tick(&mut text.units_row, "units row", "The line after the header holds the units");
     });
 }
 
-pub fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
+pub fn parts(ui: &mut Ui, parts: &[FilePart], text: &mut TextLayout) {
     if parts.is_empty() {
         return;
     }
@@ -44,7 +48,7 @@ pub fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
             let mut is_used = part.is_used;
 
             let explanation = format!(
-                "{}. One topic of gauges and one of the reference are joined; tables with the same columns are read one after the other",
+                "{}. A table of gauges and a table of the reference are joined by their times; tables with the same columns are read one after the other",
                 part.what
             );
             if ui.tick(&mut is_used, &part.name, explanation) {
@@ -52,7 +56,7 @@ pub fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
                     if own.name == part.name { is_used } else { own.is_used }
                 });
                 let used: Vec<String> = used.map(|own| own.name.clone()).collect();
-                // One table stays selected.
+                // At least one table stays selected.
                 if !used.is_empty() {
                     text.parts = used;
                 }
@@ -61,9 +65,9 @@ pub fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
     });
 }
 
-pub fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
+pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
     ui.horizontal_wrapped(|ui| {
-        let about = "Sample rate, if no column is the time or the time counts samples";
+        let about = "Sample rate, needed if there is no time column or if the time column counts samples";
         optional(ui, ["sample rate", " Hz", about], 100.0, &mut map.table.sample_rate_hz);
         let button = ComboBox::from_label("times").width(150.0);
         let described = |stamps| {
@@ -71,17 +75,17 @@ pub fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             named.map_or(("", ""), |(_, name, explanation)| (name, explanation))
         };
         choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(own, ..)| own), described)
-            .on_hover_text("For rows that are out of order or share one time");
-        let about = "Averages successive gauge samples that are no further apart than this";
+            .on_hover_text("Treatment of rows whose times are out of order or equal");
+        let about = "Replaces gauge samples that are no further apart than this time by their mean";
         let bursts = ["average bursts within", " s", about];
         optional(ui, bursts, 0.001, &mut map.average_bursts_secs);
-        let about = "A longer step in time starts a new recording; without a number, the limit follows from the steps";
+        let about = "A longer step in time starts a new recording. Without a tick, the limit follows from the steps in the file";
         optional(ui, ["new recording after a pause of", " s", about], 2.0, &mut map.gap_secs);
         tare(ui, &mut map.tare);
     });
 }
 
-fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
+fn tare(ui: &mut Ui, tare: &mut Option<Tare>) {
     let described = |tare| match tare {
         None => ("none", ""),
         Some(Tare::Auto) => ("first quiet half second without load", ""),
@@ -90,9 +94,8 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     let button = ComboBox::from_label("tare").width(150.0);
     let segment = tare.filter(|own| *own != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
     let all = [None, Some(Tare::Auto), Some(segment)];
-    choice(ui, button, tare, all, described).on_hover_text(
-        "Subtracts the mean gauges of this interval. The sensor must be unloaded there",
-    );
+    choice(ui, button, tare, all, described)
+        .on_hover_text("Subtracts the mean gauges of an interval in which the sensor is unloaded");
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let field = DragValue::new(value).range(0.0..=1e9).speed(0.01).suffix(" s");
@@ -101,12 +104,12 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     }
 }
 
-pub fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
+pub fn number(ui: &mut Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
     let field = DragValue::new(value).speed(0.001).max_decimals(6).suffix(suffix);
     ui.field(name, field, explanation);
 }
 fn optional(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     [name, suffix, explanation]: [&str; 3],
     default: f64,
     value: &mut Option<f64>,

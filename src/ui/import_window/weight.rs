@@ -1,6 +1,6 @@
 //! Controls of a load that is computed from the sensor's pose and a known weight.
 
-use egui::TextEdit;
+use egui::{TextEdit, Ui};
 
 use super::settings::number;
 use crate::engine::ImportCommand;
@@ -8,12 +8,12 @@ use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
 use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 
-pub fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
+pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
     let mut used = map.weight.is_some();
     if ui.tick(
         &mut used,
         "Computes the load of a known weight from the pose columns",
-        format!("Choose the columns of the pose: {}", Attitude::listed()),
+        format!("Needs the columns of the pose: {}", Attitude::listed()),
     ) {
         map.weight = used.then(|| WeightMap {
             mass_kg: Some(1.0),
@@ -30,12 +30,12 @@ pub fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
         }
         if let Some(centre) = &mut weight.centre_m {
             for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
-                number(ui, [name, " m", "The centre of mass, in the sensor's frame"], value);
+                number(ui, [name, " m", "Centre of mass in the frame of the sensor"], value);
             }
         }
         let names = ["gravity x", "gravity y", "gravity z"];
         for (name, value) in names.into_iter().zip(&mut weight.gravity) {
-            number(ui, [name, " m/s²", "Gravity in the frame of the pose"], value);
+            number(ui, [name, " m/s²", "Acceleration of gravity in the frame of the pose"], value);
         }
         ui.select_radio(
             &mut weight.angles,
@@ -50,19 +50,19 @@ pub fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
             "Each angle turns about an axis that the previous angles have turned",
         );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
-            "Adds the force that accelerates the weight, from the position columns of the pose",
+            "Adds the force that accelerates the weight, computed from the position columns of the pose",
         );
-        let smoothing = ["smoothed over", " s", "Time window of the estimated accelerations"];
+        let smoothing = ["smoothed over", " s", "Window of time in which each acceleration is estimated"];
         number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
-            "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
+            "Estimates mass and centre by least squares, from the pose and a measured load: Fx, Fy, Fz for the mass, also Mx, My, Mz for the centre",
         ) {
             out.send(ImportCommand::FindWeight);
         }
         if ui.press(
             "Add a mount",
-            "One of several weights or places, chosen by the column \"mount\", or by a part of the file's name",
+            "Adds one of several weights or mounting places. The column \"mount\", or a part of the file name, chooses the mount of a sample",
         ) {
             weight.mounts.push(Mount {
                 name: format!("mount{}", weight.mounts.len() + 1),
@@ -78,8 +78,8 @@ pub fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Out) {
     });
 }
 
-/// Draws one of several weights. Returns false if the user removed it.
-fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
+/// Draws one of several weights. Returns false if the user removed this weight.
+fn mount(ui: &mut Ui, nth: usize, mount: &mut Mount) -> bool {
     let row = ui.horizontal_wrapped(|ui| {
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
         ui.field(format!("Mount {nth}"), name, "Name in the column \"mount\", or in the file name");
@@ -90,7 +90,11 @@ fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
         for (what, suffix, value) in mass.into_iter().chain(centre) {
             number(
                 ui,
-                [what, suffix, "Mass of this mount, and its centre in the sensor's frame"],
+                [
+                    what,
+                    suffix,
+                    "Mass of this mount, and its centre of mass in the frame of the sensor",
+                ],
                 value,
             );
         }

@@ -1,4 +1,4 @@
-//! Draws any channel over any other channel.
+//! Draws the cross-plot of two channels.
 
 use super::{LoopsPane, channel_name, channel_unit};
 use crate::engine::Engine;
@@ -25,7 +25,9 @@ pub fn show(
         ui.strong(format!("{up} over {across}"));
         ui.weak(format!("{} samples", picture.n_samples));
         if [picture.question.across, picture.question.up].contains(&Channel::Time) {
-            ui.weak("Each recording's time starts on its own clock, so recordings overlap.");
+            ui.weak(
+                "Each recording has its own clock, so the times of different recordings overlap.",
+            );
         }
     });
 }

@@ -1,9 +1,10 @@
-//! Draws the list of dwells, the error of the chosen dwell, and its fitted exponential.
+//! Draws the list of dwells, and for the chosen dwell the error and the fitted exponential.
+
+use egui::Ui;
 
 use super::{LoopsPane, trace_of};
 use crate::engine::Engine;
-use crate::questions::loops::drifts;
-use crate::questions::loops::{DwellCurve, DwellPlot, Inks, Output};
+use crate::questions::loops::{DwellCurve, DwellPlot, Inks, Output, drifts};
 use crate::report::Table;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::shown::counted;
@@ -16,13 +17,13 @@ use crate::ui::table;
 const LIST_HEIGHT: f32 = 170.0;
 
 pub fn show(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &DwellPlot,
     out: &mut Out,
 ) {
-    // Skips an answer that was computed for another shortest dwell than the present one.
+    // Skips an answer that was computed for another minimum time of a dwell.
     if picture.hold_secs != engine.project().measuring.hold_secs {
         return;
     }
@@ -43,7 +44,7 @@ pub fn show(
     });
 }
 
-fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
+fn list(ui: &mut Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     let n = picture.dwells.len();
     let axis = picture.question.axis;
     let level = |at: usize| match picture.levels[at] {
@@ -83,7 +84,7 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
         });
 }
 
-fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
+fn figures(ui: &mut Ui, picture: &DwellPlot, curve: &DwellCurve) {
     let place = &picture.dwells[picture.chosen].place;
     ui.strong(&place.name);
     ui.weak(format!(

@@ -1,4 +1,4 @@
-//! Saves a plot to a typed path: SVG with the lines as vectors, PNG as on screen.
+//! Saves a plot to a path that the user types: SVG with the lines as vectors, or PNG as on screen.
 
 use super::InInks;
 use crate::engine::{Action, Existing, Level};
@@ -7,7 +7,7 @@ use crate::ui::command::{Command, ImageTo, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::picture::svg;
 
-/// Draws the field for the path and its button. `picture` is the plot's rectangle on screen.
+/// Draws the field for the path and the button Save. `picture` is the area of the plot on screen.
 pub fn row(
     ui: &mut egui::Ui,
     path: &mut String,

@@ -1,4 +1,5 @@
-//! Plots of the model on screen: predicted over reference load, and residual over load, on recordings outside the fit.
+//! Plots of the model on screen, on recordings outside the fit: compensated against reference load, and error against reference
+//! load.
 
 use crate::questions::loops::asked::{AskPredicted, AskResidual, LookAt};
 use crate::questions::loops::{
@@ -26,9 +27,10 @@ impl ModelPlots {
         let chosen = self.axis.filter(|own| axes.contains(own));
         let Some(mut axis) = chosen.or(axes.first().copied()) else { return };
         ui.horizontal_wrapped(|ui| {
-            ui.strong("Model on screen").on_hover_text("\"Use\" shows another model");
+            ui.strong("Model on screen")
+                .on_hover_text("The button Use of another row shows that model");
             for own in axes {
-                ui.select(&mut axis, *own, own.symbol(), "Draws this axis");
+                ui.select(&mut axis, *own, own.symbol(), "Shows this axis");
             }
         });
         if self.axis.is_some_and(|own| own != axis) {

@@ -1,36 +1,32 @@
-//! Draws one recording of the list: role, name with its menu, group and errors.
+//! Draws the cells of one recording: role, name with its menu, group and errors.
+
+use egui::Ui;
 
 use super::*;
 
-/// Returns the group of a recording: the one set by the user, else the detected one.
+/// Returns the group of a recording that the user set, or else the detected group.
 pub fn group_of(engine: &Engine, at: usize) -> Option<&str> {
     let entry = engine.entries().get(at)?;
     let found = || engine.result_of(at)?.group.as_deref();
     entry.group.as_deref().or_else(found)
 }
 
-pub fn group_button(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    at: usize,
-    typed: &mut Typed,
-    out: &mut Out,
-) {
+pub fn group_button(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let group = group_of(engine, at);
     let button = egui::Button::new(group.unwrap_or("–")).truncate();
     let response = ui.menu_of_fields(button, |ui| group_menu(ui, engine, at, typed, out));
     response.on_hover_text(match group {
-        Some(group) => format!("{group}: left out together with the others of this group"),
-        None => "Left out on its own in cross-validation".to_owned(),
+        Some(group) => format!("{group}: cross-validation leaves out all recordings of this group together. Press to change the group"),
+        None => "No group: cross-validation leaves out this recording alone. Press to set a group".to_owned(),
     });
 }
 
-fn group_menu(ui: &mut egui::Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
+fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let entries = engine.entries();
     let text = text_of(typed, at, || group_of(engine, at).unwrap_or_default().to_owned());
     let field = egui::TextEdit::singleline(text).hint_text("detected; Enter sets it");
     let field =
-        ui.labelled("Group: recordings that repeat a programme, a day or a mounting", field);
+        ui.labelled("Group: recordings that repeat a load programme, a day or a mounting", field);
     let text = text.trim().to_owned();
     let entered = ui.entered(&field).then_some((!text.is_empty()).then_some(text));
     let cleared = ui.button("As found").clicked().then_some(None);
@@ -73,22 +69,22 @@ fn text_of(typed: &mut Typed, at: usize, first: impl FnOnce() -> String) -> &mut
     &mut typed.get_or_insert_default().1
 }
 
-fn day_menu(ui: &mut egui::Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
+fn day_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let entries = engine.entries();
     let recording = &entries[at].recording;
     let text = text_of(typed, at, || {
         recording.dated().map_or_else(String::new, |dated| dated.day.to_string())
     });
     let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets it");
-    let field = ui.labelled("Date of its file's recordings: days are compared by it", field);
+    let field = ui.labelled("Date of all recordings of this file, for comparing days", field);
     let entered = ui.entered(&field);
     let day = text.trim().parse::<Day>();
     if let (false, Err(error)) = (text.trim().is_empty(), &day) {
         ui.warn(error.to_string());
     }
     let cleared = ui.press(
-        "As its file says",
-        "Takes the day from the file's header, from its clock, or from a date in its name",
+        "From the file",
+        "Takes the date from the header of the file, from its clock, or from its name",
     );
     let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
         (true, _) => None,
@@ -108,7 +104,7 @@ fn day_menu(ui: &mut egui::Ui, engine: &Engine, at: usize, typed: &mut Typed, ou
     ui.close();
 }
 
-pub fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Out) {
+pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
     let roles = [
         ("Train", Role::Train, "Used by the fit"),
         ("Test", Role::Test, "Used only to score the fit"),
@@ -117,7 +113,7 @@ pub fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Out) {
     let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |own| own.0);
     if !entry.recording.has_reference() {
         ui.weak("–").on_hover_text(
-            "No reference load: a calibration can be applied to it, but it can be neither fitted nor scored",
+            "This recording has no reference load. A calibration can be applied to the recording, but neither fitted nor scored",
         );
         return;
     }
@@ -134,13 +130,7 @@ pub fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Out) {
     .on_hover_text("Role of this recording: train, test or off");
 }
 
-pub fn name_button(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    at: usize,
-    fields: &mut View,
-    out: &mut Out,
-) {
+pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, out: &mut Out) {
     let recording = &engine.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
@@ -184,7 +174,7 @@ pub fn name_button(
             if reference.is_empty() { "none".to_owned() } else { reference.join(" ") },
         ));
         for channel in recording.auxiliary().in_words() {
-            ui.label(format!("auxiliary: {channel}"));
+            ui.label(format!("auxiliary channel: {channel}"));
         }
     });
     if response.clicked() {
@@ -200,8 +190,8 @@ pub fn name_button(
     });
 }
 
-/// Returns a name that fits into this width.
-fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
+/// Returns the name, shortened to this width (points).
+fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
         let galley = (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE);
@@ -210,7 +200,7 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     if fits(name) {
         return name.to_owned();
     }
-    // Bisection, because a name may be long and every row is drawn in every frame.
+    // Bisection is fast, because a name may be long and every row is drawn in every frame.
     let (mut most, mut too_many) = (1, name.chars().count());
     while too_many - most > 1 {
         let middle = most.midpoint(too_many);
@@ -222,7 +212,7 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     elided(name, most)
 }
 
-fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Out) -> egui::Response {
+fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Over its first quiet half second").on_hover_text(
         "Subtracts the mean gauges of the first quiet half second in which the reference is zero. Undo restores the values",
@@ -253,7 +243,7 @@ pub fn rate_text(entry: &Entry, step: usize) -> String {
 }
 
 pub fn rmse_label(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     group: Group,
     axes: &[Axis],
     rmse: Option<&[f64]>,

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use egui::Context;
+
 use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::finding::Face;
 use crate::questions::page::utc;
@@ -13,7 +15,7 @@ use crate::ui::numbers::{elided, file_size};
 /// Width of a question (points).
 const WIDTH: f32 = 420.0;
 const LIST_HEIGHT: f32 = 320.0;
-/// Number of characters of a missing file's path that fit.
+/// Maximum number of characters shown of a missing file's path.
 const LOST_CHARS: usize = 70;
 /// Maximum number of file names listed for each unsaved session.
 const LEFT_FILES: usize = 4;
@@ -21,7 +23,7 @@ const LEFT_FILES: usize = 4;
 struct Naming {
     content: FileContent,
     path: String,
-    /// True until the field was drawn once.
+    /// True until the path field has been drawn and has the focus.
     is_new: bool,
 }
 
@@ -37,12 +39,12 @@ impl Questions {
         self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
     }
 
-    /// Takes the content that waits for a path, which ends the question.
+    /// Returns the content that waits for a path, and closes the question for the path.
     pub fn take_content(&mut self) -> Option<FileContent> {
         Some(self.naming.take()?.content)
     }
 
-    pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Out) {
+    pub fn show(&mut self, context: &Context, engine: &Engine, out: &mut Out) {
         naming(context, &mut self.naming, out);
         replacing(context, engine, out);
         leaving(context, engine, self.naming.is_some(), out);
@@ -51,9 +53,9 @@ impl Questions {
     }
 }
 
-/// Draws a question with its answers: label, explanation and command. Escape gives the last answer.
+/// Draws a modal question. Each answer has a label, an explanation and a command. Escape chooses the last answer.
 fn ask(
-    context: &egui::Context,
+    context: &Context,
     id: &str,
     [title, text]: [&str; 2],
     answers: &[(&str, &str, Command)],
@@ -77,23 +79,25 @@ fn ask(
     }
 }
 
-/// Asks before a file is replaced, and before a calibration is exported that is undetermined or differs from the screen.
-fn replacing(context: &egui::Context, engine: &Engine, out: &mut Out) {
+/// Asks before an existing file is replaced, and before a calibration is exported that the samples do not determine.
+fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
     let Some((_, path, doubt)) = &engine.replacing else {
         return;
     };
     let mut text = path.display().to_string();
     let (title, yes, about) = match doubt {
-        Doubt::IsThere => {
-            ("The file already exists", "Replace it", "The present contents of the file are lost")
-        }
+        Doubt::IsThere => (
+            "The file already exists",
+            "Replace it",
+            "Overwrites the file; its present contents are lost",
+        ),
         Doubt::Undetermined(undetermined, _) => {
             text += "\n";
             text += &undetermined.finding().text(Face::Window);
             (
                 "The samples do not determine this calibration",
                 "Export anyway",
-                "The errors of its loads are unknown",
+                "Writes the calibration, although the errors of its loads are unknown",
             )
         }
     };
@@ -105,7 +109,7 @@ fn replacing(context: &egui::Context, engine: &Engine, out: &mut Out) {
 }
 
 /// Lets the user type a path if the machine has no file dialog.
-fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Out) {
+fn naming(context: &Context, naming: &mut Option<Naming>, out: &mut Out) {
     let Some(Naming { path, is_new, .. }) = naming else {
         return;
     };
@@ -123,7 +127,7 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Out) {
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let chosen = path.trim();
-            if (ui.press("Save", "Writes this file; Enter does too") || entered)
+            if (ui.press("Save", "Writes the file; Enter does the same") || entered)
                 && !chosen.is_empty()
             {
                 out.send(Command::PathTyped(Some(chosen.into())));
@@ -139,7 +143,7 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Out) {
 }
 
 /// Asks whether to save before the window closes or another session is opened.
-fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut Out) {
+fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
     let Some(leaving) = &engine.leaving else {
         return;
     };
@@ -149,19 +153,19 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
     }
     let (save, discard, cancel) = match leaving {
         Leaving::Close => (
-            "Saves the session, then closes; asks for a path if it has no file yet",
-            "Closes; changes since the last save are lost",
+            "Saves the session, then closes the window; asks for a path if the session has no file yet",
+            "Closes the window; changes since the last save are lost",
             "The window stays open",
         ),
         Leaving::Open(_) | Leaving::Restore(..) => (
-            "Saves, then opens the other session; asks for a path if this one has no file yet",
+            "Saves this session, then opens the other session; asks for a path if this session has no file yet",
             "Opens the other session; changes since the last save are lost",
             "The other session is not opened",
         ),
     };
-    let mut text = "The session holds the list of files, their roles and all settings. The recordings themselves are not changed.".to_owned();
+    let mut text = "The session holds the list of files, their roles and all settings. The files of the recordings are not changed.".to_owned();
     if !matches!(leaving, Leaving::Close) {
-        text += "\nAnother session is about to be opened in its place.";
+        text += "\nAnother session is about to be opened.";
     }
     let answers = [
         ("Save", save, Command::SaveSession),
@@ -172,33 +176,34 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
 }
 
 /// Offers the unsaved sessions of windows that did not close properly, newest first.
-fn recovering(context: &egui::Context, engine: &Engine, out: &mut Out) {
+fn recovering(context: &Context, engine: &Engine, out: &mut Out) {
     if engine.recoverable.is_empty() || !engine.shows_left {
         return;
     }
     let mut open = true;
-    window("Recover")
-        .open(&mut open)
-        .show(context, |ui| {
-            ui.set_width(460.0);
-            ui.label("LoopScope did not close properly. Its unsaved work was stored, and stays stored until you discard it.");
-            egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
-                for (at, left) in engine.recoverable.iter().enumerate().rev() {
-                    ui.separator();
-                    ui.push_id(at, |ui| one_left(ui, left, out));
-                }
-            });
-            ui.separator();
-            if ui.press("Later", "Keeps the unsaved sessions; File > Recover sessions lists them again") {
-                out.send(Action::ShowLeft(false));
+    window("Recover").open(&mut open).show(context, |ui| {
+        ui.set_width(460.0);
+        ui.label(
+            "LoopScope did not close properly. The unsaved work is stored until you discard it.",
+        );
+        egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
+            for (at, left) in engine.recoverable.iter().enumerate().rev() {
+                ui.separator();
+                ui.push_id(at, |ui| one_left(ui, left, out));
             }
         });
+        ui.separator();
+        if ui.press("Later", "Keeps the unsaved sessions; File > Recover sessions lists them again")
+        {
+            out.send(Action::ShowLeft(false));
+        }
+    });
     if !open {
         out.send(Action::ShowLeft(false));
     }
 }
 
-/// Returns a window at the upper edge that the user can neither fold nor resize.
+/// Returns a dialog of fixed size at the upper edge of the window.
 fn window(title: impl Into<egui::WidgetText>) -> egui::Window<'static> {
     let window = egui::Window::new(title).anchor(egui::Align2::CENTER_TOP, [0.0, 60.0]);
     window.collapsible(false).resizable(false)
@@ -217,14 +222,16 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, out: &mut Out) {
             ui.label(files_of(session)).on_hover_text(paths);
         }
         Err(reason) => {
-            let reason = format!("It cannot be read: {reason}");
+            let reason = format!("This session cannot be read: {reason}");
             ui.warn(reason).on_hover_text(left.path.display().to_string());
         }
     }
     ui.horizontal(|ui| {
         let restore = ui.add_enabled(left.session.is_ok(), egui::Button::new("Restore"));
         let restore = restore
-            .on_hover_text("Opens its files with all settings; the other sessions stay listed")
+            .on_hover_text(
+                "Opens the files of this session with all settings; the other sessions stay listed",
+            )
             .on_disabled_hover_text("The stored session cannot be read");
         if restore.clicked() {
             out.send(Action::Restore(left.path.clone()));
@@ -235,7 +242,7 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, out: &mut Out) {
     });
 }
 
-/// Returns the names of a session's files, as many as fit.
+/// Returns the names of the first files of a session.
 fn files_of(session: &Session) -> String {
     let names = session.files.iter().map(|file| file_name(&file.absolute));
     let built_in = session.built_in.then_some(Cow::Borrowed("built-in sensor"));
@@ -245,7 +252,7 @@ fn files_of(session: &Session) -> String {
 }
 
 /// Asks for the folder of the session's files that were moved.
-fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut Out) {
+fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
     let lost = &engine.project().lost;
     if lost.is_empty() {
         return;
@@ -273,9 +280,8 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
             ui.separator();
             ui.horizontal(|ui| {
                 let about = [
-                    "Present folder of the files, or of one of them; the others are found by their names and \
-                     relative folders",
-                    "Look there",
+                    "Present folder of the files, or present path of one file; all files are found by their names and relative folders",
+                    "Search folder",
                     "Reads the files found in this folder",
                 ];
                 if let Some(path) = ui.path_field("Now in the folder", found, (380.0, ""), about) {
@@ -286,7 +292,7 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
                 if ui.press("Choose a folder…", "Chooses the folder to search") {
                     out.send(Command::ChooseLost);
                 }
-                if ui.press("Go on without", "Opens the session without the missing files") {
+                if ui.press("Continue without files", "Opens the session without the missing files") {
                     lost.iter().for_each(|_| out.send(Action::Forget(0)));
                 }
             });

@@ -1,4 +1,4 @@
-//! Histogram of the look-back ages; ages above t_th have another colour.
+//! Histogram of the look-back ages. Ages above t_th have another colour.
 
 use egui_plot::{Bar, BarChart, VLine};
 
@@ -38,7 +38,7 @@ pub fn ages(
         .response;
     plots::finish(&response, name, None, out);
     response.on_hover_text(format!(
-        "Time since the load differed by F_th. Green: used; grey: not used, older than t_th. {} % are older than the last bar",
+        "Time since the load differed by F_th. Green: the past sample is used. Grey: the past sample is older than t_th and not used. {} % of the samples have a past sample older than the last bar",
         significant(share(past_ages.n_beyond), 2)
     ));
 }

@@ -1,10 +1,12 @@
-//! Curves of the error through the present pair of thresholds, over F_th and over t_th, separately for forces and moments.
+//! Curves of the error through the present pair of thresholds, against F_th and against t_th, separately for forces and
+//! moments.
 
 use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
 use crate::features::Thresholds;
-use crate::questions::thresholds::{Along, Measure, ScoreSet, ThresholdMap};
-use crate::questions::thresholds::{ShownFTh, threshold_curve};
+use crate::questions::thresholds::{
+    Along, Measure, ScoreSet, ShownFTh, ThresholdMap, threshold_curve,
+};
 use crate::report::figure::{Figure, color};
 use crate::ui::command::Out;
 use crate::ui::numbers::significant;
@@ -22,14 +24,17 @@ pub fn curves(ui: &mut egui::Ui, engine: &Engine, map: &ThresholdMap, height: f3
                 ScoreSet::LeftOut => {
                     ("solid", "Held-out errors: choose the thresholds by this curve")
                 }
-                ScoreSet::Train => ("dotted", "Errors on the fitted samples, which are too small"),
+                ScoreSet::Train => (
+                    "dotted",
+                    "Errors on the fitted samples, which are smaller than errors on new samples",
+                ),
                 ScoreSet::Test => {
                     ("dashed", "Errors on the test recordings: do not choose by this curve")
                 }
             };
             ui.colored_label(color, format!("{} ({name})", set.label())).on_hover_text(about);
         }
-        ui.weak("click or drag to set the threshold");
+        ui.weak("Click or drag in a plot to set the threshold");
     });
     for group in groups {
         ui.horizontal(|ui| {
@@ -75,7 +80,7 @@ fn curve(
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
         let x = response.transform.value_from_position(pointer).x / factor;
-        // The precision of pointing: three digits.
+        // The pointer selects a value with a precision of about three digits.
         let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
         let wanted = match along {
             Along::F => Thresholds { f_th: value, ..present },

@@ -1,34 +1,33 @@
-//! Map of the errors over F_th and t_th: one texture pixel for each pair, t_th on a logarithmic axis.
+//! Map of the error for pairs of F_th and t_th: one pixel of a texture for each pair, with t_th on a logarithmic axis.
 
 use std::sync::Arc;
 
-use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Vec2};
+use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Ui, Vec2};
 use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
 use crate::calibration::NoCrossValidation;
 use crate::engine::{Edit, Engine};
 use crate::features::Thresholds;
-use crate::questions::thresholds::ShownFTh;
-use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
+use crate::questions::thresholds::{Measure, ScoreSet, ShownFTh, ThresholdMap};
 use crate::report::figure::color::shade;
 use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::plots;
 
-/// The image of a map, and what it was made from: map, number of rows, and kind of error.
+/// The image of a map, with the inputs of the image: map, number of computed rows, measure and set of samples.
 #[derive(Default)]
 pub struct MapTexture {
     made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
-    /// Image, range of its shades, and whether an error is above the range.
+    /// Image, range of the errors that the colours cover, and whether an error is above the range.
     image: Option<(TextureHandle, (f64, f64), bool)>,
 }
 
 const SCALE_WIDTH: f32 = 14.0;
 
 pub fn map(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     engine: &Engine,
     map: &Arc<ThresholdMap>,
     measure: Measure,
@@ -39,7 +38,7 @@ pub fn map(
     texture.update(ui.ctx(), map, measure, set);
     let Some((image, (least, greatest), is_cut_off)) = &texture.image else {
         ui.weak(match map.n_rows_done() {
-            0 => "The first rows are being computed.".to_owned(),
+            0 => "The first rows of the map are being computed.".to_owned(),
             _ => format!("No errors: {}", set.missing(Some(NoCrossValidation::FewSamples))),
         });
         return;
@@ -107,7 +106,7 @@ pub fn map(
     });
 }
 
-/// Returns grid lines at 1, 2 and 5 times powers of ten between two powers.
+/// Returns grid lines at 1, 2 and 5 times powers of ten. `low` and `high` are logarithms to base 10.
 fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
     (-3..5)
         .flat_map(|power| [1.0, 2.0, 5.0].map(|digit: f64| digit.log10() + f64::from(power)))
@@ -116,13 +115,13 @@ fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
         .collect()
 }
 
-/// Returns the place of t_th on the logarithmic axis; zero is at its lower end.
+/// Returns the place of t_th on the logarithmic axis. A t_th of zero is at the lower end of the axis.
 fn log(t_th_secs: f64, map: &ThresholdMap) -> f64 {
     let lowest = corners(map).0[1];
     if t_th_secs > 0.0 { t_th_secs.log10().max(lowest) } else { lowest }
 }
 
-/// Returns the outer corners of the cells of the first and the last pair: F_th, log₁₀ t_th.
+/// Returns the lower left and the upper right corner of the map, as F_th and log₁₀ t_th.
 fn corners(map: &ThresholdMap) -> ([f64; 2], [f64; 2]) {
     let ends = |values: &[f64], place: fn(f64) -> f64| {
         let n = values.len();
@@ -160,7 +159,8 @@ impl MapTexture {
     }
 }
 
-/// Returns the image: one pixel for each pair, F_th to the right, t_th upwards. A missing row shows its nearest neighbour.
+/// Returns the image with one pixel for each pair: F_th increases to the right, t_th upwards. A row that is not computed yet
+/// shows the nearest computed row.
 fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) -> ColorImage {
     let (n_f, n_t) = (map.grid.f_ths().len(), map.grid.t_ths_secs().len());
     let has_row = |f_at: usize| values[f_at * n_t].is_some();
@@ -175,7 +175,7 @@ fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) 
     ColorImage::new([n_f, n_t], pixels.collect())
 }
 
-fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: &str, greatest: &str) {
+fn scale_of_colors(ui: &mut Ui, height: f32, least: &str, greatest: &str) {
     ui.vertical(|ui| {
         ui.small(greatest);
         let size = Vec2::new(SCALE_WIDTH, (height - 60.0).max(20.0));

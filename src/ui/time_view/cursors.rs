@@ -1,4 +1,4 @@
-//! Two cursors in time: the values at each cursor, their differences, and statistics of the interval between them.
+//! Two cursors in time, and the table of the values at both cursors, their differences and the statistics between the cursors.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,14 +11,13 @@ use crate::report::{Cell, Column, Table};
 use crate::scoring::Series;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
-use crate::ui::palette;
-use crate::ui::palette::Trace;
+use crate::ui::palette::{self, Trace};
 use crate::ui::status_line::busy;
 
-/// Maximum number of values summed in one frame, so that a frame does not wait for millions of values.
+/// Maximum number of values that are summed in one frame, so that no frame waits for millions of values.
 const VALUES_PER_FRAME: usize = 400_000;
 
-/// The two cursors (s on the time axis) and the statistics between them.
+/// Times of the two cursors (s), and the statistics between the cursors.
 #[derive(Debug, Default)]
 pub struct Cursors {
     at: [Option<f64>; 2],
@@ -27,7 +26,7 @@ pub struct Cursors {
     pub table: bool,
 }
 
-/// Statistics of one series between the cursors, as far as they are summed.
+/// Statistics of the values of one series that are summed so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Figures {
     n: usize,
@@ -76,7 +75,7 @@ struct Span {
 }
 
 impl Span {
-    /// Sums a part of the missing values. Returns true if all are summed.
+    /// Sums the next values. Returns true if all values are summed.
     fn go_on(&mut self) -> bool {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
         let end = (self.next + n).min(self.samples.end);
@@ -177,7 +176,7 @@ impl Cursors {
                             significant(traces.times[b] - traces.times[a], 6),
                             span.samples.len()
                         ),
-                        None => format!("A {}; Shift and click puts cursor B", time(a)),
+                        None => format!("A {}; Shift+click sets cursor B", time(a)),
                     });
                     ui.copies("table", || figures.tab_separated());
                     if !complete {
@@ -191,7 +190,8 @@ impl Cursors {
     }
 }
 
-/// Returns the table of values at A and B, their differences and the statistics; of A alone without B.
+/// Returns the table of the values at A and B, their differences and the statistics. Without cursor B, only the values at A are
+/// filled in.
 fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
     let number = |number: Option<f64>| {
         number.map_or_else(|| Cell::words(""), |own| Cell::digits(Some(own), 4))

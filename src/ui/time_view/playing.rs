@@ -1,4 +1,4 @@
-//! Plays through a recording as if it were being measured.
+//! Plays through the recording on screen at a selectable speed.
 
 use crate::questions::TraceSet;
 use crate::ui::choice::choice;
@@ -12,8 +12,8 @@ pub struct Playing {
     /// Time on the time axis (s); `None` before playing started.
     time: Option<f64>,
     pub running: bool,
-    /// True if a key moved the position after the pointer last moved. Then the present sample is that of the position, not the
-    /// sample under the pointer.
+    /// True if a key moved the playing position after the last move of the pointer. Then the sample at the playing position is
+    /// the present sample.
     pub stepped: bool,
     speed: f64,
 }
@@ -47,7 +47,8 @@ impl Playing {
             .on_hover_text(about);
     }
 
-    /// Advances the position by `passed` seconds of clock time. Returns the sample there and its time.
+    /// Advances the playing position by `passed` seconds of clock time. Returns the index and the time (s) of the sample at the
+    /// position.
     pub fn go_on(&mut self, passed: f64, from: f64, traces: &TraceSet) -> Option<(usize, f64)> {
         let last = *traces.times.last()?;
         if self.running {

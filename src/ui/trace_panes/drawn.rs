@@ -1,4 +1,5 @@
-//! The shapes of a trace, which are kept while nothing about them changes, because most frames only follow the pointer.
+//! Draws traces. The shapes of a trace are kept until its samples, range or style change, because most frames only follow the
+//! pointer.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -15,10 +16,10 @@ use crate::ui::palette::Trace;
 use crate::ui::plots::{Shapes, piece_shapes};
 use crate::ui::time_view::Kind;
 
-/// The lines of the last frame, by pane and trace.
+/// The lines of the last frame, by axis, kind of plot and load.
 pub type DrawnLines = RefCell<HashMap<(Axis, Kind, Trace), Drawn>>;
 
-/// A drawn line with the inputs it was drawn from. The inputs are held by weak references.
+/// A drawn line and the inputs of the drawing. Weak references to the inputs do not keep old samples in memory.
 #[derive(Debug)]
 pub struct Drawn {
     series: Weak<Series>,
@@ -77,7 +78,7 @@ fn mesh(
         piece_shapes(&piece, look.style, transform, pixel, &mut shapes);
     }
     let options = ui.ctx().tessellation_options(|options| *options);
-    // The shapes contain neither text nor discs.
+    // The shapes contain neither text nor discs, so the tessellator needs no textures.
     let mut tessellator = Tessellator::new(look.pixels_per_point, options, [1, 1], Vec::new());
     tessellator.set_clip_rect(look.frame);
     let mut mesh = Mesh::default();

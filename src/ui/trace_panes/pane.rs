@@ -1,54 +1,51 @@
-//! The two panes of one axis: traces, and errors below them.
+//! Draws the two plots of one axis: the loads, and the errors below the loads.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use egui::Color32;
+use egui::{Color32, Ui};
 use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine};
 
 use crate::min_max::MinMax;
 use crate::questions::check::faulty::FaultyRecording;
 use crate::questions::{AxisTraces, Segment, TraceSet};
 use crate::recording::Axis;
-use crate::report::figure;
-use crate::report::figure::{Figure, Scale};
+use crate::report::figure::{self, Figure, Scale};
 use crate::scoring::Series;
 use crate::scoring::series::Columns;
 use crate::ui::command::Out;
-use crate::ui::palette;
-use crate::ui::palette::Trace;
-use crate::ui::plots;
-use crate::ui::plots::{Asked, Drawn, VALUE_AXIS_WIDTH};
+use crate::ui::palette::{self, Trace};
+use crate::ui::plots::{self, Asked, Drawn, VALUE_AXIS_WIDTH};
 use crate::ui::time_view::{Kind, TimeView, all_of, within};
 use crate::ui::trace_panes::drawn::{DrawnLines, piece, trace_line};
 use crate::ui::trace_panes::overlay;
 
-/// Share of a cell's height for the traces; the rest is for the errors.
+/// Share of the height for the loads; the errors get the remaining height.
 const TRACES_SHARE: f32 = 0.55;
-/// Minimum mean distance of the marks between recordings (pixels). Closer marks would hide the traces.
+/// Minimum mean distance of the marks between recordings (pixels). With closer marks, none is drawn.
 const MARKS_APART: usize = 8;
-/// Minimum number of columns of a saved figure.
+/// Minimum horizontal resolution of a saved figure.
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub height: f32,
-    /// Height of the time axis under the pane, if it has one.
+    /// Height of the time axis under the plot; `None` without a time axis.
     pub time_axis: Option<f32>,
 }
 
-/// The visible part of the traces.
+/// Visible interval of the traces.
 struct Visible<'a> {
     traces: &'a TraceSet,
     time: (f64, f64),
     samples: Range<usize>,
-    /// Number of columns of pixels.
+    /// Width of the plot in pixels.
     columns: usize,
 }
 
-/// Draws both panes of an axis. Returns the sample under the pointer.
+/// Draws both plots of an axis. Returns the index of the sample under the pointer.
 pub fn cell(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     traces: &TraceSet,
     axis: &AxisTraces,
     place: Place,
@@ -66,7 +63,7 @@ pub fn cell(
 }
 
 fn pane(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     traces: &TraceSet,
     (axis, kind): (&AxisTraces, Kind),
     place: Place,
@@ -99,7 +96,7 @@ fn pane(
     let key_of_columns = (&traces.times, visible.time, columns);
     let shared = panes.columns.take(key_of_columns, || visible.columns_of(columns));
     let lines = shown.iter().map(|(trace, series)| {
-        // Dashes would look like noise on a line that goes up and down within a pixel.
+        // On a line with several samples per pixel, dashes would look like noise.
         let dash = (trace.is_dashed() && lie_apart).then_some(figure::DASHED);
         let style = (trace.stroke(&visuals), dash);
         trace_line((axis.axis, kind, *trace), (series, &shared, &traces.times), style, drawn)
@@ -139,9 +136,10 @@ fn pane(
     show_values(ui, &plot, traces, (axis, kind), panes, ranges)
 }
 
-/// Shows the values of the sample under the pointer, or of the sample that plays, in a tooltip. Returns the sample under the pointer.
+/// Shows a tooltip with the values of the sample under the pointer, or at the playing position. Returns the index of the sample
+/// under the pointer.
 fn show_values(
-    ui: &egui::Ui,
+    ui: &Ui,
     plot: &Drawn,
     traces: &TraceSet,
     (axis, kind): (&AxisTraces, Kind),
@@ -156,7 +154,7 @@ fn show_values(
     });
     let pointer = plot.response.hover_pos();
     let sample = pointer.and_then(|at| traces.sample_at(plot.transform.value_from_position(at).x));
-    // While playing, the first pane shows the values.
+    // While playing, the first plot shows the tooltip.
     let is_first =
         kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
     let shown = match (sample, is_first && panes.playing.stepped) {
@@ -164,7 +162,7 @@ fn show_values(
         (None, true) => hovered.map(|k| (k, Some(plot.response.rect))),
         (None, false) => None,
     };
-    // The tooltip would cover the menu.
+    // The tooltip would cover an open menu.
     if let Some((k, beside)) = shown.filter(|_| !plot.response.context_menu_opened()) {
         overlay::tooltip(ui, &plot.response, traces, axis, (k, beside));
     }
@@ -172,7 +170,7 @@ fn show_values(
 }
 
 impl<'a> Visible<'a> {
-    /// Returns the whole time axis or the chosen interval, with its samples and one more on each side.
+    /// Returns the chosen interval, or the whole time, with the samples inside and one more sample on each side.
     fn of(traces: &'a TraceSet, chosen: Option<(f64, f64)>, columns: usize) -> Option<Self> {
         traces.times.first()?;
         let time = chosen.unwrap_or_else(|| all_of(&traces.times));
@@ -182,7 +180,7 @@ impl<'a> Visible<'a> {
         Some(Self { traces, time, samples: start.min(end)..end, columns })
     }
 
-    /// Returns the duration of one column, if there are this many.
+    /// Returns the duration of one column (s) if the plot has this number of columns.
     fn column_secs(&self, columns: usize) -> f64 {
         (self.time.1 - self.time.0) / columns.max(1) as f64
     }
@@ -194,8 +192,7 @@ impl<'a> Visible<'a> {
         &segments[first..end.max(first)]
     }
 
-    /// Returns the columns of each line: one line for each recording, so that recordings are not joined, as long as recordings
-    /// are wide enough to be visible.
+    /// Returns the columns of each line. Each recording has its own line, unless there are more recordings than columns.
     fn columns_of(&self, columns: usize) -> Vec<Columns> {
         let column_secs = self.column_secs(columns);
         let of = |samples: Range<usize>| Columns::of(&self.traces.times, samples, column_secs);
@@ -207,7 +204,7 @@ impl<'a> Visible<'a> {
         own.map(|own| of(own.start.max(samples.start)..own.end.min(samples.end))).collect()
     }
 
-    /// Shades the interval that contains the load with about 95 % probability, if the regressor computes one.
+    /// Shades the band that contains the load with a probability of about 95 %, if the regressor computes a band.
     fn shade_band(&self, plot: &mut PlotUi<'_>, axis: &AxisTraces, color: Color32) {
         let Some([low, high]) = &axis.band else {
             return;
@@ -243,7 +240,8 @@ impl<'a> Visible<'a> {
             let start = time_of(intervals[at].start);
             let mut end = time_of(intervals[at].end);
             at += 1;
-            // Intervals less than a pixel apart are drawn as one. Bisection finds them, since there may be millions.
+            // Intervals less than a pixel apart are drawn as one interval. Bisection skips close intervals, because there may
+            // be millions.
             loop {
                 let near = at
                     + intervals[at..last]
@@ -270,7 +268,7 @@ impl<'a> Visible<'a> {
             let mut at = intervals.partition_point(|(_, end)| *end < from);
             while at < intervals.len() && intervals[at].0 <= to {
                 let (start, end) = intervals[at];
-                // Intervals less than a pixel apart are drawn as one.
+                // Intervals less than a pixel apart are drawn as one interval.
                 let next = at + intervals[at..].partition_point(|(later, _)| *later <= end + pixel);
                 let end = intervals[next - 1].1.max(start + pixel);
                 let span = Span::new("", start - offset..=end - offset);
@@ -308,7 +306,7 @@ fn shown_series<'a>(
         .collect()
 }
 
-/// Returns the range of the visible values with a margin; for errors it includes zero.
+/// Returns the range of the visible values with a margin. The range of errors includes zero.
 fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Kind) -> (f64, f64) {
     let zero = (kind == Kind::Error).then_some((0.0, 0.0));
     let all = shown.iter().filter_map(|(_, series)| series.min_max(samples.clone())).chain(zero);
@@ -335,39 +333,34 @@ fn printed(
     shown.iter().map(line).collect()
 }
 
-/// Applies the user's zoom and drag: time for all panes, values for this pane.
+/// Applies the user's zoom and drag: the time range to all plots, and the value range to this plot.
 fn follow_gestures(
-    ui: &egui::Ui,
+    ui: &Ui,
     plot: &Drawn,
     set: PlotBounds,
     key: (Axis, Kind),
     traces: &TraceSet,
     panes: &mut TimeView,
 ) {
-    let asked = plots::keys(ui, &plot.response, set, false);
-    if plot.response.double_clicked() || asked == Some(Asked::All) {
-        panes.shown.time = None;
-        panes.shown.values.remove(&key);
-        return;
-    }
-    let now = match asked {
-        Some(Asked::Part(min, max)) => PlotBounds::from_min_max(min, max),
-        _ => *plot.transform.bounds(),
-    };
-    if (now.min()[0], now.max()[0]) != (set.min()[0], set.max()[0]) {
-        panes.shown.time = Some(within(&traces.times, (now.min()[0], now.max()[0])));
-    }
-    if (now.min()[1], now.max()[1]) != (set.min()[1], set.max()[1]) {
-        panes.shown.values.insert(key, (now.min()[1], now.max()[1]));
-    }
-    if let Some(([at, _], factor)) = plots::wheel_zoom(ui, plot) {
-        let zoomed = (at + (now.min()[0] - at) * factor, at + (now.max()[0] - at) * factor);
-        panes.shown.time = Some(within(&traces.times, zoomed));
+    match plots::gestures(ui, plot, set, false) {
+        Some(Asked::All) => {
+            panes.shown.time = None;
+            panes.shown.values.remove(&key);
+        }
+        Some(Asked::Part(min, max)) => {
+            if (min[0], max[0]) != (set.min()[0], set.max()[0]) {
+                panes.shown.time = Some(within(&traces.times, (min[0], max[0])));
+            }
+            if (min[1], max[1]) != (set.min()[1], set.max()[1]) {
+                panes.shown.values.insert(key, (min[1], max[1]));
+            }
+        }
+        None => {}
     }
 }
 
-/// A click puts cursor A, with Shift cursor B.
-fn put_cursor(ui: &egui::Ui, plot: &Drawn, panes: &mut TimeView) {
+/// Puts cursor A at a click, or cursor B at a click with Shift.
+fn put_cursor(ui: &Ui, plot: &Drawn, panes: &mut TimeView) {
     if plot.response.clicked()
         && let Some(pointer) = plot.response.interact_pointer_pos()
     {
