@@ -8,7 +8,7 @@ use egui::{Color32, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use faults::faults_row;
-use row::{group_button, group_of, name_button, rate_text, rmse_label, role_menu};
+use row::{group_button, group_of, name_button, rmse_label, role_menu};
 
 use crate::engine::{Action, Edit, Engine, Project};
 use crate::min_max::MinMax;
@@ -109,7 +109,7 @@ fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
         if let Some(path) = ui.path_field("Open", &mut fields.open, (width, hint), about) {
             out.send(Action::Open(vec![path]));
         }
-        if ui.press("…", "Choose files") {
+        if ui.press("…", "Chooses files to open") {
             out.send(Command::ChooseFiles);
         }
     });
@@ -175,8 +175,10 @@ fn table(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
                         ui.label(samples.to_string());
                     });
                     row.col(|ui| {
-                        let rate = rate_text(entry, engine.project().settings.decimation);
-                        ui.label(rate);
+                        let step = engine.project().settings.decimation.max(1) as f64;
+                        let rate =
+                            entry.recording.rate_hz().map(|rate| significant(rate / step, 3));
+                        ui.label(rate.unwrap_or_else(|| "–".to_owned()));
                     });
                 }
                 let rmse =
@@ -230,7 +232,7 @@ fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), uni
         ("Role", "Role of the recording: train, test or off; press to change the role"),
         (
             "Name",
-            "Press to show the recording; right click or Shift+F10 tares it or sets its group",
+            "Press to show the recording. A right click or Shift+F10 opens a menu to tare the recording and to set its group",
         ),
         (
             "Group",
@@ -253,4 +255,34 @@ fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), uni
         });
     }
     header.col(|_| {});
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable as _;
+
+    use super::*;
+
+    /// The list is 227 points wide in a window of 1280 points with a text size of 150 %.
+    #[test]
+    fn a_narrow_list_keeps_the_button_that_closes_a_recording() {
+        let mut engine = Engine::new(Arc::new(|| {}));
+        engine.act(Action::OpenBuiltIn(None));
+        while engine.entries().is_empty() {
+            engine.take();
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        for width in [140.0, 227.0] {
+            let (mut fields, mut out) = (View::default(), Out::default());
+            let list = |ui: &mut Ui| table(ui, &engine, &mut fields, &mut out);
+            let window = Harness::builder().with_size([width, 400.0]).build_ui(list);
+            let buttons = window.query_all_by_role_and_label(egui::accesskit::Role::Button, "×");
+            let ends: Vec<f32> = buttons.map(|button| button.rect().right()).collect();
+            assert!(ends.len() > 5 && ends.iter().all(|end| *end <= width), "{width}: {ends:?}");
+        }
+    }
 }

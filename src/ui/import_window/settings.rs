@@ -13,7 +13,7 @@ pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
         let button = ComboBox::from_label("delimiter").width(90.0);
         choice(ui, button, &mut text.delimiter, Delimiter::ALL, |own| (own.name(), ""))
-            .on_hover_text("Character between the cells of a line");
+            .on_hover_text("Character between the cells of a line in the file");
         let mut comma = text.decimal == Decimal::Comma;
         if ui.tick(
             &mut comma,
@@ -28,7 +28,7 @@ pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
         choice(ui, button, &mut text.thousands, all, described)
             .on_hover_text("Character between groups of three digits, as in 1,234.5");
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
-        ui.field("skip lines", lines, "Number of lines before the table");
+        ui.field("skip lines", lines, "Number of lines in the file before the table");
         ui.tick(
             &mut text.header,
             "header row",

@@ -236,12 +236,6 @@ fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Respons
     quiet
 }
 
-/// Returns the sample rate after decimation by `step`, as text.
-pub fn rate_text(entry: &Entry, step: usize) -> String {
-    let rate = entry.recording.rate_hz();
-    rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
-}
-
 pub fn rmse_label(
     ui: &mut Ui,
     group: Group,
