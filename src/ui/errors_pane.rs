@@ -86,7 +86,7 @@ fn expected(ui: &mut Ui, engine: &Engine) {
             table::show(ui, &expected_error_table(found));
         }
         Some(Err(reason)) => drop(ui.weak(format!("No expected error: {reason}"))),
-        None => drop(ui.weak(lane.problem().unwrap_or("The expected error is being computed."))),
+        None => drop(ui.weak(lane.problem().unwrap_or("The expected error is not computed yet."))),
     }
 }
 

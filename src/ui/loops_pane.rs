@@ -106,7 +106,7 @@ impl Default for LoopsPane {
 
 /// Draws the reason why there are no loops and dwells: the recordings have no times.
 fn no_times(ui: &mut Ui) {
-    ui.weak("No times: no loops and no dwells").on_hover_text(
+    ui.weak("The recordings have no times, so there are no loops and dwells").on_hover_text(
         "The samples of these recordings have no order in time. Reversal threshold and dwells apply again to recordings with times",
     );
 }
@@ -171,7 +171,7 @@ impl LoopsPane {
         }
     }
 
-    /// Replaces chosen axes, gauges and recordings that no longer exist.
+    /// Replaces a chosen axis, gauge or recording that no longer exists.
     fn follow(&mut self, engine: &Engine) {
         let axes = engine.project().axes();
         let n_gauges = engine.project().recordings.layout().gauge_names.len();

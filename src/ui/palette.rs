@@ -1,6 +1,7 @@
-//! Colours of the window. Each colour has one meaning in every pane and in the report, is distinguishable with any colour
-//! vision (Okabe and Ito 2008), and has enough contrast. Orange is the uncompensated load, blue the compensated load, green the
-//! look-back, yellow a warning, red an error. Scores on training, test and held-out recordings differ by their dashes.
+//! Colours of the window. Each colour has one meaning in every pane and in the report, and has enough contrast. The colours are
+//! distinguishable with any colour vision (Okabe and Ito 2008). Orange is the uncompensated load, blue the compensated load,
+//! green the look-back, yellow a warning, red an error. Scores on training, test and held-out recordings differ by their
+//! dashes.
 
 use egui::{Color32, Stroke, Visuals};
 

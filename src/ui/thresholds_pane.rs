@@ -171,7 +171,7 @@ fn measure_text(map: &ThresholdMap, measure: Measure) -> String {
     format!("{} [{}]", measure.label(&map.scale), measure.unit(&map.scale))
 }
 
-/// Returns F_th with its unit, as shown.
+/// Returns F_th as text, with its unit.
 fn f_th_text(distance: Distance, f_th: f64) -> String {
     let shown = ShownFTh::of(distance);
     format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)
@@ -196,7 +196,7 @@ fn suggestion(
         if ui.press_if(
             is_complete,
             "Take the cross-validation minimum",
-            "Sets the pair with the smallest cross-validated error; test recordings are not used. Beside it is the range of F_th whose error exceeds the minimum by at most one standard error, computed from the differences between recordings",
+            "Sets the pair with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error exceeds the minimum by at most one standard error, estimated from the recordings",
         ) {
             out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),
@@ -254,9 +254,9 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     let gain =
         if found.beats_conventional { "" } else { ", not significantly better than Uncompensated" };
     let range = match (f_th_range.from, f_th_range.to) {
-        (from, to) if from == to => "no other F_th is".to_owned(),
+        (from, to) if from == to => "no other F_th".to_owned(),
         (from, to) => format!(
-            "F_th from {}{} to {}{} is",
+            "F_th from {}{} to {}{}",
             f_th_text(map.distance, from),
             open(f_th_range.from_is_first_tried && from > 0.0),
             f_th_text(map.distance, to),
@@ -264,7 +264,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Uncompensated {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
+        "{}: {} {unit} (Uncompensated {}){gain}; within one standard error: {range}; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),

@@ -13,7 +13,7 @@ const STEPS: [Step; 6] = [
     (
         trace_panes::PANE,
         "What LoopScope does",
-        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Reference is the applied load, Uncompensated the load by the conventional calibration, Compensated the load that is compensated with past gauges. The errors are below the loads.",
+        "These recordings come from a simulated force/torque sensor. Each plot shows one axis. Reference is the applied load, and Uncompensated is the load by the conventional calibration. Compensated is the load that is compensated with past gauges. The errors are below the loads.",
     ),
     (
         trace_panes::PANE,

@@ -464,7 +464,7 @@ fn axes_and_their_errors_are_hidden_and_shown() {
     for axis in ["Fx", "Fy", "Fz"] {
         click(&mut window, Role::Button, axis);
     }
-    assert!(has(&window, "No axis is shown"));
+    assert!(has(&window, "All axes are hidden"));
 }
 
 #[test]

@@ -56,7 +56,7 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
         number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
-            "Estimates mass and centre by least squares, from the pose and a measured load: Fx, Fy, Fz for the mass, also Mx, My, Mz for the centre",
+            "Estimates mass and centre by least squares from the pose and a measured load. The mass needs Fx, Fy and Fz; the centre also needs Mx, My and Mz",
         ) {
             out.send(ImportCommand::FindWeight);
         }

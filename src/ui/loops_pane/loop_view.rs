@@ -145,7 +145,7 @@ fn counts(ui: &mut Ui, view: &LoopView<'_>) {
         counted(picture.parts.len(), "recording"),
     );
     ui.weak(words).on_hover_text(format!(
-            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches; falling branches are paler. If there are too many lines, their density is drawn: rising branches in the colour of the load, falling branches in a colour closer to the colour of text. Thick lines: the loop that the figures describe; its falling branch is dashed",
+            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches; falling branches are paler. If there are too many lines, their density is drawn. Rising branches have the colour of the load; falling branches have a colour closer to the colour of text. Thick lines: the loop that the figures describe; its falling branch is dashed",
             significant(picture.reversal_threshold, 3),
             significant(picture.full_scale, 4),
         ));

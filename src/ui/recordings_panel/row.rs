@@ -200,7 +200,7 @@ fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     if fits(name) {
         return name.to_owned();
     }
-    // Bisection is fast, because a name may be long and every row is drawn in every frame.
+    // Bisection, because measuring a long name at every length would make each frame slow.
     let (mut most, mut too_many) = (1, name.chars().count());
     while too_many - most > 1 {
         let middle = most.midpoint(too_many);
