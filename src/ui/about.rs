@@ -7,7 +7,6 @@ use crate::ui::controls::Controls as _;
 
 #[derive(Debug, Default)]
 pub struct About {
-    /// Index of the licence text on screen.
     shown: usize,
 }
 

@@ -18,14 +18,12 @@ use crate::ui::settings_panel;
 
 pub struct Action {
     pub name: String,
-    /// Explanation in one sentence.
     pub explanation: Cow<'static, str>,
     pub keys: Option<KeyboardShortcut>,
     pub enabled: bool,
     pub command: Command,
 }
 
-/// Keys that open the command palette.
 pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
@@ -403,7 +401,6 @@ pub fn places(pane: Pane) -> Vec<Action> {
     moves.chain([close]).collect()
 }
 
-/// Themes with their names and explanations.
 pub const THEMES: [(&str, Theme, &str); 3] = [
     ("Dark", Theme::Dark, "Light text on a dark background"),
     ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),

@@ -30,7 +30,6 @@ pub const PANE: Pane = Pane {
 
 #[derive(Debug, Default)]
 pub struct View {
-    /// True if coefficients are shown with their standard errors.
     uncertain: bool,
 }
 
@@ -94,7 +93,6 @@ impl View {
     }
 }
 
-/// Returns a matrix with one row per axis and one column per feature.
 fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
     Table::of(axes.iter().zip(&map.matrix))
         .words("", |(axis, _)| axis.label())
@@ -147,7 +145,6 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// Draws a matrix between brackets, with lines between the groups of columns and aligned numbers.
 fn matrix(
     ui: &mut Ui,
     name: &str,

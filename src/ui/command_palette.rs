@@ -38,7 +38,6 @@ impl CommandPalette {
         context.input_mut(|input| input.events = events);
     }
 
-    /// Returns true if the palette consumed this event.
     fn takes(&mut self, event: &Event, context: &Context) -> bool {
         let press = |key| is_press(event, key, Modifiers::NONE);
         if self.entered {
@@ -61,13 +60,11 @@ impl CommandPalette {
                 Event::Key { modifiers, .. } => return !modifiers.any() && !press(Key::Escape),
                 _ => return false,
             }
-            // Puts the text cursor behind the text.
             TextEditState::default().store(context, field_id());
         }
         true
     }
 
-    /// Draws the palette while it is open.
     pub fn show(&mut self, context: &Context, engine: &Engine, can: CanGo, out: &mut Out) {
         if !self.open {
             return;

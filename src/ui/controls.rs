@@ -7,7 +7,6 @@ use egui::{
     Button, PopupCloseBehavior, Response, RichText, ScrollArea, TextEdit, Ui, Widget, WidgetText,
 };
 
-/// Controls in addition to those of egui.
 pub trait Controls {
     fn own(&mut self) -> &mut Ui;
 
@@ -60,13 +59,11 @@ pub trait Controls {
         self.own().separator();
     }
 
-    /// Draws a value as a radio button.
     fn select_radio<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
         let button = self.own().radio_value(chosen, one, label);
         button.on_hover_text(about);
     }
 
-    /// Draws a label and its field.
     fn field(
         &mut self,
         label: impl Into<WidgetText>,
@@ -104,7 +101,6 @@ pub trait Controls {
         self.own().add(field).labelled_by(label.id)
     }
 
-    /// Draws a label and its field; both show the explanation.
     fn explained_field(
         &mut self,
         label: impl Into<WidgetText>,

@@ -3,7 +3,6 @@
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, Color32, FontId, Ui};
 
-/// Size of a subscript or superscript relative to the text.
 const INDEX_SIZE: f32 = 0.7;
 
 /// Lays out an equation. `_` lowers and `^` raises the next character, or the text in braces.

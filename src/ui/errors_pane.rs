@@ -75,7 +75,6 @@ fn errors_pane(ui: &mut Ui, engine: &Engine) {
     });
 }
 
-/// Draws the expected error, or the reason why there is none.
 fn expected(ui: &mut Ui, engine: &Engine) {
     let lane = engine.lane::<AskExpectedError>();
     match lane.answer() {
@@ -90,7 +89,6 @@ fn expected(ui: &mut Ui, engine: &Engine) {
     }
 }
 
-/// Returns true if the known expected error belongs to the calibration on screen.
 fn is_of_screen(engine: &Engine) -> bool {
     let answered = engine.lane::<AskExpectedError>().answered();
     let shown = engine.analysis().zip(answered);

@@ -14,7 +14,6 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Width of the two buttons to the right of the path (points).
 const BUTTONS: f32 = 118.0;
 /// Maximum number of characters shown of the notice about the last export.
 const RESULT_CHARS: usize = 160;
@@ -28,7 +27,6 @@ pub const PANE: Pane = Pane {
 #[derive(Debug)]
 pub struct View {
     path: String,
-    /// Endings of the further formats to write.
     also: Vec<&'static str>,
 }
 

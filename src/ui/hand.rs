@@ -16,7 +16,6 @@ impl Hand {
         self.going_on.then_some(self.count)
     }
 
-    /// Counts the gestures in the input of a frame.
     pub fn follow(&mut self, context: &egui::Context) {
         let typing = context.text_edit_focused();
         let field = context.memory(|memory| memory.focused().filter(|_| typing));

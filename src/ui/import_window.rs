@@ -136,7 +136,6 @@ fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &
     }
 }
 
-/// Draws the remembered maps of files with the same columns.
 fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
     let shape = &importing.map.table.shape;
     let maps = engine.preferences.maps.iter().enumerate();

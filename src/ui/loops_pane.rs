@@ -27,7 +27,6 @@ use crate::ui::plots::{self, Drawn, Zoom};
 use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::trace_panes::trace_tick;
 
-/// Width of the column of figures beside the plot (points).
 const FIGURES_WIDTH: f32 = 320.0;
 
 pub const PANE: Pane = Pane {
@@ -69,7 +68,6 @@ pub struct LoopsPane {
     axis: Axis,
     up: Up,
     span: Span,
-    /// Visibility of each [`Output`].
     shown: [bool; 2],
     figures_of: FiguresOf,
     lag_removed: bool,
@@ -77,7 +75,6 @@ pub struct LoopsPane {
     cross_up: Channel,
     /// Index of the dwell on screen; `None` shows the longest dwell.
     rest: Option<usize>,
-    /// Visible range of each [`Mode`].
     zooms: [Zoom; 3],
     /// Width and height of the drawing in pixels: those of the plot on screen or of a saved figure, whichever are larger.
     pixels: [f64; 2],
@@ -104,7 +101,6 @@ impl Default for LoopsPane {
     }
 }
 
-/// Draws the reason why there are no loops and dwells: the recordings have no times.
 fn no_times(ui: &mut Ui) {
     ui.weak("The recordings have no times, so there are no loops and dwells").on_hover_text(
         "The samples of these recordings have no order in time. Reversal threshold and dwells apply again to recordings with times",
@@ -156,7 +152,6 @@ impl LoopsPane {
         }
     }
 
-    /// Returns the question whose answer the pane shows.
     fn question(&self) -> Question {
         let Self { axis, up, span, lag_removed, across, cross_up, rest, pixels, .. } = *self;
         let frame = self.zoom();
@@ -333,7 +328,6 @@ impl LoopsPane {
     }
 }
 
-/// Returns the size of the plot with its labels (points).
 fn plot_size(ui: &Ui) -> egui::Vec2 {
     let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
     room.max(egui::vec2(200.0, 160.0))

@@ -133,7 +133,6 @@ impl MetrologyPane {
     }
 }
 
-/// Draws the menu with the definitions of a reversal, a dwell, a zero load and a loaded axis.
 fn definitions(
     ui: &mut Ui,
     table: Option<&Metrology>,

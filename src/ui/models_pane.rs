@@ -19,9 +19,7 @@ mod model_plots;
 
 use model_plots::ModelPlots;
 
-/// Maximum time limit of a search (min).
 const MOST_MINUTES: f64 = 10_000.0;
-/// Share of the pane's width for the bars.
 const BARS_SHARE: f32 = 0.34;
 /// Share of the pane's height for the plots of the model on screen.
 const PLOTS_SHARE: f32 = 0.45;

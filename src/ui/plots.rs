@@ -212,7 +212,6 @@ impl Drawn {
     }
 }
 
-/// Textures with their places in the plot.
 type Textures = Vec<(Frame, TextureHandle)>;
 
 /// Returns the textures of these densities, made again only if the densities changed since the last frame.
@@ -260,7 +259,6 @@ pub fn say(plot: &Response, value: impl FnOnce() -> String) {
     }
 }
 
-/// Returns the visible range of an axis as text.
 pub fn range((from, to): (f64, f64), label: &str) -> String {
     format!("{label}: {} to {}", significant(from, 4), significant(to, 4))
 }

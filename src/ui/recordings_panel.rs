@@ -27,7 +27,6 @@ use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Width of the label and the buttons beside the field "Open" (points).
 const OPEN_WIDTH: f32 = 126.0;
 /// Width of the list (points) below which groups, numbers of samples and rates are omitted.
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;

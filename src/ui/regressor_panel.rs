@@ -162,7 +162,6 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     format!("Train and cross-validate the network (about {cost})")
 }
 
-/// Draws the training loss of each epoch on a logarithmic scale.
 fn loss_curve(ui: &mut Ui, epochs: &[EpochReport], out: &mut Out) {
     let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
         epochs

@@ -71,7 +71,6 @@ pub struct Sort {
 }
 
 impl Sort {
-    /// Returns the ascending order by this column.
     pub fn by(column: &str) -> Self {
         Self { column: column.to_owned(), descending: false }
     }
@@ -179,7 +178,6 @@ fn explained(ui: &mut Ui, text: RichText, about: &str) -> Response {
     if about.is_empty() { label } else { label.on_hover_text(about) }
 }
 
-/// Returns several tables as tab-separated text.
 pub fn joined(tables: &[Table]) -> String {
     let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
     texts.join("\n\n")

@@ -171,7 +171,6 @@ fn measure_text(map: &ThresholdMap, measure: Measure) -> String {
     format!("{} [{}]", measure.label(&map.scale), measure.unit(&map.scale))
 }
 
-/// Returns F_th as text, with its unit.
 fn f_th_text(distance: Distance, f_th: f64) -> String {
     let shown = ShownFTh::of(distance);
     format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)

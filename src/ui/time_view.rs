@@ -57,7 +57,6 @@ pub struct TimeView {
     pub playing: Playing,
 }
 
-/// The earlier and later zooms.
 #[derive(Debug)]
 struct Zooms(Undoer<Shown>);
 
@@ -115,7 +114,6 @@ impl TimeView {
         }
     }
 
-    /// Zooms to these samples with a small margin.
     pub fn show_samples(&mut self, samples: std::ops::Range<usize>) {
         let Some(times) = self.on.as_ref().filter(|times| samples.end <= times.len()) else {
             return;
@@ -137,7 +135,6 @@ impl TimeView {
         }
     }
 
-    /// Executes a command on the visible time or the present sample.
     pub fn apply(&mut self, time_move: TimeMove) {
         match time_move {
             TimeMove::Fit => self.fit(),
@@ -169,7 +166,6 @@ impl TimeView {
         }
     }
 
-    /// Stores the present zoom for "Zoom back".
     pub fn keep_zoom(&mut self, time_secs: f64) {
         self.zooms.0.feed_state(time_secs, &self.shown);
     }

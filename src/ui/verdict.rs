@@ -52,7 +52,6 @@ pub fn verdict_strip(ui: &mut Ui, cx: &mut Cx<'_>) {
     }
 }
 
-/// Returns the verdict on the loads on screen; `None` until the verdict is computed.
 fn verdict(engine: &Engine) -> Option<Verdict> {
     let (_, analysis) = engine.exact()?;
     let Some(Look::Table(metrology)) = engine.lane::<AskVerdict>().answer() else { return None };

@@ -67,7 +67,6 @@ impl Workspaces {
         read.arrangements.values().all(Arrangement::is_sound).then_some(read)
     }
 
-    /// Returns the arrangements as JSON.
     pub fn to_value(&self) -> serde_json::Value {
         serde_json::to_value(self).unwrap_or_default()
     }
@@ -168,7 +167,6 @@ pub struct Arrangement {
 }
 
 impl Arrangement {
-    /// Returns the default arrangement of a workspace.
     pub fn of(workspace: Workspace) -> Self {
         use crate::ui::{
             calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
@@ -254,7 +252,6 @@ impl Arrangement {
         self.focus = Some(pane);
     }
 
-    /// Changes the place or size of a pane, and selects its tab.
     pub fn move_pane(&mut self, pane: Pane, to: PaneMove) {
         self.bring(pane);
         use LinearDir::{Horizontal, Vertical};
@@ -375,7 +372,6 @@ fn simplification() -> SimplificationOptions {
     }
 }
 
-/// Builds trees of tiles.
 struct Build<'a>(&'a mut Tiles<Pane>);
 
 impl Build<'_> {

@@ -75,7 +75,6 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
                         let before = rule.clone();
                         row.set_selected(selection.rows.contains(&row.index()));
                         let alike = reports.iter().filter(|own| own.header == report.header);
-                        // Name of the row for a screen reader.
                         let name = match (report.header.as_str(), alike.count()) {
                             ("", _) => format!("column {}", report.number),
                             (header, 1) => format!("column {header}"),
@@ -108,7 +107,6 @@ fn selection_id(table: &str) -> egui::Id {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Selection {
     rows: BTreeSet<usize>,
-    /// Row at which a range starts.
     anchor: usize,
 }
 

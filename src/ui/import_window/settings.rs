@@ -56,7 +56,6 @@ pub fn parts(ui: &mut Ui, parts: &[FilePart], text: &mut TextLayout) {
                     if own.name == part.name { is_used } else { own.is_used }
                 });
                 let used: Vec<String> = used.map(|own| own.name.clone()).collect();
-                // At least one table stays selected.
                 if !used.is_empty() {
                     text.parts = used;
                 }

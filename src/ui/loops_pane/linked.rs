@@ -43,9 +43,7 @@ struct Part<'a> {
 
 /// A cycle that contains the sample under the pointer.
 struct Found {
-    /// Number of the cycle, counted from one.
     number: usize,
-    /// Number of smaller cycles inside this cycle.
     n_within: usize,
     /// Indices of the samples in the traces.
     samples: Range<usize>,

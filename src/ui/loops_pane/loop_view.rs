@@ -94,7 +94,6 @@ pub fn show(
     }
 }
 
-/// Draws the time lag and the switch that removes the lag from the loops.
 fn lag(ui: &mut Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     let words = lag_in_words(&picture.lag);
     match picture.lag.is_worth_removing() && !pane.lag_removed {

@@ -11,7 +11,6 @@ use crate::ui::controls::Controls as _;
 use crate::ui::pane::Cx;
 use crate::ui::plots::{self, Zoom};
 
-/// Minimum size of a plot (points).
 const SMALLEST: f32 = 80.0;
 
 #[derive(Debug, Default)]

@@ -12,7 +12,6 @@ use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, file_size};
 
-/// Width of a question (points).
 const WIDTH: f32 = 420.0;
 const LIST_HEIGHT: f32 = 320.0;
 /// Maximum number of characters shown of a missing file's path.
@@ -30,7 +29,6 @@ struct Naming {
 #[derive(Default)]
 pub struct Questions {
     naming: Option<Naming>,
-    /// Folder that now holds the files of the session.
     found: String,
 }
 
@@ -108,7 +106,6 @@ fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
     ask(context, "replace", [title, &text], &answers, out);
 }
 
-/// Lets the user type a path if the machine has no file dialog.
 fn naming(context: &Context, naming: &mut Option<Naming>, out: &mut Out) {
     let Some(Naming { path, is_new, .. }) = naming else {
         return;

@@ -22,7 +22,6 @@ const VALUES_PER_FRAME: usize = 400_000;
 pub struct Cursors {
     at: [Option<f64>; 2],
     span: Option<Span>,
-    /// True if the table is open.
     pub table: bool,
 }
 
@@ -69,7 +68,6 @@ struct Row {
 #[derive(Debug)]
 struct Span {
     samples: Range<usize>,
-    /// Index of the next sample to sum.
     next: usize,
     rows: Vec<Row>,
 }
@@ -130,7 +128,6 @@ impl Cursors {
         }
     }
 
-    /// Draws the table, if it is open and a cursor is set.
     pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
         if !self.table {
             return;

@@ -36,7 +36,6 @@ struct Look {
     pixels_per_point: f32,
 }
 
-/// Returns the plot item of a trace.
 pub fn trace_line<'a>(
     at @ (.., trace): (Axis, Kind, Trace),
     (series, columns, times): (&'a Arc<Series>, &'a Arc<Vec<Columns>>, &'a [f64]),

@@ -34,7 +34,6 @@ pub struct Place {
     pub time_axis: Option<f32>,
 }
 
-/// Visible interval of the traces.
 struct Visible<'a> {
     traces: &'a TraceSet,
     time: (f64, f64),
@@ -256,7 +255,6 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// Shades samples that look faulty, at least a pixel wide.
     fn shade_faulty(&self, plot: &mut PlotUi<'_>, faulty: &[Arc<FaultyRecording>], color: Color32) {
         let pixel = self.column_secs(self.columns);
         for segment in self.segments() {
