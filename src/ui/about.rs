@@ -1,4 +1,4 @@
-//! The About page: version, build, and the licences of the program and its crates.
+//! The About page: version, build, and the licences of the program and of its crates.
 
 use egui::{RichText, ScrollArea, TextStyle};
 
@@ -7,18 +7,7 @@ use crate::ui::controls::Controls as _;
 
 #[derive(Debug, Default)]
 pub struct About {
-    /// Index into [`texts`].
     shown: usize,
-}
-
-/// Returns the licence texts, each with its button's label and explanation.
-fn texts() -> [(&'static str, &'static str, &'static str); 3] {
-    let [(mit, mit_text), (apache, apache_text)] = OWN_LICENCES;
-    [
-        (mit, mit_text, "A licence of the program"),
-        (apache, apache_text, "A licence of the program"),
-        ("Crates", LICENCES_OF_CRATES, "Crates in this program, with their authors and licences"),
-    ]
 }
 
 impl About {
@@ -38,7 +27,10 @@ impl About {
             ui.ctx().copy_text(lines.join("\n"));
         }
         ui.separator();
-        let texts = texts();
+        let crates = "Lists the crates in this program, with their authors and licences";
+        let own =
+            OWN_LICENCES.map(|(name, text)| (name, text, "Shows this licence of the program"));
+        let texts = [own[0], own[1], ("Crates", LICENCES_OF_CRATES, crates)];
         ui.horizontal(|ui| {
             ui.label("Licence: MIT or Apache-2.0, at your choice");
             for (at, (name, _, explanation)) in texts.iter().enumerate() {

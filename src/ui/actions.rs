@@ -1,6 +1,7 @@
 //! All named actions: one table for menus, keys, the command palette and the list of shortcuts.
 
 use std::borrow::Cow;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use egui::{Key, KeyboardShortcut, Modifiers};
@@ -9,21 +10,20 @@ use crate::engine::{Action as Do, Edit, Engine, Preferences, SEARCH_MINUTES, The
 use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::simulated::Late;
 use crate::recording::{Role, Tare};
-use crate::ui::command::{Command, ImageTo, Pane, PaneMove, TimeMove, Workspace};
+use crate::shown::file_name;
+use crate::ui::command::{Command, ImageTo, Out, Pane, PaneMove, TimeMove, Workspace};
 use crate::ui::panes;
 use crate::ui::plots;
 use crate::ui::settings_panel;
 
 pub struct Action {
     pub name: String,
-    /// Explanation in one sentence.
     pub explanation: Cow<'static, str>,
     pub keys: Option<KeyboardShortcut>,
     pub enabled: bool,
     pub command: Command,
 }
 
-/// Keys that open the command palette.
 pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
@@ -58,7 +58,31 @@ pub struct CanGo {
 }
 
 pub fn opening(engine: &Engine) -> Vec<Action> {
-    vec![
+    let built_in = [
+        (
+            "Built-in sensor (simulated)",
+            "Opens simulated recordings of a six-axis sensor to try the program on",
+            None,
+        ),
+        (
+            "Built-in: time lag",
+            "Simulated: one force, two gauges behind a low-pass of 30 ms, no hysteresis. The loops look like hysteresis until the lag is removed",
+            Some(Late::Lag),
+        ),
+        (
+            "Built-in: hysteresis",
+            "Simulated: one force, two gauges. Play is 5 % of full scale and there is no lag, so loops are equally wide at every rate of the load",
+            Some(Late::Hysteresis),
+        ),
+        (
+            "Built-in: time lag and hysteresis",
+            "Simulated: one force, two gauges with a time lag and with play. Removing the lag leaves the hysteresis",
+            Some(Late::Both),
+        ),
+    ];
+    let built_in =
+        built_in.map(|(name, about, late)| action(name, about, None, Do::OpenBuiltIn(late)));
+    let files = [
         action(
             "Open…",
             "Opens recordings, calibrations or sessions; files can also be dropped on the window",
@@ -77,74 +101,47 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             None,
             Command::ChooseFollowed,
         ),
-        action(
-            "Built-in sensor (simulated)",
-            "Opens simulated recordings of a six-axis sensor to try the program on",
-            None,
-            Do::OpenBuiltIn(None).into(),
-        ),
-        action(
-            "Built-in: time lag",
-            "One force on two gauges behind a low-pass of 30 ms, without hysteresis: its loops look like hysteresis until the lag is removed",
-            None,
-            Do::OpenBuiltIn(Some(Late::Lag)).into(),
-        ),
-        action(
-            "Built-in: hysteresis",
-            "Simulated: one force, two gauges. Play is 5 % of full scale and there is no lag, so loops are equally wide at every rate of the load",
-            None,
-            Do::OpenBuiltIn(Some(Late::Hysteresis)).into(),
-        ),
-        action(
-            "Built-in: time lag and hysteresis",
-            "One force on two gauges with both: removing the lag leaves the hysteresis",
-            None,
-            Do::OpenBuiltIn(Some(Late::Both)).into(),
-        ),
-        action(
-            "Recover sessions…",
-            "Lists unsaved work of windows that did not close properly, to restore or discard it",
-            None,
-            Do::ShowLeft(true).into(),
-        )
-        .only_if(!engine.recoverable.is_empty()),
-        action(
-            "Close all recordings",
-            "Removes all recordings from the window; the files stay",
-            None,
-            Edit::CloseAll.into(),
-        )
-        .only_if(!engine.entries().is_empty()),
-    ]
+    ];
+    let recover = action(
+        "Recover sessions…",
+        "Lists unsaved work of windows that did not close properly, to restore or discard it",
+        None,
+        Do::ShowLeft(true),
+    );
+    let close = action(
+        "Close all recordings",
+        "Removes all recordings from the window; the files stay",
+        None,
+        Edit::CloseAll,
+    );
+    let last = [
+        recover.only_if(!engine.recoverable.is_empty()),
+        close.only_if(!engine.entries().is_empty()),
+    ];
+    files.into_iter().chain(built_in).chain(last).collect()
 }
 
 pub fn writing(engine: &Engine) -> Vec<Action> {
-    let fitted = engine.analysis().is_some();
-    vec![
+    let traces = format!(
+        "Writes the reference, uncompensated and compensated loads on screen as {}",
+        FileFormat::listed(TRACE_FORMATS)
+    );
+    let results = [
         action(
             "Export calibration…",
             "Writes the calibration as data or as code for a robot; the file name's ending chooses the format",
             ctrl(Key::E),
             Command::ChooseExport,
-        )
-        .only_if(fitted),
+        ),
         action(
             "Save report…",
             "Writes one HTML page with tables, loops and traces, to print or to send",
             None,
             Command::ChooseReport,
-        )
-        .only_if(fitted),
-        action(
-            "Save traces on screen…",
-            format!(
-                "Writes the reference, uncompensated and compensated loads on screen as {}",
-                FileFormat::listed(TRACE_FORMATS)
-            ),
-            None,
-            Command::ChooseTraces,
-        )
-        .only_if(fitted),
+        ),
+        action("Save traces on screen…", traces, None, Command::ChooseTraces),
+    ];
+    let session = [
         action(
             "Save session",
             "Saves the list of files, their roles, all settings, the notes and the panes",
@@ -157,7 +154,9 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
             ctrl_shift(Key::S),
             Command::SaveSessionAs,
         ),
-    ]
+    ];
+    let fitted = engine.analysis().is_some();
+    results.map(|action| action.only_if(fitted)).into_iter().chain(session).collect()
 }
 
 pub fn quit() -> Action {
@@ -165,7 +164,7 @@ pub fn quit() -> Action {
         "Quit",
         "Ends the program; asks first if something is not saved",
         ctrl(Key::Q),
-        Do::Close.into(),
+        Do::Close,
     )
 }
 
@@ -175,97 +174,100 @@ pub fn edit(can: CanGo) -> Vec<Action> {
             "Undo",
             "Undoes the last change of a setting, role, split, tare, note, applied calibration or list of recordings",
             ctrl(Key::Z),
-            Do::Undo.into(),
+            Do::Undo,
         )
         .only_if(can.undo),
-        action("Redo", "Makes the undone change again", ctrl_shift(Key::Z), Do::Redo.into()).only_if(can.redo),
+        action("Redo", "Repeats the change that was undone last", ctrl_shift(Key::Z), Do::Redo)
+            .only_if(can.redo),
     ]
 }
 
 /// Returns the actions that change the visible time, or play through it.
 pub fn time(can: CanGo) -> Vec<Action> {
-    vec![
-        action(
+    let all = [
+        (
             "Show all of the time",
             "Shows the traces from the first to the last sample",
             alone(Key::Home),
-            Command::Time(TimeMove::Fit),
+            TimeMove::Fit,
         ),
-        action(
+        (
             "Zoom in",
             "Shows half of the time, around the current sample",
             shift(Key::ArrowUp),
-            Command::Time(TimeMove::Zoom(0.5)),
+            TimeMove::Zoom(0.5),
         ),
-        action(
+        (
             "Zoom out",
             "Shows twice the time, around the current sample",
             shift(Key::ArrowDown),
-            Command::Time(TimeMove::Zoom(2.0)),
+            TimeMove::Zoom(2.0),
         ),
-        action(
+        (
             "Earlier",
             "Moves a quarter of the visible time to the left",
             shift(Key::ArrowLeft),
-            Command::Time(TimeMove::Move(-0.25)),
+            TimeMove::Move(-0.25),
         ),
-        action(
+        (
             "Later",
             "Moves a quarter of the visible time to the right",
             shift(Key::ArrowRight),
-            Command::Time(TimeMove::Move(0.25)),
+            TimeMove::Move(0.25),
         ),
-        action(
-            "Zoom back",
-            "Shows the previous interval of time",
-            alt(Key::ArrowLeft),
-            Command::Time(TimeMove::Back),
-        )
-        .only_if(can.zoom_back),
-        action(
+        ("Zoom back", "Shows the previous interval of time", alt(Key::ArrowLeft), TimeMove::Back),
+        (
             "Zoom forward",
             "Shows the next interval of time",
             alt(Key::ArrowRight),
-            Command::Time(TimeMove::Forward),
-        )
-        .only_if(can.zoom_forward),
-        action(
+            TimeMove::Forward,
+        ),
+        (
             "Play through time, or stop",
             "Plays the recording, and draws the look-back at each sample (Eq. 9-12)",
             alone(Key::Space),
-            Command::Time(TimeMove::TogglePlay),
+            TimeMove::TogglePlay,
         ),
-        action(
+        (
             "Step back",
             "Goes one sample back; one pixel if samples are denser than pixels",
             alone(Key::Comma),
-            Command::Time(TimeMove::Step(-1)),
+            TimeMove::Step(-1),
         ),
-        action(
+        (
             "Step forward",
             "Goes one sample forward; one pixel if samples are denser than pixels",
             alone(Key::Period),
-            Command::Time(TimeMove::Step(1)),
+            TimeMove::Step(1),
         ),
-        action(
+        (
             "Put cursor A at the sample shown",
             "Puts cursor A at the sample under the pointer, or at the playing position",
             alone(Key::A),
-            Command::Time(TimeMove::PutCursor(0)),
+            TimeMove::PutCursor(0),
         ),
-        action(
+        (
             "Put cursor B at the sample shown",
             "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range between A and B",
             alone(Key::B),
-            Command::Time(TimeMove::PutCursor(1)),
+            TimeMove::PutCursor(1),
         ),
-        action(
+        (
             "Show or hide the table of the cursors",
-            "Shows the values at A, at B and between them",
+            "Shows a table of the values at A and B, and of the statistics between A and B",
             alone(Key::T),
-            Command::Time(TimeMove::ToggleTable),
+            TimeMove::ToggleTable,
         ),
-    ]
+    ];
+    let action = |(name, about, keys, to)| {
+        let is_possible = match to {
+            TimeMove::Back => can.zoom_back,
+            TimeMove::Forward => can.zoom_forward,
+            _ => true,
+        };
+        action(name, about, keys, Command::Time(to)).only_if(is_possible)
+    };
+    all.into_iter().map(action).collect()
 }
 
 /// Returns the actions that save images of the window. Images of one plot are in the plot's own menu.
@@ -289,34 +291,31 @@ pub fn pictures() -> Vec<Action> {
 pub fn roles(engine: &Engine) -> Vec<Action> {
     let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
-    let all =
-        |name, explanation, role| action(name, explanation, None, Edit::AllRoles(role).into());
-    vec![
-        all("All train", "Uses all recordings for training", Role::Train),
-        all("All test", "Uses all recordings for testing", Role::Test),
-        all("All off", "Excludes all recordings from the fit and the scores", Role::Off),
-        action(
-            "Tare each recording at its first quiet half second",
-            "Takes the mean of the gauges in the first quiet half second as zero",
-            None,
-            Do::Tare(entries.collect(), Tare::Auto).into(),
-        )
-        .only_if(any),
-    ]
+    let roles = [
+        ("All train", "Uses all recordings for training", Role::Train),
+        ("All test", "Uses all recordings for testing", Role::Test),
+        ("All off", "Excludes all recordings from the fit and the scores", Role::Off),
+    ];
+    let roles = roles.map(|(name, about, role)| action(name, about, None, Edit::AllRoles(role)));
+    let tare = action(
+        "Tare each recording at its first quiet half second",
+        "Takes the mean of the gauges in the first quiet half second as zero",
+        None,
+        Do::Tare(entries.collect(), Tare::Auto),
+    );
+    roles.into_iter().chain([tare.only_if(any)]).collect()
 }
 
 pub fn recent(engine: &Engine) -> Vec<Action> {
     let files = engine.preferences.recent.iter();
-    let open = files.map(|path| {
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        let path_text = path.display().to_string();
-        let command = Do::Open(vec![path.clone()]).into();
-        action(name.to_string_lossy(), path_text, None, command)
-    });
-    open.collect()
+    let open = |path: &PathBuf| {
+        let about = path.display().to_string();
+        action(file_name(path), about, None, Do::Open(vec![path.clone()]))
+    };
+    files.map(open).collect()
 }
 
-/// Returns an action for the control of each setting.
+/// Returns the action that finds the control of each setting.
 fn settings(engine: &Engine) -> Vec<Action> {
     let all = settings_panel::in_use(engine).into_iter();
     all.map(|setting| {
@@ -332,23 +331,23 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Find the best model",
-            "Tries models and proposes one; the pane Models lists all of them",
+            "Tries models and proposes one; the pane Models lists all tried models",
             None,
-            Do::FindBest(limit).into(),
+            Do::FindBest(limit),
         )
         .only_if(any && !engine.is_trying()),
         action(
             "Keep this model",
             "Adds the present settings with their errors to the list in the pane Models",
             None,
-            Do::KeepModel.into(),
+            Do::KeepModel,
         )
         .only_if(engine.can_keep()),
     ]
 }
 
 pub fn workspaces() -> Vec<Action> {
-    let keys = [Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8].map(alone);
+    let keys = (2..).map(|n: u8| Key::from_name(&format!("F{n}")).and_then(alone));
     let show = |((workspace, title, explanation), keys)| {
         let name = format!("Workspace {title}");
         action(name, explanation, keys, Command::Show(workspace))
@@ -362,7 +361,7 @@ pub fn workspaces() -> Vec<Action> {
         ),
         action(
             "Presenter mode, full screen",
-            "No menus, and everything larger, for a projector; the same key ends it",
+            "Hides the menus and enlarges everything, for a projector; F11 ends presenter mode",
             alone(Key::F11),
             Command::TogglePresenter,
         ),
@@ -376,29 +375,19 @@ pub fn workspaces() -> Vec<Action> {
     Workspace::ALL.into_iter().zip(keys).map(show).chain(own).collect()
 }
 
-/// Returns an action for each pane that opens by a number key.
+/// Returns the action that shows each pane. The first nine panes have number keys.
 pub fn panes() -> Vec<Action> {
-    const DIGITS: [Key; 9] = [
-        Key::Num1,
-        Key::Num2,
-        Key::Num3,
-        Key::Num4,
-        Key::Num5,
-        Key::Num6,
-        Key::Num7,
-        Key::Num8,
-        Key::Num9,
-    ];
-    let keys = DIGITS.into_iter().map(ctrl).chain(std::iter::repeat(None));
+    // Only the numbers 1 to 9 are names of keys.
+    let keys = (1..).map(|n: u8| Key::from_name(&n.to_string()).and_then(ctrl));
     let show = |(pane, keys): (Pane, _)| {
-        let name = format!("Show {}", pane.title());
-        action(name, pane.explanation(), keys, Command::ShowPane(pane))
+        let name = format!("Show {}", pane.title);
+        action(name, pane.explanation, keys, Command::ShowPane(pane))
     };
     panes::all().zip(keys).map(show).collect()
 }
 
 pub fn places(pane: Pane) -> Vec<Action> {
-    let title = pane.title();
+    let title = pane.title;
     let moves = PaneMove::ALL.into_iter().map(|(to, place, explanation)| {
         let name = format!("{title}: {place}");
         action(name, explanation, None, Command::MovePane(pane, to))
@@ -412,18 +401,17 @@ pub fn places(pane: Pane) -> Vec<Action> {
     moves.chain([close]).collect()
 }
 
-/// Themes with their names and explanations.
 pub const THEMES: [(&str, Theme, &str); 3] = [
     ("Dark", Theme::Dark, "Light text on a dark background"),
     ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
-    ("Follow system", Theme::System, "Dark or light, like the desktop"),
+    ("Follow system", Theme::System, "Dark or light, as set for the desktop"),
 ];
 
 fn themes(engine: &Engine) -> Vec<Action> {
     let choose = |(name, theme, explanation): (&str, Theme, &'static str)| {
         let preferences = Preferences { theme, ..engine.preferences.clone() };
         let is_other = engine.preferences.theme != theme;
-        action(format!("Theme: {name}"), explanation, None, Do::Prefer(preferences).into())
+        action(format!("Theme: {name}"), explanation, None, Do::Prefer(preferences))
             .only_if(is_other)
     };
     THEMES.into_iter().map(choose).collect()
@@ -433,7 +421,7 @@ pub fn text_scales() -> Vec<Action> {
     [
         ("Larger", "Enlarges text and controls", ctrl(Key::Plus), 1),
         ("Smaller", "Shrinks text and controls", ctrl(Key::Minus), -1),
-        ("Usual size", "Resets the size to that of the screen", ctrl(Key::Num0), 0),
+        ("Usual size", "Resets text and controls to the usual size", ctrl(Key::Num0), 0),
     ]
     .into_iter()
     .map(|(name, explanation, keys, step)| {
@@ -498,9 +486,9 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     groups.into_iter().flatten().collect()
 }
 
-/// Pushes the commands of the pressed keys. While a text field has the focus, keys without modifiers, undo and redo belong to
-/// the field.
-pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Vec<Command>) {
+/// Sends the commands of the pressed keys. While a text field has the focus, the field gets keys without modifiers, undo and
+/// redo.
+pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Out) {
     let is_press = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
     if !context.input(|input| input.events.iter().any(is_press)) {
         return;
@@ -511,11 +499,13 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ve
     let focused = focused.and_then(|id| context.read_response(id));
     let focused =
         focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
-    // Plus shares a key with the equals sign, which is accepted without Shift too.
+    // Plus is often on the key of the equals sign, so Ctrl with the equals sign counts too.
     let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
-    out.extend(larger.then_some(Command::TextScale(1)));
+    if larger {
+        out.send(Command::TextScale(1));
+    }
     let mut actions = all(engine, can);
-    // Ctrl+Shift+Z is tested first, because Ctrl+Z also matches it.
+    // Shortcuts with Shift or Alt are tested first, because egui accepts Ctrl+Shift+Z as Ctrl+Z.
     actions.sort_by_key(|action| {
         let held = action.keys.map(|keys| keys.modifiers);
         std::cmp::Reverse(held.is_some_and(|held| held.shift || held.alt))
@@ -530,7 +520,7 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ve
             continue;
         }
         if context.input_mut(|input| input.consume_shortcut(&keys)) && action.enabled {
-            out.push(action.command);
+            out.send(action.command);
         }
     }
 }
@@ -539,9 +529,10 @@ fn action(
     name: impl Into<String>,
     explanation: impl Into<Cow<'static, str>>,
     keys: Option<KeyboardShortcut>,
-    command: Command,
+    command: impl Into<Command>,
 ) -> Action {
-    Action { name: name.into(), explanation: explanation.into(), keys, enabled: true, command }
+    let (name, explanation, command) = (name.into(), explanation.into(), command.into());
+    Action { name, explanation, keys, enabled: true, command }
 }
 
 impl Action {
@@ -572,7 +563,7 @@ mod tests {
         let engine = Engine::new(std::sync::Arc::new(|| {}));
         for action in all(&engine, can).into_iter().filter(|action| action.enabled) {
             let Some(keys) = action.keys else { continue };
-            let mut asked = Vec::new();
+            let mut asked = Out::default();
             let press = egui::Event::Key {
                 key: keys.logical_key,
                 physical_key: None,
@@ -584,7 +575,7 @@ mod tests {
             let context = egui::Context::default();
             let mut output = context.run_ui(input, |ui| listen(ui.ctx(), &engine, can, &mut asked));
             output.textures_delta.clear();
-            let (asked, own) = (format!("{asked:?}"), format!("{:?}", [&action.command]));
+            let (asked, own) = (format!("{:?}", asked.0), format!("{:?}", [&action.command]));
             assert_eq!(asked, own, "{}", action.name);
         }
     }

@@ -3,7 +3,7 @@
 use crate::engine::{Preferences, Theme};
 use crate::ui::palette;
 
-/// Adds the code font as a fallback for arrows and superscripts, and takes over the keys that change the size.
+/// Adds the code font as a fallback for arrows and superscripts, and turns off the keys of egui for the text size.
 pub fn prepare(context: &egui::Context) {
     let mut fonts = egui::FontDefinitions::default();
     let code = fonts.families.get(&egui::FontFamily::Monospace);
@@ -15,17 +15,17 @@ pub fn prepare(context: &egui::Context) {
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         context.set_visuals_of(theme, palette::visuals(theme == egui::Theme::Dark));
     }
-    // The size keys change the preference, so that it is remembered.
+    // The same keys change the text size in the preferences, so that the size is stored.
     context.options_mut(|options| options.zoom_with_keyboard = false);
 }
 
-/// Draws a ring around the focused widget, if the widget does not show the focus itself.
+/// Draws a ring around a focused widget that does not show the focus itself.
 pub fn focus_ring(painter: &egui::Painter, around: egui::Rect) {
     let ring = painter.ctx().global_style().visuals.selection.stroke;
     painter.rect_stroke(around, 2.0, ring, egui::StrokeKind::Inside);
 }
 
-/// Applies the preferred theme and size, multiplied by this factor.
+/// Applies the preferred theme, and the preferred text size multiplied by `larger`.
 pub fn apply(context: &egui::Context, preferences: &Preferences, larger: f32) {
     context.set_theme(match preferences.theme {
         Theme::System => egui::ThemePreference::System,

@@ -1,12 +1,12 @@
-//! Controls of the feature blocks beside the look-back: a switch with a list of numbers, or a choice.
+//! Controls of all features except the look-back: a switch with a list of numbers, or a choice.
 
-use egui::{Id, TextEdit};
+use egui::{Id, TextEdit, Ui};
 
 use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range};
-use crate::ui::setting::found;
+use crate::ui::setting::{found, switched};
 
-/// Draws the controls. Blocks with a memory are disabled for recordings without times.
-pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool) {
+/// Draws the controls. Features with memory are disabled for recordings without times.
+pub fn blocks(ui: &mut Ui, features: &mut FeatureSettings, is_static: bool) {
     for &block in BLOCKS {
         let values = features.blocks.of(block).to_vec();
         let has_past = matches!(block.appends(), Appends::Past(_));
@@ -19,7 +19,7 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool
     }
 }
 
-fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
+fn list(ui: &mut Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
     let (name, setting) = (block.name(), block.setting());
     let explanation = setting.help();
     ui.horizontal(|ui| {
@@ -28,16 +28,10 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
         let switch = ui.checkbox(&mut used, name).on_hover_text(&explanation);
         found(setting, &switch);
         if switch.changed() {
-            values = if used {
-                let kept = ui.data(|data| data.get_temp::<Vec<f64>>(id));
-                kept.unwrap_or_else(|| setting.default.to_vec())
-            } else {
-                ui.data_mut(|data| data.insert_temp(id, values.clone()));
-                Vec::new()
-            };
+            switched(ui, id, &mut values, setting.default);
         }
         ui.add_enabled_ui(used, |ui| {
-            // Zero is a valid value of a setting whose range includes it.
+            // Zero is valid if the range of the setting includes zero.
             let least = if setting.range == Range::NotNegative { 0.0 } else { f64::MIN_POSITIVE };
             list_field(ui, switch.id, ("", least), &explanation, &mut values);
             ui.label(setting.unit.symbol);
@@ -46,12 +40,7 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
     values
 }
 
-fn one_of(
-    ui: &mut egui::Ui,
-    block: &dyn Block,
-    choices: &[Choice],
-    mut values: Vec<f64>,
-) -> Vec<f64> {
+fn one_of(ui: &mut Ui, block: &dyn Block, choices: &[Choice], mut values: Vec<f64>) -> Vec<f64> {
     ui.horizontal_wrapped(|ui| {
         ui.label(block.name()).on_hover_text(block.setting().help());
         let none = f64::from(choices[0].value);
@@ -70,9 +59,9 @@ fn one_of(
     values
 }
 
-/// Draws a field of numbers of at least `least`, separated by commas. Returns true if they changed; invalid text is marked.
+/// Draws a field of numbers of at least `least`, separated by commas. Returns true if the numbers changed. Invalid text is red.
 pub fn list_field(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     label: Id,
     (hint, least): (&str, f64),
     explanation: &str,
@@ -81,7 +70,7 @@ pub fn list_field(
     let id = label.with("numbers");
     let shown = values
         .iter()
-        // Percentages are computed from shares, so their last digits are rounded.
+        // Rounds away the errors of the conversion from shares to percentages.
         .map(|value| ((value * 1e9).round() / 1e9).to_string())
         .collect::<Vec<_>>()
         .join(", ");

@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
-use egui::RichText;
+use egui::{Rect, RichText, Ui};
 
 use crate::calibration::LinearMap;
-use crate::engine::Engine;
 use crate::features::Column;
+use crate::questions::Analysis;
 use crate::recording::Axis;
-use crate::report;
-use crate::report::{Cell, Table};
-use crate::ui::command::{Kind, Pane};
+use crate::report::{self, Cell, Table};
+use crate::ui::command::Pane;
 use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
 use crate::ui::numbers::{elided, significant};
@@ -20,36 +19,34 @@ use crate::ui::table;
 
 /// Space between two columns of a matrix (points).
 const GAP: f32 = 12.0;
-/// Number of characters of a name that fit over a column.
+/// Maximum number of characters of a feature's name above a column.
 const NAME_LENGTH: usize = 24;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "calibration",
     title: "Calibration",
     explanation: "The calibration matrices with the names of their features",
-});
+};
 
 #[derive(Debug, Default)]
 pub struct View {
-    /// True if coefficients are shown with their standard errors.
     uncertain: bool,
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        self.draw(ui, cx.engine);
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
+        if let Some(analysis) = cx.engine.analysis() {
+            self.draw(ui, analysis);
+        }
     }
 }
 
 impl View {
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn draw(&mut self, ui: &mut Ui, analysis: &Analysis) {
         let uncertain = &mut self.uncertain;
-        let Some(analysis) = engine.analysis() else {
-            return;
-        };
         ui.horizontal_wrapped(|ui| {
             if analysis.calibration.simulated {
-                ui.warn("of the simulated sensor");
+                ui.warn("Calibration of the simulated sensor");
             }
             ui.weak(analysis.calibration.describe());
         });
@@ -62,7 +59,7 @@ impl View {
                 };
                 let text = format!("Compensated = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
-                    "Too large to show as a matrix; the .json export holds all of its numbers",
+                    "This part of the model is too large to show; the .json export contains all its numbers",
                 );
                 ui.add_space(6.0);
             }
@@ -77,15 +74,11 @@ impl View {
                 ui.horizontal(|ui| {
                     let color = trace.color(ui.visuals());
                     ui.colored_label(color, trace.label()).on_hover_text(trace.explanation());
-                    if ui.press_small(
-                        format!("Copy {}", trace.label()),
-                        "The matrix as tab-separated text",
-                    ) {
-                        ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
-                    }
+                    let text = || as_table(map, &names, &calibration.axes).tab_separated();
+                    ui.copies(&format!("{} matrix", trace.label()), text);
                     if let Some(known) = known {
                         ui.checkbox(uncertain, "± u").on_hover_text(format!(
-                            "The standard error of each coefficient: a jackknife, {}",
+                            "Shows the standard error of each coefficient, computed by a jackknife, {}",
                             known.left_out
                         ));
                     }
@@ -100,7 +93,6 @@ impl View {
     }
 }
 
-/// Returns a matrix with one row per axis and one column per feature.
 fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
     Table::of(axes.iter().zip(&map.matrix))
         .words("", |(axis, _)| axis.label())
@@ -112,7 +104,7 @@ fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
         .table("", "")
 }
 
-/// A group of columns with its symbol in the equation.
+/// A group of matrix columns, with the symbol of the group in the equation.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     symbol: String,
@@ -120,34 +112,28 @@ struct Block {
     columns: Range<usize>,
 }
 
-/// Returns the groups of a matrix' columns: the gauges, each history block, products, the offset.
+/// Returns the groups of matrix columns: the gauges, each feature with memory, products, auxiliary channels, and the offset.
 fn blocks(columns: &[Column]) -> Vec<Block> {
-    let is_one_block = |one: &Column, other: &Column| match (one, other) {
-        (Column::Gauge(_), Column::Gauge(_)) => true,
-        (Column::Past { history: one, .. }, Column::Past { history: other, .. }) => one == other,
-        (Column::Monomial(_), Column::Monomial(_)) => true,
-        (Column::Auxiliary { .. }, Column::Auxiliary { .. }) => true,
-        _ => false,
+    let symbol = |column: &Column| match column {
+        Column::Gauge(_) => "S".to_owned(),
+        Column::Past { history, .. } => {
+            format!("S_{{{}}}", history.to_string().replace('_', " "))
+        }
+        Column::Monomial(_) => "products".to_owned(),
+        Column::Auxiliary { .. } => "auxiliary".to_owned(),
+        Column::Offset => "c".to_owned(),
     };
     let mut end = 0;
-    let blocks = columns.chunk_by(is_one_block).map(|columns| {
+    let blocks = columns.chunk_by(|one, other| symbol(one) == symbol(other)).map(|columns| {
         let start = end;
         end += columns.len();
-        let symbol = match columns[0] {
-            Column::Gauge(_) => "S".to_owned(),
-            Column::Past { history, .. } => {
-                format!("S_{{{}}}", history.to_string().replace('_', " "))
-            }
-            Column::Monomial(_) => "products".to_owned(),
-            Column::Auxiliary { .. } => "auxiliary".to_owned(),
-            Column::Offset => "c".to_owned(),
-        };
-        Block { symbol, is_offset: columns[0] == Column::Offset, columns: start..end }
+        let is_offset = columns[0] == Column::Offset;
+        Block { symbol: symbol(&columns[0]), is_offset, columns: start..end }
     });
     blocks.collect()
 }
 
-/// Returns the equation of a matrix: the load is the matrix times the features, plus the offset.
+/// Returns the equation of a matrix: load = matrix × features + offset.
 fn equation(blocks: &[Block]) -> String {
     let symbols: Vec<&str> =
         (blocks.iter().filter(|block| !block.is_offset)).map(|block| &*block.symbol).collect();
@@ -159,9 +145,8 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// Draws a matrix between brackets, with its blocks apart and its numbers aligned.
 fn matrix(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     name: &str,
     map: &LinearMap,
     standard: Option<&[Vec<f64>]>,
@@ -169,41 +154,29 @@ fn matrix(
     blocks: &[Block],
     axes: &[Axis],
 ) {
-    let starts: Vec<usize> = blocks.iter().map(|block| block.columns.start).collect();
-    let cells: Vec<Vec<String>> = map
-        .matrix
-        .iter()
-        .enumerate()
-        .map(|(axis, row)| {
-            let text = |(at, value): (usize, &f64)| match standard {
-                Some(all) => {
-                    format!("{} ± {}", significant(*value, 5), significant(all[axis][at], 2))
-                }
-                None => significant(*value, 5),
-            };
-            row.iter().enumerate().map(text).collect()
-        })
-        .collect();
+    let cells = map.matrix.iter().enumerate().map(|(axis, row)| {
+        let text = |(at, value): (usize, &f64)| {
+            let error = standard.map(|all| format!(" ± {}", significant(all[axis][at], 2)));
+            significant(*value, 5) + &error.unwrap_or_default()
+        };
+        row.iter().enumerate().map(text).collect()
+    });
+    let cells: Vec<Vec<String>> = cells.collect();
     let heads: Vec<String> = features.iter().map(|name| elided(name, NAME_LENGTH)).collect();
-    let widths: Vec<usize> = (0..features.len())
-        .map(|column| {
-            let values = cells.iter().filter_map(|row| row.get(column));
-            let heads = std::iter::once(&heads[column]);
-            let lengths = values.chain(heads).map(|text| text.chars().count());
-            lengths.max().unwrap_or(0)
-        })
-        .collect();
-    let mut numbers = egui::Rect::NOTHING;
-    let mut borders = vec![egui::Rect::NOTHING; starts.len()];
+    let length = |text: &String| text.chars().count();
+    let widths = heads.iter().enumerate().map(|(column, head)| {
+        let values = cells.iter().filter_map(|row| row.get(column));
+        values.map(length).fold(length(head), usize::max)
+    });
+    let widths: Vec<usize> = widths.collect();
+    let mut numbers = Rect::NOTHING;
+    let mut borders = vec![Rect::NOTHING; blocks.len()];
     egui::Grid::new(name).striped(true).min_col_width(20.0).spacing([GAP, 2.0]).show(ui, |ui| {
         let color = ui.visuals().strong_text_color();
         ui.label("");
         for column in 0..features.len() {
-            let block = starts.iter().position(|start| *start == column);
-            match block {
-                Some(at) => ui.label(laid_out(ui, &blocks[at].symbol, color)),
-                None => ui.label(""),
-            };
+            let block = blocks.iter().find(|block| block.columns.start == column);
+            ui.label(laid_out(ui, block.map_or("", |block| &block.symbol), color));
         }
         ui.end_row();
         ui.label("");
@@ -219,7 +192,8 @@ fn matrix(
                 table::say(&cell, || format!("{} {} {value}", axis.symbol(), features[column]));
                 let place = cell.rect;
                 numbers |= place;
-                if let Some(at) = starts.iter().position(|start| *start == column) {
+                let starts = |block: &Block| block.columns.start == column;
+                if let Some(at) = blocks.iter().position(starts) {
                     borders[at] |= place;
                 }
             }
@@ -231,8 +205,8 @@ fn matrix(
     }
 }
 
-/// Draws the brackets around the numbers, and a thin line before each further block.
-fn brackets<'a>(ui: &egui::Ui, numbers: egui::Rect, borders: impl Iterator<Item = &'a egui::Rect>) {
+/// Draws the brackets around the numbers, and a thin line at each border between groups of columns.
+fn brackets<'a>(ui: &Ui, numbers: Rect, borders: impl Iterator<Item = &'a Rect>) {
     let around = numbers.expand2(egui::vec2(0.5 * GAP, 1.0));
     let stroke = egui::Stroke::new(1.4, ui.visuals().text_color());
     for (x, inwards) in [(around.left(), 4.0), (around.right(), -4.0)] {

@@ -1,6 +1,6 @@
 //! Pane of the data check: verdict, findings, range of the loads, and the loads to record next.
 
-use egui::RichText;
+use egui::{RichText, Ui};
 
 use crate::engine::Engine;
 use crate::finding::{Face, Verdict};
@@ -9,21 +9,20 @@ use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::CheckData;
 use crate::questions::check::sufficiency_tables;
 use crate::report::Table;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots;
-use crate::ui::plots::Zoom;
+use crate::ui::plots::{self, Zoom};
 use crate::ui::table;
 
 const FIGURE_HEIGHT: f32 = 260.0;
 const FIGURE_WIDTH: f32 = 380.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "check",
     title: "Check",
     explanation: "Whether the recordings determine the model, faults of the rig, and which loads to record next",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
@@ -31,7 +30,7 @@ pub struct View {
     hangs: bool,
     mass_kg: f64,
     arm_m: f64,
-    /// Visible range of the figure of zeros, and of the figure of sensitivities.
+    /// Visible ranges of the plot of zeros and of the plot of sensitivities.
     zooms: [Zoom; 2],
 }
 
@@ -42,7 +41,7 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
         let hanging =
             self.hangs.then(|| HangingMass { masses: vec![self.mass_kg], arms: vec![self.arm_m] });
@@ -54,7 +53,7 @@ impl PaneView for View {
 }
 
 impl View {
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         let check = engine.lane::<CheckData>();
         let found = check.answer();
         let tables: Vec<Table> = found.map_or_else(Vec::new, sufficiency_tables);
@@ -74,7 +73,9 @@ impl View {
                 }
             });
             ui.separator();
-            table::copy_button(ui, &tables);
+            ui.add_enabled_ui(!tables.is_empty(), |ui| {
+                ui.copies("tables", || table::joined(&tables));
+            });
         });
         ui.separator();
         if let Some(problem) = check.problem() {
@@ -99,22 +100,18 @@ impl View {
         });
     }
 
-    fn figures(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Vec<Command>) {
+    fn figures(&mut self, ui: &mut Ui, found: &Sufficiency, out: &mut Out) {
         let figures = found.rig.figures();
-        for (at, (drawing, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
-            let mut drawn = drawing.clone();
-            if let Some(zoom) = zoom {
-                (drawn.across.range, drawn.up.range) = (zoom.loads, zoom.outputs);
-            }
+        for (at, (figure, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
             ui.allocate_ui(egui::vec2(FIGURE_WIDTH, FIGURE_HEIGHT), |ui| {
                 let id = if at == 0 { "zeros" } else { "sensitivities" };
-                plots::plot(ui, id, FIGURE_HEIGHT, [&drawn, drawing], zoom, out);
+                plots::plot(ui, (id, None), FIGURE_HEIGHT, |_| figure.clone(), zoom, out);
             });
         }
     }
 }
 
-fn verdict(ui: &mut egui::Ui, found: &Sufficiency, is_current: bool) {
+fn verdict(ui: &mut Ui, found: &Sufficiency, is_current: bool) {
     let words = RichText::new(found.verdict.words()).strong();
     let words = match found.verdict {
         Verdict::Enough => words,

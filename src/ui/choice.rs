@@ -1,29 +1,26 @@
 //! A drop-down list for mouse and keyboard. The list opens at the chosen item; Up and Down move, Enter chooses, Escape closes,
 //! and the focus returns to the button.
 
-use std::borrow::Cow;
-
 use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
-
-/// An item of the list, its name, and its explanation.
-pub type Item<T> = (T, Cow<'static, str>, &'static str);
 
 #[derive(Clone, Default)]
 struct Keys {
     pass: u64,
     focused: Option<usize>,
-    /// The item that gets the focus. A list is invisible in its first frame, so nothing in it can take the focus then.
+    /// Item that gets the focus in a later frame. In its first frame a list is invisible, so no item can take the focus.
     target: Option<usize>,
 }
 
-/// Draws the button and, if it is open, the list.
-pub fn choice<T: PartialEq>(
+/// Draws the button and, if it is open, the list. `described` returns the name of a value and its explanation.
+pub fn choice<T: PartialEq + Copy, N: Into<String>>(
     ui: &mut Ui,
     button: ComboBox,
     chosen: &mut T,
-    items: impl IntoIterator<Item = Item<T>>,
+    values: impl IntoIterator<Item = T>,
+    described: impl Fn(T) -> (N, &'static str),
 ) -> Response {
-    let shown = button.show_ui(ui, |ui| list(ui, chosen, items.into_iter().collect()));
+    let button = button.selected_text(described(*chosen).0.into());
+    let shown = button.show_ui(ui, |ui| list(ui, chosen, values.into_iter().collect(), described));
     if shown.inner == Some(true) {
         shown.response.request_focus();
     }
@@ -31,15 +28,20 @@ pub fn choice<T: PartialEq>(
 }
 
 /// Draws the list. Returns true if a key closes it.
-fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool {
+fn list<T: PartialEq + Copy, N: Into<String>>(
+    ui: &mut Ui,
+    chosen: &mut T,
+    items: Vec<T>,
+    described: impl Fn(T) -> (N, &'static str),
+) -> bool {
     let id = ui.layer_id().id.with("keys");
     let pass = ui.ctx().cumulative_pass_nr();
     let mut keys: Keys = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let is_new = keys.pass + 1 < pass;
     let mut takes = false;
-    let at_first = items.iter().position(|(value, ..)| value == chosen);
+    let at_first = items.iter().position(|value| value == chosen);
     if is_new {
-        // After the pointer is used, keys no longer move the focus.
+        // A list that was opened by the pointer takes the focus only after an arrow key.
         let by_pointer = ui.input(|input| input.pointer.any_click());
         keys = Keys { target: at_first.filter(|_| !by_pointer), ..Keys::default() };
     } else {
@@ -55,8 +57,9 @@ fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool 
     keys.pass = pass;
     keys.focused = None;
     let mut is_taken = false;
-    for (at, (value, name, about)) in items.into_iter().enumerate() {
-        let mut item = ui.selectable_label(*chosen == value, name);
+    for (at, value) in items.into_iter().enumerate() {
+        let (name, about) = described(value);
+        let mut item = ui.selectable_label(*chosen == value, name.into());
         if item.has_focus() {
             keys.focused = Some(at);
         }
@@ -70,7 +73,7 @@ fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool 
         if item.clicked() || (takes && keys.target == Some(at)) {
             *chosen = value;
             is_taken = true;
-            ui.close(); // by a key it would stay
+            ui.close(); // a press by a key does not close the list
         }
     }
     if keys.focused == keys.target {
@@ -81,8 +84,8 @@ fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool 
     (is_taken && !by_pointer) || ui.input(|input| input.key_pressed(Key::Escape))
 }
 
-/// Returns the number of items that the arrows of this frame move, and whether Enter followed. On a slow machine several keys
-/// arrive in one frame.
+/// Returns the number of items by which the arrow keys of this frame move, and whether Enter followed. On a slow machine
+/// several keys arrive in one frame.
 fn pressed(ui: &Ui) -> (isize, bool) {
     let (mut steps, mut entered) = (0, false);
     ui.input_mut(|input| {

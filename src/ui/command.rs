@@ -7,59 +7,37 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
 use crate::features::Setting;
 
-#[derive(Debug)]
-pub struct Kind {
+/// A part of the window that can be moved, closed and opened again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pane {
     /// Name of the pane in files.
     pub key: &'static str,
+    /// Title on the tab.
     pub title: &'static str,
     /// Explanation in one sentence, without a full stop.
     pub explanation: &'static str,
 }
 
-/// A part of the window that can be moved, closed and opened again. There is one pane of each kind.
-#[derive(Clone, Copy, Debug)]
-pub struct Pane(pub &'static Kind);
-
-impl Pane {
-    /// Returns the title on the tab.
-    pub fn title(self) -> &'static str {
-        self.0.title
-    }
-
-    /// Returns an explanation in one sentence, without a full stop.
-    pub fn explanation(self) -> &'static str {
-        self.0.explanation
-    }
-}
-
-impl PartialEq for Pane {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.key == other.0.key
-    }
-}
-
-impl Eq for Pane {}
-
 /// A change of a pane's place or size by key or menu.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaneMove {
-    /// To the left edge of the window.
+    /// Moves the pane to the left edge of the window.
     Left,
-    /// To the right edge of the window.
+    /// Moves the pane to the right edge of the window.
     Right,
-    /// To the upper edge of the window.
+    /// Moves the pane to the upper edge of the window.
     Top,
-    /// To the lower edge of the window.
+    /// Moves the pane to the lower edge of the window.
     Bottom,
-    /// To the tabs of the next group.
+    /// Moves the pane to the next group of tabs.
     NextTabs,
-    /// Enlarges the width.
+    /// Enlarges the width of the pane.
     Wider,
-    /// Reduces the width.
+    /// Reduces the width of the pane.
     Narrower,
-    /// Enlarges the height.
+    /// Enlarges the height of the pane.
     Taller,
-    /// Reduces the height.
+    /// Reduces the height of the pane.
     Lower,
 }
 
@@ -67,17 +45,13 @@ impl PaneMove {
     const EDGE: &'static str = "Moves the pane to this edge of the window, beside all other panes";
     const SIZE: &'static str = "Changes the size of the pane; its neighbours shrink or grow";
 
-    /// All moves, each with the rest of its menu label and its explanation.
+    /// All moves, each with the end of its menu label and with its explanation.
     pub const ALL: [(Self, &'static str, &'static str); 9] = [
         (Self::Left, "to the left", Self::EDGE),
         (Self::Right, "to the right", Self::EDGE),
         (Self::Top, "to the top", Self::EDGE),
         (Self::Bottom, "to the bottom", Self::EDGE),
-        (
-            Self::NextTabs,
-            "to the next tabs",
-            "Moves the pane to the tabs of the next group of panes",
-        ),
+        (Self::NextTabs, "to the next tabs", "Moves the pane to the next group of tabs"),
         (Self::Wider, "wider", Self::SIZE),
         (Self::Narrower, "narrower", Self::SIZE),
         (Self::Taller, "taller", Self::SIZE),
@@ -85,7 +59,7 @@ impl PaneMove {
     ];
 }
 
-/// A kind of work, with the panes that it needs.
+/// Kind of work, with its own set of panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Workspace {
@@ -93,9 +67,9 @@ pub enum Workspace {
     Import,
     /// Settings, traces and errors.
     Calibrate,
-    /// Loops, the traces beside them, and the metrology figures.
+    /// Loops, their traces, and the metrology figures.
     Loops,
-    /// The map of errors over both thresholds.
+    /// The map of the error for pairs of thresholds.
     Thresholds,
     /// The list of the models that were tried.
     Models,
@@ -111,20 +85,20 @@ impl Workspace {
         (
             Self::Import,
             "Import",
-            "Recordings with their roles, groups and faults; the sensor; notes",
+            "Recordings with their roles, groups and faults; the identity of the sensor; notes",
         ),
-        (Self::Calibrate, "Calibrate", "Settings beside the traces, with the errors under them"),
+        (Self::Calibrate, "Calibrate", "Settings, traces and errors"),
         (Self::Loops, "Loops", "Hysteresis loops, their traces, metrology figures"),
         (
             Self::Thresholds,
             "Thresholds",
-            "The threshold sliders, the traces, and the map of errors over both thresholds",
+            "The threshold sliders, the traces, and the map of the error for pairs of thresholds",
         ),
         (Self::Models, "Models", "Finds the best model and compares the models that were tried"),
         (
             Self::Check,
             "Check",
-            "Whether the recordings determine the model; a log file that is still being written",
+            "Checks whether the recordings determine the model, and shows a log file that is still being written",
         ),
         (Self::Export, "Export", "The calibration matrices, and their export to files"),
     ];
@@ -139,9 +113,9 @@ pub enum TimeMove {
     Back,
     /// Shows the next interval of time.
     Forward,
-    /// Multiplies the visible time by this factor.
+    /// Multiplies the length of the visible interval of time by this factor.
     Zoom(f64),
-    /// Moves the visible time by this share of itself; negative is earlier.
+    /// Moves the visible interval of time by this share of its length; a negative share moves to earlier times.
     Move(f64),
     /// Plays through time, or stops.
     TogglePlay,
@@ -167,9 +141,9 @@ pub enum ImageTo {
 /// A command of the user.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// Action that the engine carries out.
+    /// Action of the engine.
     Do(Action),
-    /// Brings a pane to the front, in a workspace that contains the pane.
+    /// Selects the tab of a pane, in a workspace that contains the pane.
     ShowPane(Pane),
     /// Closes a pane.
     ClosePane(Pane),
@@ -187,7 +161,7 @@ pub enum Command {
     TogglePresenter,
     /// Opens the command palette.
     ShowPalette,
-    /// Shows the control of a setting and gives it the focus.
+    /// Shows the control of a setting and focuses the control.
     FindSetting(Setting),
     /// Shows or hides the help.
     ToggleHelp,
@@ -221,13 +195,13 @@ pub enum Command {
     ChooseReport,
     /// Asks where to write the traces on screen.
     ChooseTraces,
-    /// Saves the session to its file; asks for one if it has none.
+    /// Saves the session to its file; asks for a path if the session has no file.
     SaveSession,
     /// Asks where to save the session.
     SaveSessionAs,
     /// Asks where to write this content.
     ChooseFileFor(FileContent),
-    /// Lets the user type a path, because the machine has no file dialog.
+    /// Lets the user type a path for this content, because the computer has no file dialog.
     TypePathFor(FileContent),
     /// The path that the user typed, or `None` if the user cancelled.
     PathTyped(Option<PathBuf>),
@@ -237,6 +211,16 @@ impl Command {
     /// Returns the command that shows a notice.
     pub fn tell(level: Level, text: impl Into<String>) -> Self {
         Action::Notice(Notice::new(level, text)).into()
+    }
+}
+
+/// Commands of one frame, in the order of their execution.
+#[derive(Debug, Default)]
+pub struct Out(pub Vec<Command>);
+
+impl Out {
+    pub fn send(&mut self, command: impl Into<Command>) {
+        self.0.push(command.into());
     }
 }
 

@@ -1,19 +1,18 @@
 //! The command palette, which finds an action by a part of its name.
 
-use egui::text_edit::TextEditState;
+use egui::{Context, text_edit::TextEditState};
 use egui::{Event, Id, Key, Modifiers};
 
 use crate::engine::Engine;
-use crate::ui::actions;
-use crate::ui::actions::{Action, CanGo, FIND};
-use crate::ui::command::Command;
+use crate::ui::actions::{self, Action, CanGo, FIND};
+use crate::ui::command::Out;
 
 #[derive(Debug, Default)]
 pub struct CommandPalette {
     open: bool,
     text: String,
     chosen: usize,
-    /// Items that the arrows moved since the last frame, and whether Enter followed.
+    /// Number of items by which the arrow keys moved the choice since the last frame.
     steps: isize,
     entered: bool,
     /// True once the field has the focus, which takes a few frames.
@@ -25,9 +24,9 @@ impl CommandPalette {
         *self = Self { open: true, ..Self::default() };
     }
 
-    /// Opens the palette by its shortcut, and takes the text typed since then. On a slow machine that text arrives in the
-    /// same frame, or before the field has the focus.
-    pub fn listen(&mut self, context: &egui::Context) {
+    /// Opens the palette by its shortcut, and takes the text typed after the shortcut. On a slow machine the text arrives in
+    /// the same frame, or before the text field has the focus.
+    pub fn listen(&mut self, context: &Context) {
         let mut events = context.input_mut(|input| std::mem::take(&mut input.events));
         events.retain(|event| {
             if !self.open && is_press(event, FIND.logical_key, FIND.modifiers) {
@@ -39,8 +38,7 @@ impl CommandPalette {
         context.input_mut(|input| input.events = events);
     }
 
-    /// Returns true if the palette consumed this event.
-    fn takes(&mut self, event: &Event, context: &egui::Context) -> bool {
+    fn takes(&mut self, event: &Event, context: &Context) -> bool {
         let press = |key| is_press(event, key, Modifiers::NONE);
         if self.entered {
             return false;
@@ -58,24 +56,16 @@ impl CommandPalette {
                 _ if press(Key::Backspace) => {
                     self.text.pop();
                 }
-                // A letter alone would also be a shortcut.
+                // Otherwise a letter without modifiers would run a shortcut.
                 Event::Key { modifiers, .. } => return !modifiers.any() && !press(Key::Escape),
                 _ => return false,
             }
-            // The cursor is put behind the text.
             TextEditState::default().store(context, field_id());
         }
         true
     }
 
-    /// Draws the palette while it is open.
-    pub fn show(
-        &mut self,
-        context: &egui::Context,
-        engine: &Engine,
-        can: CanGo,
-        out: &mut Vec<Command>,
-    ) {
+    pub fn show(&mut self, context: &Context, engine: &Engine, can: CanGo, out: &mut Out) {
         if !self.open {
             return;
         }
@@ -93,7 +83,7 @@ impl CommandPalette {
             let label = ui.strong("Find an action");
             let field = egui::TextEdit::singleline(&mut self.text)
                 .id(field_id())
-                .hint_text("a part of its name")
+                .hint_text("a part of the action's name")
                 .desired_width(f32::INFINITY);
             let field = ui.add(field).labelled_by(label.id);
             self.is_typed_into = field.has_focus() && field.enabled() && !ui.is_sizing_pass();
@@ -116,23 +106,19 @@ impl CommandPalette {
                         button.scroll_to_me(None);
                     }
                     let button = button.on_hover_text(&*action.explanation);
-                    let button = button.on_disabled_hover_text("Not possible now");
+                    let button = button.on_disabled_hover_text("This action is not possible now");
                     if button.clicked() {
                         taken = Some(at);
                     }
                 }
             });
         });
-        if entered {
-            taken = Some(self.chosen);
-        }
+        let taken = if entered { Some(self.chosen) } else { taken };
         let taken = taken.and_then(|at| found.into_iter().nth(at));
-        if let Some(action) = taken.filter(|action| action.enabled) {
-            out.push(action.command);
-            self.open = false;
-        }
-        if modal.should_close() {
-            self.open = false;
+        let taken = taken.filter(|action| action.enabled);
+        self.open = taken.is_none() && !modal.should_close();
+        if let Some(action) = taken {
+            out.send(action.command);
         }
     }
 }

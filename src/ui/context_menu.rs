@@ -14,7 +14,7 @@ pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Respo
             input.consume_key(Modifiers::NONE, Key::Menu)
                 || input.consume_key(Modifiers::SHIFT, Key::F10)
         });
-    // A click on a text field keeps the menu open; items close it themselves.
+    // A click on a text field must not close the menu, so each item closes the menu itself.
     let mut popup =
         Popup::context_menu(response).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let id = popup.get_id();
@@ -22,7 +22,7 @@ pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Respo
         popup = popup.open_memory(SetOpenCommand::Bool(true));
         context.data_mut(|data| data.insert_temp(id, FRAMES_TO_FOCUS));
     }
-    // A menu that was opened by a key stands at its widget.
+    // A menu that was opened by a key appears at the centre of its widget.
     if by_key || Popup::position_of_id(context, id).is_none() {
         popup = popup.at_position(response.rect.center());
     }

@@ -1,9 +1,12 @@
-//! Controls for all panes, each with an explanation under the pointer.
+//! Controls that all panes use, each with a hover text.
+
+use std::path::PathBuf;
 
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, PopupCloseBehavior, Response, RichText, ScrollArea, Ui, Widget, WidgetText};
+use egui::{
+    Button, PopupCloseBehavior, Response, RichText, ScrollArea, TextEdit, Ui, Widget, WidgetText,
+};
 
-/// Controls in addition to those of egui.
 pub trait Controls {
     fn own(&mut self) -> &mut Ui;
 
@@ -44,13 +47,23 @@ pub trait Controls {
         button.on_hover_text(about);
     }
 
-    /// Draws a value as a radio button.
+    /// Draws a button for each value, with its label and explanation, and a separator.
+    fn select_from<'a, T: PartialEq>(
+        &mut self,
+        chosen: &mut T,
+        values: impl IntoIterator<Item = (T, &'a str, &'a str)>,
+    ) {
+        for (one, label, about) in values {
+            self.select(chosen, one, label, about);
+        }
+        self.own().separator();
+    }
+
     fn select_radio<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
         let button = self.own().radio_value(chosen, one, label);
         button.on_hover_text(about);
     }
 
-    /// Draws a label and its field.
     fn field(
         &mut self,
         label: impl Into<WidgetText>,
@@ -60,12 +73,34 @@ pub trait Controls {
         self.labelled(label, field).on_hover_text(about)
     }
 
+    /// Draws a field for a path, and a button. Returns the path if the user pressed the button, or Enter in the field.
+    fn path_field(
+        &mut self,
+        label: &str,
+        path: &mut String,
+        (width, hint): (f32, &str),
+        [about, button, does]: [&str; 3],
+    ) -> Option<PathBuf> {
+        let field = TextEdit::singleline(path).hint_text(hint).desired_width(width);
+        let field = self.field(label, field, format!("{about}. Enter does the same as {button}"));
+        let entered = self.entered(&field);
+        let path = path.trim();
+        ((self.press(button, does) || entered) && !path.is_empty()).then(|| path.into())
+    }
+
+    /// Draws a button that copies a table to the clipboard.
+    fn copies(&mut self, what: &str, text: impl FnOnce() -> String) {
+        let about = format!("Copies the {what} as tab-separated text");
+        if self.press(format!("Copy {what}"), about) {
+            self.own().copy_text(text());
+        }
+    }
+
     fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
         let label = self.own().label(label);
         self.own().add(field).labelled_by(label.id)
     }
 
-    /// Draws a label and its field; both show the explanation.
     fn explained_field(
         &mut self,
         label: impl Into<WidgetText>,
@@ -73,8 +108,7 @@ pub trait Controls {
         about: &str,
     ) -> Response {
         let label = self.own().label(label).on_hover_text(about);
-        let field = self.own().add(field).labelled_by(label.id);
-        field.on_hover_text(about)
+        self.own().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
     /// Returns true if the user ended the text of this field with Enter.
@@ -93,13 +127,13 @@ pub trait Controls {
         ui.colored_label(ui.visuals().error_fg_color, text)
     }
 
-    /// Draws contents that fill the rest of the pane, with scroll bars if they do not fit.
+    /// Draws contents in the free area of the pane, with scroll bars if the contents do not fit.
     fn scrolled(&mut self, contents: impl FnOnce(&mut Ui)) {
         let area = ScrollArea::both().auto_shrink([false, false]);
         area.show(self.own(), contents);
     }
 
-    /// Draws a button with a menu of fields, which stays open while they are used.
+    /// Draws a button with a menu of fields. The menu stays open while the fields are used.
     fn menu_of_fields(&mut self, button: Button<'_>, contents: impl FnOnce(&mut Ui)) -> Response {
         let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let menu = MenuButton::from_button(button).config(stays);

@@ -1,5 +1,5 @@
-//! The desktop's file dialogs, off the window's thread. Without a dialog, a path can be typed. A dialog that fails is reported,
-//! even if it fails late.
+//! The file dialogs of the desktop, which run outside the window's thread. If the desktop has no dialog, or a dialog fails, the
+//! user can type a path.
 
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
@@ -11,10 +11,10 @@ use crate::formats;
 use crate::logged::take_dialog_error;
 use crate::ui::command::Command;
 
-/// Receiver of the answers: it takes commands and wakes the window.
+/// Channel from a file dialog to the window.
 #[derive(Clone)]
 pub struct Reply {
-    /// Channel for the command of an answer.
+    /// Channel for the command that follows from the chosen file.
     pub commands: Sender<Command>,
     /// Wakes the window.
     pub notify: Notify,
@@ -23,25 +23,22 @@ pub struct Reply {
 impl Reply {
     /// Sends a command and wakes the window.
     pub fn send(&self, command: Command) {
-        // The channel is closed if the window has closed.
+        // Sending fails only if the window has closed.
         let _ = self.commands.send(command);
         (self.notify)();
     }
 }
 
-/// Returns the command that writes the chosen file, with permission to overwrite an existing one.
+/// Returns the command that writes the chosen file. The dialog has already asked before an existing file is replaced.
 pub fn save_to(content: FileContent, path: PathBuf) -> Command {
-    // The dialog does not ask for a new file, and some exports write further files beside it.
-    let existing = match path.exists() {
-        true => Existing::Replace,
-        false => Existing::Ask,
-    };
+    // For a new file the dialog asked nothing, but an export may write further files that exist.
+    let existing = if path.exists() { Existing::Replace } else { Existing::Ask };
     write(content, path, existing)
 }
 
 pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
     let action = match content {
-        // The ending is checked against the export formats.
+        // An export checks that the ending is an export format.
         FileContent::Calibration(..) => Action::Export(path, existing),
         content => Action::Save(content, path, existing),
     };
@@ -56,15 +53,12 @@ pub trait Dialogs {
     fn import(&mut self, reply: Reply);
     /// Asks for a growing log file, whose new rows the program reads.
     fn follow(&mut self, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new().set_title("Follow a file that is being written");
-        asked(reply, no_dialog(), || {
-            let file = pollster::block_on(dialog.pick_file())?;
-            Some(Action::Follow(file.path().to_owned()).into())
-        });
+        one_file(reply, "Follow a file that is being written", |path| Action::Follow(path).into());
     }
     /// Asks for the folder that now holds the files of the session.
     fn locate(&mut self, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new().set_title("The folder of the session's files");
+        let dialog =
+            rfd::AsyncFileDialog::new().set_title("Choose the folder of the session's files");
         asked(reply, no_dialog(), || {
             let folder = pollster::block_on(dialog.pick_folder())?;
             Some(Action::Locate(folder.path().to_owned()).into())
@@ -95,12 +89,7 @@ impl Dialogs for NativeDialogs {
     }
 
     fn import(&mut self, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new().set_title("Import a recording");
-        asked(reply, no_dialog(), || {
-            let file = pollster::block_on(dialog.pick_file())?;
-            let path = file.path().to_owned();
-            Some(ImportCommand::Open(path).into())
-        });
+        one_file(reply, "Import a recording", |path| ImportCommand::Open(path).into());
     }
 
     fn save(&mut self, content: FileContent, reply: Reply) {
@@ -117,10 +106,18 @@ impl Dialogs for NativeDialogs {
     }
 }
 
+fn one_file(reply: Reply, title: &str, chosen: fn(PathBuf) -> Command) {
+    let dialog = rfd::AsyncFileDialog::new().set_title(title);
+    asked(reply, no_dialog(), move || {
+        let file = pollster::block_on(dialog.pick_file())?;
+        Some(chosen(file.path().to_owned()))
+    });
+}
+
 fn no_dialog() -> Command {
     Command::tell(
         Level::Warning,
-        "This machine offers no file dialog; type a path in the field instead, or drop files on the window",
+        "This computer has no file dialog; type a path in the field instead, or drop files on the window",
     )
 }
 

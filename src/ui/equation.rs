@@ -1,12 +1,11 @@
-//! Draws equations: `S_{past}` with a subscript, `C^{-1}` with a superscript.
+//! Lays out equations with subscripts such as `S_{past}` and superscripts such as `C^{-1}`.
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, Color32, FontId, Ui};
 
-/// Size of a subscript or superscript relative to the text.
 const INDEX_SIZE: f32 = 0.7;
 
-/// Lays out an equation. `_` and `^` take the next character, or the text in braces.
+/// Lays out an equation. `_` lowers and `^` raises the next character, or the text in braces.
 pub fn laid_out(ui: &Ui, text: &str, color: Color32) -> LayoutJob {
     let size = 1.1 * egui::TextStyle::Body.resolve(ui.style()).size;
     let mut job = LayoutJob::default();

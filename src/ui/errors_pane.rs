@@ -1,6 +1,8 @@
-//! Pane with the table of errors per axis: training, test and cross-validation.
+//! Pane with the errors of each axis on training samples, on test samples and by cross-validation.
 
 use std::sync::Arc;
+
+use egui::Ui;
 
 use crate::engine::Engine;
 use crate::finding::Face;
@@ -9,27 +11,26 @@ use crate::questions::errors::errors;
 use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::expected_error::{expected_error_column, expected_error_table};
 use crate::questions::thresholds::ScoreSet;
-use crate::report::Shown;
-use crate::report::Table;
-use crate::ui::command::{Kind, Pane};
+use crate::report::{Shown, Table};
+use crate::ui::command::Pane;
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
 use crate::ui::table;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "errors",
     title: "Errors",
-    explanation: "RMSE per axis: on train, on test, and by cross-validation; and the expected error",
-});
+    explanation: "RMSE of each axis on training samples, on test samples and by cross-validation; the expected error",
+};
 
 #[derive(Debug, Default)]
 pub struct View;
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         errors_pane(ui, cx.engine);
-        // While a slider moves, the answer to the previous settings stays.
+        // While a slider moves, the pane keeps the answer to the previous settings.
         if let Some((of, analysis)) = cx.engine.exact().filter(|_| cx.engine.gesture.is_none())
             && cx.engine.is_current()
         {
@@ -38,20 +39,16 @@ impl PaneView for View {
     }
 }
 
-fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
+fn errors_pane(ui: &mut Ui, engine: &Engine) {
     ui.take_available_width();
     ui.horizontal_wrapped(|ui| {
         ui.strong("RMSE");
-        if let Some(analysis) = engine.analysis()
-            && ui.press_small("Copy table", "Copies the errors as tab-separated text")
-        {
-            ui.copy_text(all_errors(analysis, engine).tab_separated());
-        }
         let Some(analysis) = engine.analysis() else {
             return;
         };
+        ui.copies("table", || all_errors(analysis, engine).tab_separated());
         if !analysis.fitted {
-            ui.weak("of the applied calibration on these recordings");
+            ui.weak("Errors of the applied calibration on these recordings");
             return;
         }
         if let Some(each) = analysis.preview_of {
@@ -78,34 +75,27 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     });
 }
 
-/// Draws the expected error, or the reason why there is none.
-fn expected(ui: &mut egui::Ui, engine: &Engine) {
+fn expected(ui: &mut Ui, engine: &Engine) {
     let lane = engine.lane::<AskExpectedError>();
     match lane.answer() {
         Some(Ok(found)) => {
-            let table = expected_error_table(found);
             if !is_of_screen(engine) {
                 ui.weak("updating");
             }
-            table::show(ui, &table);
+            table::show(ui, &expected_error_table(found));
         }
-        Some(Err(reason)) => {
-            ui.weak(format!("No expected error: {reason}"));
-        }
-        None => {
-            ui.weak(lane.problem().unwrap_or("Expected error: not yet known"));
-        }
+        Some(Err(reason)) => drop(ui.weak(format!("No expected error: {reason}"))),
+        None => drop(ui.weak(lane.problem().unwrap_or("The expected error is not computed yet."))),
     }
 }
 
-/// Returns true if the expected error is that of the calibration on screen.
 fn is_of_screen(engine: &Engine) -> bool {
     let answered = engine.lane::<AskExpectedError>().answered();
     let shown = engine.analysis().zip(answered);
     shown.is_some_and(|(own, answered)| Arc::ptr_eq(&own.calibration, &answered.calibration))
 }
 
-/// Returns one row per axis: the expected error, then the scored sets of samples side by side.
+/// Returns a table with one row for each axis: the expected error, then the errors on each set of samples.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
     let known = engine.lane::<AskExpectedError>().answer().and_then(|own| own.as_ref().ok());

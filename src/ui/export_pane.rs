@@ -1,4 +1,4 @@
-//! Pane of the exports: one card for each format with its contents, and buttons that write several files at once.
+//! Pane of the exports: the path, the button that writes all chosen files, and a description of each format.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,26 +9,24 @@ use crate::finding::Face;
 use crate::questions::check::cold_start::AskColdStart;
 use crate::questions::history::AskHistory;
 use crate::shown::first;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Width of the two buttons behind the path (points).
 const BUTTONS: f32 = 118.0;
-/// Number of characters of the result that fit beside the button.
+/// Maximum number of characters shown of the notice about the last export.
 const RESULT_CHARS: usize = 160;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "export",
     title: "Export",
     explanation: "Writes the calibration as data, or as code that a robot runs",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
     path: String,
-    /// Endings of the further formats to write.
     also: Vec<&'static str>,
 }
 
@@ -63,7 +61,7 @@ impl PaneView for View {
             cx.ask(ask);
         }
         let footprint = Footprint::of(calibration);
-        let about = "To need less memory, set a history rate or a smaller t_th, or replace the look-back by play";
+        let about = "For less memory, set a history rate or a smaller t_th, or replace the look-back by play";
         let on_controller = format!("On a controller: {footprint}");
         if footprint.is_large() {
             ui.warn(&on_controller).on_hover_text(about);
@@ -77,12 +75,11 @@ impl PaneView for View {
                 && *asked == ask
             {
                 ui.horizontal_wrapped(|ui| {
-                    let about =
-                        "Sets the history rate: the model is fitted again with this history";
+                    let about = "Sets the history rate and fits the model again";
                     if ui.press(format!("Keep {} Hz", coarse.rate_hz), about) {
                         let mut settings = of.settings.clone();
                         settings.history_rate_hz = coarse.rate_hz;
-                        cx.out.push(Edit::Settings(settings).into());
+                        cx.out.send(Edit::Settings(settings));
                     }
                     ui.label(coarse.to_string());
                 });
@@ -117,7 +114,7 @@ impl PaneView for View {
 }
 
 impl View {
-    fn export_row(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn export_row(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
         ui.horizontal(|ui| {
             let label = ui.label("Export to");
             let field = egui::TextEdit::singleline(&mut self.path)
@@ -133,12 +130,12 @@ impl View {
                     first(TARGETS.len(), paths.iter().map(|path| path.display().to_string()));
                 let export = ui.press("Write files", format!("Writes {names}"));
                 if export || entered {
-                    out.extend(
-                        paths.into_iter().map(|path| Action::Export(path, Existing::Ask).into()),
-                    );
+                    for path in paths {
+                        out.send(Action::Export(path, Existing::Ask));
+                    }
                 }
-                if ui.press("…", "Choose a file") {
-                    out.push(Command::ChooseExport);
+                if ui.press("…", "Chooses a file to write") {
+                    out.send(Command::ChooseExport);
                 }
             });
         });

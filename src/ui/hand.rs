@@ -1,4 +1,4 @@
-//! Groups the user's input into steps of undo: a drag of a slider is one step, each tick of a check box is one step.
+//! Groups the user's input into steps of undo. A drag of a slider is one step, and each tick of a check box is one step.
 
 use egui::Event;
 
@@ -11,12 +11,11 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// Returns the number of the gesture of the last frame, if there was one.
+    /// Returns the number of the gesture in the last frame; `None` without a gesture.
     pub fn gesture(&self) -> Option<u64> {
         self.going_on.then_some(self.count)
     }
 
-    /// Follows the input of a frame that was drawn.
     pub fn follow(&mut self, context: &egui::Context) {
         let typing = context.text_edit_focused();
         let field = context.memory(|memory| memory.focused().filter(|_| typing));

@@ -1,6 +1,6 @@
 //! Help window: the guide, the shortcuts, and the equations.
 
-use egui::RichText;
+use egui::{Label, RichText, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
 use crate::features::BLOCKS;
@@ -28,7 +28,7 @@ enum Page {
 }
 
 const PAGES: [(Page, &str, &str); 4] = [
-    (Page::Guide, "Guide", "What the program does, page by page"),
+    (Page::Guide, "Guide", "Explains the program, page by page"),
     (Page::Shortcuts, "Shortcuts", "Keys and mouse actions"),
     (Page::Equations, "Equations", "The equations of the paper, by their numbers"),
     (Page::About, "About", "Version, build and licences"),
@@ -59,13 +59,13 @@ const GUIDE: [(&str, &str); 14] = [
     ("Glossary", include_str!("../../assets/guide/glossary.md")),
 ];
 
-/// Equations of the paper by their numbers, then those of the program.
+/// Equations of the paper with their numbers, then further equations of the program.
 const EQUATIONS: [(&str, &str, &str); 14] = [
     ("Eq. 1", "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T", "the load: forces [N] and moments [N·m]"),
     ("Eq. 2", "S = [S_1, S_2, …, S_i]^T", "the gauges, at least six"),
     ("Eq. 3", "S = C L", "the gauges follow the load linearly"),
-    ("Eq. 4", "L = C^{-1} S", "for six gauges"),
-    ("Eq. 5", "L = (C^T C)^{-1} C^T S", "for more than six"),
+    ("Eq. 4", "L = C^{-1} S", "the load from exactly six gauges"),
+    ("Eq. 5", "L = (C^T C)^{-1} C^T S", "the load from more than six gauges, by least squares"),
     (
         "Eq. 6, 7",
         "F_x^{k*} = a_{11} S_1^k + a_{12} S_2^k + … + a_{16} S_6^k",
@@ -74,7 +74,7 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Eq. 8",
         "Σ_k (F_x^k − F_x^{k*})^2 → min",
-        "least squares over all training samples; the other rows likewise",
+        "the first row of C⁻¹ minimises the squared errors of all training samples; the other rows likewise",
     ),
     (
         "Eq. 9",
@@ -86,7 +86,11 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
         "F_{current} = f(S_{past}, S_{current})",
         "the calibration uses present and past gauges; f is linear, a network, or both",
     ),
-    ("Eq. 11", "F_{current} = f(S_{current}, S_{current})", "if the force never differed by F_th"),
+    (
+        "Eq. 11",
+        "F_{current} = f(S_{current}, S_{current})",
+        "without a past sample, because the force never differed by F_th",
+    ),
     (
         "Eq. 12",
         "S_{past} = S_{past} if t_{interval} ≤ t_{th}, else S_{current}",
@@ -95,13 +99,17 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Trigger",
         "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
-        "differences are those of the conventional force, which a robot knows without a reference",
+        "the difference is computed from the conventional force, which a robot knows without a reference",
     ),
-    ("Uncompensated", "L = C^{-1} S + c", "least squares with an offset c, unless it is off"),
+    (
+        "Uncompensated",
+        "L = C^{-1} S + c",
+        "the load by least squares on the present gauges; the offset c can be turned off",
+    ),
     (
         "Compensated",
         "L = C^{-1} [S, S_{past}, …]^T + c",
-        "least squares on the gauges and the columns of all feature blocks",
+        "the load by least squares on the present gauges and the columns of all features",
     ),
 ];
 
@@ -116,20 +124,17 @@ impl Help {
     }
 
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
-        if self.open {
-            egui_extras::install_image_loaders(context);
-            for (name, bytes) in PICTURES {
-                context.include_bytes(format!("{IN_GUIDE}{name}"), bytes);
-            }
+        if !self.open {
+            return;
+        }
+        egui_extras::install_image_loaders(context);
+        for (name, bytes) in PICTURES {
+            context.include_bytes(format!("{IN_GUIDE}{name}"), bytes);
         }
         let is_on_top = context.memory(|memory| memory.top_modal_layer().is_none());
-        let leaves = |input: &mut egui::InputState| {
-            input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)
-        };
-        let mut open = self.open;
-        if open && is_on_top && context.input_mut(leaves) {
-            open = false;
-        }
+        let mut open = !(is_on_top
+            && context
+                .input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)));
         egui::Window::new("Help")
             .open(&mut open)
             .default_size([720.0, 480.0])
@@ -144,28 +149,24 @@ impl Help {
                 if self.page == Page::Guide {
                     ui.horizontal_wrapped(|ui| {
                         for (at, (title, _)) in GUIDE.iter().enumerate() {
-                            ui.select(&mut self.guide, at, title, "A page of the guide");
+                            ui.select(&mut self.guide, at, title, "Shows this page of the guide");
                         }
                     });
                 }
                 ui.separator();
                 let (page, guide) = (self.page, self.guide);
-                if page == Page::About {
-                    return self.about.ui(ui);
-                }
-                egui::ScrollArea::vertical()
-                    .id_salt((page, guide))
-                    .auto_shrink([false, false])
-                    .show(ui, |ui| match page {
-                        Page::Guide => {
-                            guide_page(ui, &mut self.laid_out, GUIDE[guide].1);
-                        }
+                let area = egui::ScrollArea::vertical().id_salt((page, guide));
+                match page {
+                    Page::About => self.about.ui(ui),
+                    _ => drop(area.auto_shrink([false, false]).show(ui, |ui| match page {
+                        Page::Guide => guide_page(ui, &mut self.laid_out, GUIDE[guide].1),
                         Page::Shortcuts => shortcuts(ui, &actions()),
                         Page::Equations | Page::About => {
                             ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
                             equations(ui);
                         }
-                    });
+                    })),
+                }
             });
         self.open = open;
     }
@@ -173,7 +174,7 @@ impl Help {
 
 /// Draws a page of the guide. Code is drawn here, because the Markdown viewer's copy button needs a glyph that the window's
 /// fonts lack.
-fn guide_page(ui: &mut egui::Ui, laid_out: &mut CommonMarkCache, text: &str) {
+fn guide_page(ui: &mut Ui, laid_out: &mut CommonMarkCache, text: &str) {
     for (at, part) in text.split("\n```").enumerate() {
         ui.push_id(at, |ui| match at % 2 {
             0 => {
@@ -183,63 +184,53 @@ fn guide_page(ui: &mut egui::Ui, laid_out: &mut CommonMarkCache, text: &str) {
             }
             _ => {
                 let (_language, code) = part.split_once('\n').unwrap_or_default();
-                code_block(ui, code);
+                let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
+                frame.show(ui, |ui| {
+                    ui.add(Label::new(RichText::new(code).monospace()).extend());
+                    if ui.press_small("Copy", "Copies these lines to the clipboard") {
+                        ui.ctx().copy_text(code.to_owned());
+                    }
+                });
             }
         });
     }
 }
 
-fn code_block(ui: &mut egui::Ui, code: &str) {
-    let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
-    frame.show(ui, |ui| {
-        ui.add(egui::Label::new(RichText::new(code).monospace()).extend());
-        if ui.press_small("Copy", "Copies these lines to the clipboard") {
-            ui.ctx().copy_text(code.to_owned());
-        }
-    });
-}
-
-fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
-    let texts: Vec<(String, &str)> = actions
+fn shortcuts(ui: &mut Ui, actions: &[Action]) {
+    let context = ui.ctx().clone();
+    let own = actions
         .iter()
-        .filter_map(|action| Some((ui.ctx().format_shortcut(&action.keys?), &*action.name)))
-        .collect();
+        .filter_map(|action| Some((context.format_shortcut(&action.keys?), &*action.name)));
     let others = [
-        ("Tab, Shift+Tab", "next or previous control"),
+        ("Tab, Shift+Tab", "moves the focus to the next or previous control"),
         ("Space, Enter", "presses the control that has the focus"),
-        ("Arrows", "move a slider that has the focus, or a plot"),
+        ("Arrows", "move the slider or the plot that has the focus"),
         ("+, −", "zoom a plot that has the focus; with Alt, its value axis"),
         ("Backspace", "shows all of a plot that has the focus"),
-        ("Shift+F10, Menu", "menu of the plot that has the focus"),
-        ("Ctrl+Tab", "the next tab of the panes under the pointer"),
+        ("Shift+F10, Menu", "opens the menu of the plot that has the focus"),
+        ("Ctrl+Tab", "shows the next tab of the pane under the pointer"),
         ("Escape", "removes the cursors, closes dialogs and lists"),
     ];
-    let own = texts.iter().map(|(keys, name)| (&**keys, *name));
+    let others = others.map(|(keys, name)| (keys.to_owned(), name));
     egui::Grid::new("shortcuts").num_columns(2).striped(true).spacing([16.0, 6.0]).show(ui, |ui| {
         for (keys, name) in own.chain(others) {
             ui.label(RichText::new(keys).strong());
-            ui.add(egui::Label::new(name).wrap());
+            ui.add(Label::new(name).wrap());
             ui.end_row();
         }
     });
 }
 
-/// Returns the names, formulas and explanations of the feature blocks.
-fn blocks() -> Vec<(&'static str, &'static str, String)> {
-    let blocks = BLOCKS.iter();
-    blocks.map(|block| (block.name(), block.formula(), block.setting().help())).collect()
-}
-
-fn equations(ui: &mut egui::Ui) {
+fn equations(ui: &mut Ui) {
     let color = ui.visuals().strong_text_color();
     egui::Grid::new("equations").num_columns(2).striped(true).spacing([16.0, 8.0]).show(ui, |ui| {
-        let blocks = blocks();
-        let own = blocks.iter().map(|(name, formula, help)| (*name, *formula, &**help));
-        for (number, equation, words) in EQUATIONS.into_iter().chain(own) {
+        let known = EQUATIONS.map(|(number, equation, words)| (number, equation, words.to_owned()));
+        let blocks = BLOCKS.iter().map(|own| (own.name(), own.formula(), own.setting().help()));
+        for (number, equation, words) in known.into_iter().chain(blocks) {
             ui.label(RichText::new(number).strong());
             ui.vertical(|ui| {
                 ui.label(laid_out(ui, equation, color));
-                ui.add(egui::Label::new(words).wrap());
+                ui.add(Label::new(words).wrap());
             });
             ui.end_row();
         }

@@ -1,5 +1,5 @@
-//! Import window: the text layout of a file, the role of each column, and a preview of the recordings. The window edits a
-//! column map, and draws the answer of inspecting the file by that map.
+//! Import window: the text layout of a file, the role of each column, and a preview of the rows. The window edits a column map,
+//! and shows how the file is read with this map.
 
 mod columns;
 mod foot;
@@ -7,19 +7,19 @@ mod reference;
 mod settings;
 mod weight;
 
-use egui::RichText;
+use egui::{RichText, Ui};
 
 use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats;
 use crate::import::inspect::{Inspection, TableReport};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::status_line::busy;
 
 #[derive(Debug)]
 pub struct ImportFields {
     map_path: String,
-    /// A text field had the keyboard before this frame. When the frame is drawn, Escape has already taken the focus away.
+    /// True if a text field had the focus in the previous frame. Escape removes the focus before this frame is drawn.
     is_typing: bool,
 }
 
@@ -33,12 +33,12 @@ pub fn import_window(
     context: &egui::Context,
     engine: &Engine,
     fields: &mut ImportFields,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Escape closes an open list or ends typing before it closes the import.
+    // Escape first closes an open list or ends typing, and only then closes the import.
     let ends_by_key = !egui::Popup::is_any_open(context)
         && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
@@ -51,7 +51,7 @@ pub fn import_window(
         .id(egui::Id::unique("import"))
         .open(&mut open)
         .default_size(size)
-        // The corner stays in place when the contents change.
+        // The upper left corner is fixed, so that the window does not move when its contents change.
         .default_pos(screen.center() - 0.5 * size)
         .show(context, |ui| {
             if let Some(problem) = &importing.problem {
@@ -73,30 +73,28 @@ pub fn import_window(
         });
     fields.is_typing = context.text_edit_focused();
     if !open {
-        send(out, ImportCommand::CancelAll);
+        out.send(ImportCommand::CancelAll);
     }
 }
 
-fn send(out: &mut Vec<Command>, command: ImportCommand) {
-    out.push(command.into());
-}
-
 fn body(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     engine: &Engine,
     importing: &Importing,
     inspection: &Inspection,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let table = &inspection.table;
-    let read = format!("Read here: {}", formats::listed());
+    let read = format!("Formats that can be read: {}", formats::listed());
     ui.label(format!("{}: {table}", importing.path.display())).on_hover_text(read);
-    if !importing.waiting.is_empty() {
-        let more = match importing.waiting.len() {
-            1 => "1 more file needs".to_owned(),
-            n => format!("{n} more files need"),
-        };
-        ui.label(format!("{more} a column map; files with the same columns use this one"));
+    match importing.waiting.len() {
+        0 => {}
+        1 => drop(
+            ui.label("1 more file needs a column map; a file with the same columns uses this one"),
+        ),
+        n => drop(ui.label(format!(
+            "{n} more files need a column map; files with the same columns use this one"
+        ))),
     }
     questions(ui, importing, inspection, out);
     remembered(ui, engine, importing, out);
@@ -105,7 +103,7 @@ fn body(
     settings::layout(ui, &mut text);
     settings::parts(ui, &table.parts, &mut text);
     if text != importing.map.table.text {
-        send(out, ImportCommand::SetLayout(text));
+        out.send(ImportCommand::SetLayout(text));
         return;
     }
     let mut map = importing.map.clone();
@@ -114,63 +112,53 @@ fn body(
     columns::columns(ui, "columns", &table.columns, &mut map.table);
     reference::reference(ui, inspection, &mut map);
     if map != importing.map {
-        send(out, ImportCommand::SetMap(Box::new(map)));
+        out.send(ImportCommand::SetMap(Box::new(map)));
     }
     ui.separator();
     preview(ui, table);
 }
 
-/// Draws the questions that the user has to answer. An answered question stays in its place, so that nothing below moves.
-fn questions(
-    ui: &mut egui::Ui,
-    importing: &Importing,
-    inspection: &Inspection,
-    out: &mut Vec<Command>,
-) {
+/// Draws the questions that the user has to answer. Answered questions stay visible, so that the controls below do not move.
+fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
     for (at, (question, said)) in importing.questions.iter().enumerate() {
         let open = question.still_open(&importing.map, &inspection.table.columns);
         let is_answered = open.is_none();
-        let color = if is_answered || *said {
-            ui.visuals().text_color()
-        } else {
-            ui.visuals().warn_fg_color
-        };
-        let text = format!("Question: {}", open.as_ref().unwrap_or(question));
         let mut decided = is_answered || *said;
+        let visuals = ui.visuals();
+        let color = if decided { visuals.text_color() } else { visuals.warn_fg_color };
+        let text = format!("Question: {}", open.as_ref().unwrap_or(question));
         let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
         let tick = ui.add_enabled(!is_answered, tick);
-        let explanation =
-            "Ticked once the columns below answer the question; tick it to accept the map as it is";
+        let explanation = "Ticked once the roles of the columns below answer the question. Tick it yourself to accept the map without an answer";
         if tick.on_hover_text(explanation).changed() {
-            send(out, ImportCommand::Decide(at, decided));
+            out.send(ImportCommand::Decide(at, decided));
         }
     }
 }
 
-/// Draws the remembered maps of files with the same columns.
-fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &mut Vec<Command>) {
+fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
     let shape = &importing.map.table.shape;
     let maps = engine.preferences.maps.iter().enumerate();
-    let fitting: Vec<usize> = maps
-        .filter(|(_, map)| map.table.shape == *shape && **map != importing.map)
-        .map(|(at, _)| at)
-        .collect();
+    let fitting = maps.filter(|(_, map)| map.table.shape == *shape && **map != importing.map);
     ui.horizontal_wrapped(|ui| {
-        if ui.press("Detect again", "Replaces the map by the one that is detected in the file") {
-            send(out, ImportCommand::Begin);
+        if ui.press(
+            "Detect again",
+            "Replaces the column map by the map that is detected from the file",
+        ) {
+            out.send(ImportCommand::Begin);
         }
-        for at in fitting {
+        for (at, _) in fitting {
             if ui.press(
-                "As the last file of this shape",
-                "Takes the map of the last file with the same columns",
+                "As the last similar file",
+                "Uses the column map of the last file with the same columns",
             ) {
-                send(out, ImportCommand::TakeMap(at));
+                out.send(ImportCommand::TakeMap(at));
             }
         }
     });
 }
 
-fn preview(ui: &mut egui::Ui, table: &TableReport) {
+fn preview(ui: &mut Ui, table: &TableReport) {
     ui.horizontal(|ui| {
         ui.strong("First rows");
         if ui.press_small("Copy rows", "Copies the rows as tab-separated text") {

@@ -1,23 +1,21 @@
-//! Pane with the newest minute of a growing file, and its loads by the present calibration.
-
-use std::borrow::Cow;
+//! Pane with the newest minute of a growing log file, and the loads that the present calibration computes.
 
 use crate::engine::{Action, Followed, LiveTraces};
+use crate::questions::loops::Inks;
 use crate::recording::Axis;
 use crate::report::figure::{Figure, Line, Scale};
-use crate::ui::command::{Kind, Pane};
+use crate::ui::command::Pane;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots;
-use crate::ui::plots::Zoom;
+use crate::ui::plots::{self, Zoom};
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "live",
     title: "Live",
-    explanation: "The newest minute of a growing file, with its loads by the present calibration",
-});
+    explanation: "The newest minute of a growing log file, with the loads by the present calibration",
+};
 
 #[derive(Debug, Default)]
 pub struct View {
@@ -30,15 +28,12 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let Some(follow) = cx.engine.following.asked() else {
             ui.weak("No file is followed. Enter the path of a log that is being written, or choose File > Follow a growing file…");
+            let does = "Reads the file from its beginning, and then each new row";
+            let about = ["Path of the log", "Follow", does];
+            let width = ui.spacing().text_edit_width;
             ui.horizontal(|ui| {
-                let path = egui::TextEdit::singleline(&mut self.path);
-                let field = ui.labelled("File", path);
-                let asked = ui.entered(&field);
-                if (ui.press("Follow", "Reads the file from its beginning, and then each new row")
-                    || asked)
-                    && !self.path.trim().is_empty()
-                {
-                    cx.out.push(Action::Follow(self.path.trim().into()).into());
+                if let Some(path) = ui.path_field("File", &mut self.path, (width, ""), about) {
+                    cx.out.send(Action::Follow(path));
                 }
             });
             return;
@@ -48,7 +43,7 @@ impl PaneView for View {
         self.axis = self.axis.min(followed.axes.len().saturating_sub(1));
         ui.horizontal_wrapped(|ui| {
             if ui.press("Stop", "Stops following the file") {
-                cx.out.push(Action::StopFollowing.into());
+                cx.out.send(Action::StopFollowing);
             }
             for (at, (axis, _)) in followed.axes.iter().enumerate() {
                 if ui.selectable_label(self.axis == at, axis.symbol()).clicked() {
@@ -68,18 +63,14 @@ impl PaneView for View {
             ui.weak(note);
         }
         if let Some((axis, traces)) = followed.axes.get(self.axis) {
-            let whole = figure(*axis, traces, followed.span, ui.visuals());
-            let mut shown = whole.clone();
-            if let Some(zoom) = self.zoom {
-                (shown.across.range, shown.up.range) = (zoom.loads, zoom.outputs);
-            }
-            let height = ui.available_height();
-            plots::plot(ui, "live", height, [&shown, &whole], &mut self.zoom, cx.out);
+            let (height, visuals) = (ui.available_height(), ui.visuals().clone());
+            let figure = |_: &Inks| figure(*axis, traces, followed.span, &visuals);
+            plots::plot(ui, ("live", None), height, figure, &mut self.zoom, cx.out);
         }
     }
 }
 
-/// Returns the number of rows, the status of the newest row, and the error of the loads.
+/// Returns the number of rows, the status of the newest row, and the RMS errors of the loads, as text.
 fn words(followed: &Followed, axis: usize) -> String {
     let (rows, broken) = followed.counts;
     let broken = match broken {
@@ -105,27 +96,23 @@ fn figure<'a>(
     span: (f64, f64),
     visuals: &egui::Visuals,
 ) -> Figure<'a> {
-    let line = |trace: Trace, points: &'a [[f64; 2]]| Line {
-        name: trace.label().to_owned(),
-        color: bytes(trace.color(visuals)),
-        opacity: 1.0,
-        width: trace.stroke(visuals).width,
-        dash: None,
-        pieces: vec![Cow::Borrowed(points)],
-    };
-    let lines = vec![
-        line(Trace::Calculated, &traces.reference),
-        line(Trace::Conventional, &traces.conventional),
-        line(Trace::Compensated, &traces.compensated),
+    let lines = [
+        (Trace::Calculated, &traces.reference),
+        (Trace::Conventional, &traces.conventional),
+        (Trace::Compensated, &traces.compensated),
     ];
-    let lines: Vec<_> = (lines.into_iter()).filter(|line| !line.pieces[0].is_empty()).collect();
-    let loads = lines.iter().flat_map(|line| line.pieces[0].iter());
-    let loads: Vec<f64> = loads.map(|[_, load]| *load).collect();
+    let lines = lines.into_iter().filter(|(_, points)| !points.is_empty());
+    let loads = lines.clone().flat_map(|(_, points)| points).map(|[_, load]| *load);
     Figure {
         title: format!("{}, newest minute", axis.label()),
         across: Scale::new("t [s]", (span.0, span.1.max(span.0 + 1e-3))),
         up: Scale::spanning(axis.label(), loads, 0.05),
-        lines,
+        lines: lines
+            .map(|(trace, points)| Line {
+                width: trace.stroke(visuals).width,
+                ..Line::new(trace.label(), bytes(trace.color(visuals)), [&points[..]])
+            })
+            .collect(),
         ..Figure::default()
     }
 }

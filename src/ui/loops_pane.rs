@@ -1,5 +1,5 @@
-//! Pane of outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, and drift in dwells.
-//! The contents of the pane are computed in the background.
+//! Pane of hysteresis loops with their figures, cross-plots of any two channels, and the drift in dwells. The contents of the
+//! pane are computed in the background.
 
 mod cross_view;
 mod dwell_view;
@@ -7,33 +7,36 @@ mod linked;
 mod loop_view;
 mod save;
 
+use egui::{ComboBox, Ui};
+
 use crate::engine::{Edit, Engine};
 use crate::questions::loops::asked::{AskLoops, LookAt};
 use crate::questions::loops::{
-    Channel, CrossQuestion, DwellQuestion, FiguresOf, Look, LoopQuestion, Question, Span, TableOf,
-    Up,
+    Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question, Span,
+    TableOf, Up,
 };
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::choice::choice;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots;
-use crate::ui::plots::{Drawn, Zoom};
+use crate::ui::plots::{self, Drawn, Zoom};
 use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
-use crate::ui::time_view::TimeView;
+use crate::ui::trace_panes::trace_tick;
 
-/// Width of the figures beside the plot.
 const FIGURES_WIDTH: f32 = 320.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "loops",
     title: "Loops",
     explanation: "Hysteresis loops, cross-plots, and drift in dwells",
-});
+};
+
+/// Returns a figure in the colours of the screen or of an SVG file.
+type InInks<'f, 'a> = &'f dyn Fn(&Inks) -> Figure<'a>;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Mode {
@@ -45,7 +48,11 @@ enum Mode {
 
 impl Mode {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (Self::Loops, "Loop", "Shows an output over the reference load of one axis"),
+        (
+            Self::Loops,
+            "Loop",
+            "Plots the error, the load or a gauge against the reference load of one axis",
+        ),
         (Self::Cross, "Cross-plot", "Plots any channel against any other"),
         (
             Self::Dwells,
@@ -53,31 +60,6 @@ impl Mode {
             "Shows the drift of the error while the load is constant: creep and zero return",
         ),
     ];
-
-    fn plot_id(self) -> &'static str {
-        match self {
-            Self::Loops => "loop",
-            Self::Cross => "cross-plot",
-            Self::Dwells => "drift",
-        }
-    }
-}
-
-#[derive(Debug, Default)]
-struct Zooms {
-    loops: Zoom,
-    cross: Zoom,
-    dwells: Zoom,
-}
-
-impl Zooms {
-    fn of(&mut self, mode: Mode) -> &mut Zoom {
-        match mode {
-            Mode::Loops => &mut self.loops,
-            Mode::Cross => &mut self.cross,
-            Mode::Dwells => &mut self.dwells,
-        }
-    }
 }
 
 #[derive(Debug)]
@@ -86,16 +68,15 @@ pub struct LoopsPane {
     axis: Axis,
     up: Up,
     span: Span,
-    conventional: bool,
-    compensated: bool,
+    shown: [bool; 2],
     figures_of: FiguresOf,
     lag_removed: bool,
     across: Channel,
     cross_up: Channel,
-    /// Index of the dwell; `None` takes the longest.
+    /// Index of the dwell on screen; `None` shows the longest dwell.
     rest: Option<usize>,
-    zooms: Zooms,
-    /// Resolution of the plot, or of its figure in a file if that is finer.
+    zooms: [Zoom; 3],
+    /// Width and height of the drawing in pixels: those of the plot on screen or of a saved figure, whichever are larger.
     pixels: [f64; 2],
     path: String,
 }
@@ -107,32 +88,29 @@ impl Default for LoopsPane {
             axis: Axis::Fz,
             up: Up::default(),
             span: Span::default(),
-            conventional: true,
-            compensated: true,
+            shown: [true; 2],
             figures_of: FiguresOf::default(),
             lag_removed: false,
             across: Channel::Load(Trace::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
             rest: None,
-            zooms: Zooms::default(),
+            zooms: [None; 3],
             pixels: STANDS_ALONE.into(),
             path: "loops.svg".to_owned(),
         }
     }
 }
 
-/// Draws the reason why there are no loops: the recordings have no times.
-fn no_times(ui: &mut egui::Ui) {
-    ui.weak("No times: no loops and no dwells").on_hover_text(
-        "The recordings are load cases without an order in time. Reversal threshold and dwells apply again to recordings \
-         with times",
+fn no_times(ui: &mut Ui) {
+    ui.weak("The recordings have no times, so there are no loops and dwells").on_hover_text(
+        "The samples of these recordings have no order in time. Reversal threshold and dwells apply again to recordings with times",
     );
 }
 
 impl PaneView for LoopsPane {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        self.draw(ui, cx.engine, cx.time, cx.out);
-        // The pane was drawn, so its settings are the present ones.
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
+        self.draw(ui, cx);
+        // The question follows the drawing, which may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
             cx.ask::<AskLoops>(LookAt(look));
         }
@@ -140,15 +118,10 @@ impl PaneView for LoopsPane {
 }
 
 impl LoopsPane {
-    fn draw(
-        &mut self,
-        ui: &mut egui::Ui,
-        engine: &Engine,
-        time: &mut TimeView,
-        out: &mut Vec<Command>,
-    ) {
+    fn draw(&mut self, ui: &mut Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
         if engine.analysis().is_none() {
-            nothing_yet(ui, engine);
+            let text = engine.problem().unwrap_or("Nothing is fitted yet.");
+            ui.centered_and_justified(|ui| ui.label(text));
             return;
         }
         self.follow(engine);
@@ -156,7 +129,7 @@ impl LoopsPane {
         let mut measuring = before.clone();
         ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring));
         if measuring != *before {
-            out.push(Edit::Measuring(measuring).into());
+            out.send(Edit::Measuring(measuring));
         }
         ui.separator();
         if let Some(problem) = engine.lane::<AskLoops>().problem() {
@@ -167,47 +140,33 @@ impl LoopsPane {
             [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
         match (self.mode, engine.lane::<AskLoops>().answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
-                loop_view::show(ui, self, engine, found, time, out)
+                loop_view::show(ui, self, engine, found, time, out);
             }
             (Mode::Cross, Some(Look::Cross(found))) => {
-                cross_view::show(ui, self, engine, found, out)
+                cross_view::show(ui, self, engine, found, out);
             }
             (Mode::Dwells, Some(Look::Dwells(found))) => {
-                dwell_view::show(ui, self, engine, found, out)
+                dwell_view::show(ui, self, engine, found, out);
             }
             _ => {}
         }
     }
 
-    /// Questions whose answers the pane needs.
     fn question(&self) -> Question {
-        let frame = *self.zoom();
+        let Self { axis, up, span, lag_removed, across, cross_up, rest, pixels, .. } = *self;
+        let frame = self.zoom();
         match self.mode {
-            Mode::Loops => Question::Loops(LoopQuestion {
-                axis: self.axis,
-                up: self.up,
-                span: self.span,
-                lag_removed: self.lag_removed,
-                frame,
-                pixels: self.pixels,
-            }),
-            Mode::Cross => Question::Cross(CrossQuestion {
-                across: self.across,
-                up: self.cross_up,
-                span: self.span,
-                frame,
-                pixels: self.pixels,
-            }),
-            Mode::Dwells => Question::Dwells(DwellQuestion {
-                axis: self.axis,
-                rest: self.rest,
-                frame,
-                pixels: self.pixels,
-            }),
+            Mode::Loops => {
+                Question::Loops(LoopQuestion { axis, up, span, lag_removed, frame, pixels })
+            }
+            Mode::Cross => {
+                Question::Cross(CrossQuestion { across, up: cross_up, span, frame, pixels })
+            }
+            Mode::Dwells => Question::Dwells(DwellQuestion { axis, rest, frame, pixels }),
         }
     }
 
-    /// Limits the settings to the axes and channels of the recordings.
+    /// Replaces a chosen axis, gauge or recording that no longer exists.
     fn follow(&mut self, engine: &Engine) {
         let axes = engine.project().axes();
         let n_gauges = engine.project().recordings.layout().gauge_names.len();
@@ -215,7 +174,7 @@ impl LoopsPane {
             && !axes.contains(&self.axis)
         {
             self.axis = *first;
-            self.zooms = Zooms::default();
+            self.zooms = [None; 3];
         }
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
             self.up = Up::default();
@@ -233,23 +192,16 @@ impl LoopsPane {
         }
     }
 
-    fn zoom(&self) -> &Zoom {
-        match self.mode {
-            Mode::Loops => &self.zooms.loops,
-            Mode::Cross => &self.zooms.cross,
-            Mode::Dwells => &self.zooms.dwells,
-        }
+    fn zoom(&self) -> Zoom {
+        self.zooms[self.mode as usize]
     }
 
-    fn zoom_mut(&mut self) -> &mut Zoom {
-        self.zooms.of(self.mode)
+    fn show_all(&mut self) {
+        self.zooms[self.mode as usize] = None;
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
-        for (mode, label, explanation) in Mode::ALL {
-            ui.select(&mut self.mode, mode, label, explanation);
-        }
-        ui.separator();
+    fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
+        ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
             Mode::Loops => {
@@ -282,86 +234,80 @@ impl LoopsPane {
         }
         let after = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         if after != before {
-            *self.zoom_mut() = None;
+            self.show_all();
         }
         if self.mode != Mode::Cross
             && !(self.mode == Mode::Loops && matches!(self.up, Up::Gauge(_)))
         {
             ui.separator();
-            for (shown, trace) in [
-                (&mut self.conventional, Trace::Conventional),
-                (&mut self.compensated, Trace::Compensated),
-            ] {
-                let color = trace.color(ui.visuals());
-                let text = egui::RichText::new(trace.label()).color(color).strong();
-                ui.checkbox(shown, text).on_hover_text(trace.explanation());
+            for (shown, output) in self.shown.iter_mut().zip(Trace::OUTPUTS) {
+                trace_tick(ui, shown, output);
             }
         }
     }
 
     fn is_shown(&self, output: Trace) -> bool {
-        match output {
-            Trace::Conventional => self.conventional,
-            _ => self.compensated,
-        }
+        self.shown[usize::from(output == Trace::Compensated)]
     }
 
-    fn axis_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
-        for axis in engine.project().axes() {
-            ui.select(&mut self.axis, *axis, axis.symbol(), "Shows this axis");
-        }
-        ui.separator();
+    fn axis_choice(&mut self, ui: &mut Ui, engine: &Engine) {
+        let axes = engine.project().axes().iter();
+        ui.select_from(&mut self.axis, axes.map(|own| (*own, own.symbol(), "Shows this axis")));
     }
 
-    fn up_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn up_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let gauges = &engine.project().recordings.layout().gauge_names;
-        let button =
-            egui::ComboBox::from_label("up").selected_text(up_name(self.up, gauges)).width(70.0);
+        let button = ComboBox::from_label("up").width(70.0);
         let all = [Up::Error, Up::Load].into_iter();
         let all = all.chain((0..gauges.len()).map(Up::Gauge));
-        let items = all.map(|up| (up, up_name(up, gauges).into(), ""));
-        choice(ui, button, &mut self.up, items).on_hover_text(
-            "Quantity over the load: the error, the computed load, or a raw gauge (Fig. 1)",
+        let described = |up| match up {
+            Up::Load => ("Load", ""),
+            Up::Error => ("Error", ""),
+            Up::Gauge(gauge) => (gauges.get(gauge).map_or("", |name| name), ""),
+        };
+        choice(ui, button, &mut self.up, all, described).on_hover_text(
+            "Quantity on the vertical axis: the error, the computed load, or a raw gauge (Fig. 1)",
         );
     }
 
-    fn span_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+    fn span_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let entries = engine.entries();
-        let name = |span: Span| match span {
-            Span::Visible => "Visible in Traces",
-            Span::Of(TableOf::Test) => "Test recordings",
-            Span::Of(TableOf::Train) => "Training recordings",
-            Span::Of(TableOf::NotFitted) => "Test and off",
-            Span::All | Span::Of(TableOf::All) => "All recordings",
-            Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
+        let described = |span| {
+            let name = match span {
+                Span::Visible => "Visible in Traces",
+                Span::Of(TableOf::Test) => "Test recordings",
+                Span::Of(TableOf::Train) => "Training recordings",
+                Span::Of(TableOf::NotFitted) => "Test and off",
+                Span::All | Span::Of(TableOf::All) => "All recordings",
+                Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
+            };
+            (name, "")
         };
-        let button =
-            egui::ComboBox::from_label("of").selected_text(name(self.span)).width(104.0).truncate();
+        let button = ComboBox::from_label("of").width(104.0).truncate();
         let of = [TableOf::Test, TableOf::Train].map(Span::Of);
         let all = [Span::Visible, Span::All].into_iter().chain(of);
         let all = all.chain((0..entries.len()).map(Span::One));
-        let items = all.map(|span| (span, name(span).to_owned().into(), ""));
-        choice(ui, button, &mut self.span, items).on_hover_text(
-            "Visible in Traces: the recordings and the interval that the trace panes show",
+        choice(ui, button, &mut self.span, all, described).on_hover_text(
+            "Recordings to plot. Visible in Traces: the recordings and the interval of time in the pane Traces",
         );
     }
 
-    /// Draws the plot on the left, the `figures` on the right, and the row for saving below.
-    fn lay_out(
+    /// Draws the plot on the left. Draws on the right the field for saving the plot, and below it the `figures`.
+    fn lay_out<'a>(
         &mut self,
-        ui: &mut egui::Ui,
-        drawing: &Figure<'_>,
-        print: &Figure<'_>,
-        out: &mut Vec<Command>,
-        figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
+        ui: &mut Ui,
+        (name, figure): (Option<String>, InInks<'_, 'a>),
+        out: &mut Out,
+        figures: impl FnOnce(&mut Ui, &mut Self, &mut Out),
     ) -> Drawn {
         let size @ egui::Vec2 { x: width, y: height } = plot_size(ui);
         ui.horizontal_top(|ui| {
             let top_down = egui::Layout::top_down(egui::Align::Min);
             let shown = ui.allocate_ui_with_layout(size, top_down, |ui| {
                 ui.set_width(width);
-                let (id, zoom) = (self.mode.plot_id(), self.zooms.of(self.mode));
-                plots::plot(ui, id, height, [drawing, print], zoom, out)
+                let id = ["loop", "cross-plot", "drift"][self.mode as usize];
+                let zoom = &mut self.zooms[self.mode as usize];
+                plots::plot(ui, (id, name), height, figure, zoom, out)
             });
             let picture = shown.response.rect;
             ui.vertical(|ui| {
@@ -369,8 +315,8 @@ impl LoopsPane {
                 egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
                     ui,
                     |ui| {
-                        // The labels stand a little outside the plot.
-                        save::row(ui, &mut self.path, print, picture.expand(6.0), out);
+                        // The labels extend a little beyond the plot.
+                        save::row(ui, &mut self.path, figure, picture.expand(6.0), out);
                         ui.separator();
                         figures(ui, self, out);
                     },
@@ -382,25 +328,9 @@ impl LoopsPane {
     }
 }
 
-/// Returns the size of the plot with its labels, beside the figures.
-fn plot_size(ui: &egui::Ui) -> egui::Vec2 {
+fn plot_size(ui: &Ui) -> egui::Vec2 {
     let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
     room.max(egui::vec2(200.0, 160.0))
-}
-
-fn nothing_yet(ui: &mut egui::Ui, engine: &Engine) {
-    ui.centered_and_justified(|ui| match engine.problem() {
-        Some(problem) => ui.label(problem),
-        None => ui.label("Nothing is fitted yet."),
-    });
-}
-
-fn up_name(up: Up, gauges: &[String]) -> String {
-    match up {
-        Up::Load => "Load".to_owned(),
-        Up::Error => "Error".to_owned(),
-        Up::Gauge(gauge) => gauges.get(gauge).cloned().unwrap_or_default(),
-    }
 }
 
 fn channel_name(channel: Channel, engine: &Engine) -> String {
@@ -420,25 +350,14 @@ fn channel_unit(channel: Channel, engine: &Engine) -> &str {
     }
 }
 
-fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut Channel) {
+fn channel_choice(ui: &mut Ui, engine: &Engine, label: &str, channel: &mut Channel) {
     let n_gauges = engine.project().recordings.layout().gauge_names.len();
     let kinds = [Trace::Calculated, Trace::Conventional, Trace::Compensated];
     let loads = (engine.project().axes().iter())
         .flat_map(|axis| kinds.map(|load| Channel::Load(load, *axis)));
     let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
-    let button =
-        egui::ComboBox::from_label(label).selected_text(channel_name(*channel, engine)).width(96.0);
+    let button = ComboBox::from_label(label).width(96.0);
     let all = std::iter::once(Channel::Time).chain(all);
-    let items = all.map(|one| (one, channel_name(one, engine).into(), ""));
-    choice(ui, button, channel, items)
+    choice(ui, button, channel, all, |one| (channel_name(one, engine), ""))
         .on_hover_text("Time, a gauge, or a reference, uncompensated or compensated load");
-}
-
-fn rgb(color: egui::Color32) -> [u8; 3] {
-    [color.r(), color.g(), color.b()]
-}
-
-/// Returns the colours of the light theme, which printed figures use.
-fn for_print() -> egui::Visuals {
-    egui::Visuals::light()
 }

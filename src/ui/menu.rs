@@ -1,22 +1,15 @@
 //! The menu bar.
 
-use egui::Button;
+use egui::{Button, Ui};
 
 use crate::engine::{Action as Do, Engine, Preferences};
-use crate::ui::actions;
-use crate::ui::actions::{Action, CanGo};
-use crate::ui::command::{Command, Workspace};
+use crate::ui::actions::{self, Action, CanGo};
+use crate::ui::command::{Command, Out, Workspace};
 use crate::ui::controls::Controls as _;
 use crate::ui::panes;
 use crate::ui::workspace::Workspaces;
 
-pub fn menu_bar(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    workspaces: &Workspaces,
-    can: CanGo,
-    out: &mut Vec<Command>,
-) {
+pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanGo, out: &mut Out) {
     egui::MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
             items(ui, actions::opening(engine), out);
@@ -36,13 +29,13 @@ pub fn menu_bar(
             let is_shown = workspaces.shown() == workspace;
             let label = egui::RichText::new(title).strong();
             if ui.selectable_label(is_shown, label).on_hover_text(explanation).clicked() {
-                out.push(Command::Show(workspace));
+                out.send(Command::Show(workspace));
             }
         }
     });
 }
 
-fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut Vec<Command>) {
+fn items(ui: &mut Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) {
     for action in actions {
         let mut button = Button::new(action.name);
         if let Some(keys) = action.keys {
@@ -51,33 +44,36 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
         let button = ui.add_enabled(action.enabled, button);
         let button = button.on_hover_text(&*action.explanation);
         if button.on_disabled_hover_text(&*action.explanation).clicked() {
-            out.push(action.command);
-            ui.close(); // by a key it would stay
+            out.send(action.command);
+            ui.close(); // a press by a key does not close the menu
         }
     }
 }
 
-fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let any = !engine.preferences.recent.is_empty();
     ui.add_enabled_ui(any, |ui| {
         ui.menu_button("Recent", |ui| {
             items(ui, actions::recent(engine), out);
             ui.separator();
-            if ui.press("Forget all of these", "Empties this list; the files stay") {
+            if ui.press(
+                "Clear list",
+                "Removes all files from this list of recent files; the files stay on disk",
+            ) {
                 ui.close();
-                out.push(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
+                out.send(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
             }
         });
     });
 }
 
-fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Vec<Command>) {
+fn view(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
     for pane in panes::all() {
         let mut open = workspaces.is_open(pane);
-        if ui.tick(&mut open, pane.title(), pane.explanation()) {
-            out.push(match open {
+        if ui.tick(&mut open, pane.title, pane.explanation) {
+            out.send(match open {
                 true => Command::OpenPane(pane),
                 false => Command::ClosePane(pane),
             });
@@ -85,7 +81,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut V
     }
     ui.menu_button("Move a pane", |ui| {
         for pane in panes::all() {
-            ui.menu_button(pane.title(), |ui| items(ui, actions::places(pane), out));
+            ui.menu_button(pane.title, |ui| items(ui, actions::places(pane), out));
         }
     })
     .response
@@ -96,7 +92,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut V
     for (label, theme, explanation) in actions::THEMES {
         let radio = ui.radio(engine.preferences.theme == theme, label);
         if radio.on_hover_text(explanation).clicked() {
-            out.push(prefer(Preferences { theme, ..engine.preferences.clone() }));
+            out.send(prefer(Preferences { theme, ..engine.preferences.clone() }));
         }
     }
     ui.separator();

@@ -1,32 +1,32 @@
 //! Pane of metrology figures with their definitions, uncompensated beside compensated for every axis.
 
-use crate::engine::query::Lane;
+use egui::Ui;
+
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
 use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
 use crate::questions::loops::{Look, Question, TableOf};
-use crate::questions::metrology::{Metrology, MetrologySettings};
-use crate::questions::metrology::{crosstalk, figure_records, overview};
+use crate::questions::metrology::{
+    Metrology, MetrologySettings, crosstalk, figure_records, overview,
+};
 use crate::recording::Axis;
-use crate::report::Shown;
-use crate::report::Table;
+use crate::report::{Shown, Table};
 use crate::shown::counted;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::table;
-use crate::ui::table::Saving;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "metrology",
     title: "Metrology",
     explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Uncompensated beside Compensated",
-});
+};
 
 #[derive(Debug)]
 pub struct MetrologyPane {
-    /// Recordings that the table covers; `None` follows the recordings, see [`TableOf::usual`].
+    /// Recordings that the table covers; `None` for the default, see [`TableOf::usual`].
     of: Option<TableOf>,
     shown: Shown,
     path: String,
@@ -39,13 +39,12 @@ impl Default for MetrologyPane {
 }
 
 impl PaneView for MetrologyPane {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
-        // The pane was drawn, so its settings are the present ones.
-        let of = self.of(cx.engine);
-        let question = Question::Table(of);
-        if let Some(look) = cx.engine.look(None, question) {
-            match self.is_usual(cx.engine) {
+        // The question follows the drawing, which may have changed the settings of the pane.
+        let (of, usual) = self.of(cx.engine);
+        if let Some(look) = cx.engine.look(None, Question::Table(of)) {
+            match of == usual {
                 true => cx.ask::<AskVerdict>(LookAt(look)),
                 false => cx.ask::<AskFigures>(LookAt(look)),
             }
@@ -54,28 +53,26 @@ impl PaneView for MetrologyPane {
 }
 
 impl MetrologyPane {
-    fn of(&self, engine: &Engine) -> TableOf {
+    /// Returns the recordings that the table covers, and the recordings that the verdict strip covers. If both are equal, the
+    /// pane uses the answer of the strip.
+    fn of(&self, engine: &Engine) -> (TableOf, TableOf) {
         let usual = TableOf::usual(&engine.project().recordings);
-        self.of.unwrap_or(usual)
+        (self.of.unwrap_or(usual), usual)
     }
 
-    /// Returns true if the table is the one that the verdict strip shows too, and so is computed once for both.
-    fn is_usual(&self, engine: &Engine) -> bool {
-        self.of(engine) == TableOf::usual(&engine.project().recordings)
-    }
-
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let (answer, problem) = match self.is_usual(engine) {
-            true => of_lane(engine.lane::<AskVerdict>()),
-            false => of_lane(engine.lane::<AskFigures>()),
+    fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
+        let (of, usual) = self.of(engine);
+        let (verdict, figures) = (engine.lane::<AskVerdict>(), engine.lane::<AskFigures>());
+        let (answer, problem) = match of == usual {
+            true => (verdict.answer(), verdict.problem()),
+            false => (figures.answer(), figures.problem()),
         };
         let table = match answer.filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,
         };
         let tables: Vec<Table> = table.map_or_else(Vec::new, |table| {
-            let crosstalk = crosstalk(table);
-            std::iter::once(overview(table, self.shown)).chain(crosstalk).collect()
+            std::iter::once(overview(table, self.shown)).chain(crosstalk(table)).collect()
         });
         ui.horizontal_wrapped(|ui| {
             let before = &engine.project().measuring;
@@ -83,20 +80,13 @@ impl MetrologyPane {
             self.choices(ui, engine, &mut measuring);
             definitions(ui, table.map(|table| &**table), engine.project().axes(), &mut measuring);
             if measuring != *before {
-                out.push(Edit::Measuring(measuring).into());
+                out.send(Edit::Measuring(measuring));
             }
             ui.separator();
-            let saving = Saving {
-                path: &mut self.path,
-                holds: "All figures in units and in % of full scale, with definitions, sources and the reasons for missing figures",
-                enabled: table.is_some(),
-            };
-            let text = || {
-                let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
-                texts.join("\n\n")
-            };
+            let holds = "Saves all figures in units and in % of full scale, with definitions, sources and the reasons for missing figures";
+            let saved = (&mut self.path, holds, table.is_some());
             let content = || Some(FileContent::Table("metrology.csv", Box::new(figure_records(table?))));
-            saving.show(ui, text, content, out);
+            table::saving(ui, saved, || table::joined(&tables), content, out);
         });
         ui.separator();
         if let Some(problem) = problem {
@@ -112,7 +102,7 @@ impl MetrologyPane {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }
-            // The sentences stay readable without scrolling, even if the table is wide.
+            // The sentences are as wide as the pane, even if the table is wider.
             ui.vertical(|ui| {
                 ui.set_max_width(width);
                 notes(ui, table);
@@ -120,46 +110,31 @@ impl MetrologyPane {
         });
     }
 
-    fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
-        let mut of = self.of(engine);
-        for (one, label, explanation) in [
+    fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
+        let (before, _) = self.of(engine);
+        let mut of = before;
+        let not_fitted = "Measures the recordings that the fit does not use: test and off";
+        let all = [
             (TableOf::Test, "Test", "Measures the test recordings"),
-            (
-                TableOf::NotFitted,
-                "Not fitted",
-                "Measures the recordings that the fit does not use: test and off",
-            ),
+            (TableOf::NotFitted, "Not fitted", not_fitted),
             (TableOf::Train, "Train", "Measures the training recordings"),
-            (TableOf::All, "All", "Computes the figures from all recordings"),
-        ] {
-            ui.select(&mut of, one, label, explanation);
-        }
-        if of != self.of(engine) {
+            (TableOf::All, "All", "Measures all recordings"),
+        ];
+        ui.select_from(&mut of, all);
+        if of != before {
             self.of = Some(of);
         }
-        ui.separator();
-        ui.select(
-            &mut self.shown,
-            Shown::PercentFs,
-            "% FS",
-            "Shows figures in percent of full scale",
-        );
-        ui.select(&mut self.shown, Shown::Units, "N, N·m", "Shows figures in the unit of the axis");
-        ui.separator();
+        let units = [
+            (Shown::PercentFs, "% FS", "Shows figures in percent of full scale"),
+            (Shown::Units, "N, N·m", "Shows figures in the unit of the axis"),
+        ];
+        ui.select_from(&mut self.shown, units);
         dwell_secs(ui, "Dwell", measuring);
     }
 }
 
-fn of_lane<const PANE: char>(lane: &Lane<LookAt<PANE>>) -> (Option<&Look>, Option<&str>) {
-    (lane.answer(), lane.problem())
-}
-
-/// A field for a share of full scale: label, explanation and value.
-type ShareField<'a> = (&'a str, &'a str, &'a mut f64);
-
-/// Draws the fields that define a reversal, a dwell, a zero load and a loaded axis.
 fn definitions(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     table: Option<&Metrology>,
     axes: &[Axis],
     settings: &mut MetrologySettings,
@@ -169,31 +144,28 @@ fn definitions(
         ui.reset_style(); // fields, not menu items
         ui.set_min_width(300.0);
         egui::Grid::new("definitions").num_columns(3).show(ui, |ui| {
-            let MetrologySettings { still_share, zero_share, loaded_share, alone_share, .. } =
-                settings;
-            let shares: [ShareField<'_>; 4] = [
+            for (name, explanation, share) in [
                 (
                     "Still within",
-                    "In a dwell, every axis stays within this share of full scale for the time beside \"Dwell\"",
-                    still_share,
+                    "In a dwell, every axis stays within this share of its full scale for the time in the field \"Dwell\"",
+                    &mut settings.still_share,
                 ),
                 (
                     "Zero up to",
                     "A load up to this share of full scale counts as zero",
-                    zero_share,
+                    &mut settings.zero_share,
                 ),
                 (
                     "Loaded from",
                     "An axis counts as loaded from this share of full scale",
-                    loaded_share,
+                    &mut settings.loaded_share,
                 ),
                 (
                     "Not loaded up to",
                     "Crosstalk is measured while one axis is loaded and every other axis stays below this share of its full scale",
-                    alone_share,
+                    &mut settings.alone_share,
                 ),
-            ];
-            for (name, explanation, share) in shares {
+            ] {
                 let mut percent = 100.0 * *share;
                 let field = egui::DragValue::new(&mut percent)
                     .range(0.01..=100.0)
@@ -212,13 +184,14 @@ fn definitions(
             }
         });
     });
-    response.on_hover_text("Definitions of a reversal, a dwell, a zero load and a loaded axis");
+    response.on_hover_text(
+        "Shows the definitions of a reversal, a dwell, a zero load and a loaded axis",
+    );
 }
 
-fn notes(ui: &mut egui::Ui, table: &Metrology) {
+fn notes(ui: &mut Ui, table: &Metrology) {
     ui.weak(format!(
-        "{}, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
-         at a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do \
+        "{}, {} samples. Hover texts: at a name, its definition and source; at a figure, the recording and time; at a word in place of a figure, the reason. These figures compare two calibrations on the same data; they do \
          not replace a calibration in steps on a reference machine.",
         counted(table.n_recordings, "recording"),
         table.n_samples

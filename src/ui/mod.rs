@@ -1,4 +1,4 @@
-//! The window, the only module that uses egui. One file for each pane, and a list of the panes; [`Shell`] connects them to
+//! The window. Only this module uses egui. Each pane has one file, and `panes` lists all panes. [`Shell`] connects the panes to
 //! the engine.
 
 mod about;

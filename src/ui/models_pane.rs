@@ -1,42 +1,40 @@
-//! Pane with the list of the tried models: searches, sorts, keeps and applies them.
+//! Pane with the list of tried models. The user can search for models, sort the list, keep models and apply them.
 
 use std::time::Duration;
 
-use egui::RichText;
+use egui::{RichText, Ui};
 
 use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES};
 use crate::questions::RELATIVE;
 use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table::{Saving, Sort};
+use crate::ui::table::Sort;
 use crate::ui::{plots, table};
 
 mod model_plots;
 
 use model_plots::ModelPlots;
 
-/// Largest time limit of a search (min).
 const MOST_MINUTES: f64 = 10_000.0;
-/// Share of the pane's width for the bars.
 const BARS_SHARE: f32 = 0.34;
 /// Share of the pane's height for the plots of the model on screen.
 const PLOTS_SHARE: f32 = 0.45;
-/// Minimum height of these plots in a pane that is high enough (points).
+/// Minimum height of the plots of the model on screen (points), if the pane is high enough.
 const SMALLEST_PLOTS: f32 = 200.0;
-/// Maximum number of characters of a name beside its bar.
+/// Maximum number of characters of a model's name beside its bar.
 const BAR_NAME_LENGTH: usize = 18;
-/// Maximum number of characters of a name in the list.
+/// Maximum number of characters of a model's name in the list.
 const NAME_LENGTH: usize = 30;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "compare",
     title: "Models",
-    explanation: "Searches for the best model; list of all tried models with their errors",
-});
+    explanation: "Search for the best model, and the list of all tried models with their errors",
+};
 
 #[derive(Debug)]
 pub struct View {
@@ -60,30 +58,26 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         let engine = cx.engine;
         let out = &mut *cx.out;
         ui.horizontal_wrapped(|ui| {
             self.trying(ui, engine, out);
             ui.separator();
-            for set in [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train] {
-                ui.select(&mut self.errors_on, set, set.title(), set.explanation());
-            }
-            ui.separator();
+            let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
+            let sets = sets.map(|set| (set, set.title(), set.explanation()));
+            ui.select_from(&mut self.errors_on, sets);
             let whole = || whole(engine, &self.sort, self.errors_on);
-            let saving = Saving {
-                path: &mut self.path,
-                holds: "Every row in the present order, with training, test and cross-validated errors",
-                enabled: !engine.models.rows.is_empty(),
-            };
+            let holds =
+                "Saves all rows in the present order, with training, test and cross-validated errors";
+            let saved = (&mut self.path, holds, !engine.models.rows.is_empty());
             let content = || Some(FileContent::Table("models.csv", Box::new(whole())));
-            saving.show(ui, || whole().tab_separated(), content, out);
+            table::saving(ui, saved, || whole().tab_separated(), content, out);
         });
         ui.separator();
         if engine.models.rows.is_empty() {
             ui.weak(
-                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click \
-                 on a name applies its settings.",
+                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click on the name of a model applies its settings.",
             );
             return;
         }
@@ -109,10 +103,10 @@ impl PaneView for View {
 }
 
 impl View {
-    fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn trying(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         if engine.is_trying() {
             if ui.press("Stop", "Stops the search; the listed models stay") {
-                out.push(Action::StopTrying.into());
+                out.send(Action::StopTrying);
             }
         } else {
             let ready = !engine.entries().is_empty();
@@ -123,13 +117,13 @@ impl View {
                      by nested cross-validation, and proposes the most accurate model and the smallest that is nearly as accurate",
                 ) {
                     let limit = Duration::from_secs_f64(60.0 * self.minutes);
-                    out.push(Action::FindBest(limit).into());
+                    out.send(Action::FindBest(limit));
                 }
                 let field = egui::DragValue::new(&mut self.minutes)
                     .range(0.0..=MOST_MINUTES)
                     .speed(0.1)
                     .suffix(" min");
-                let about = "Time limit; no further model is started after it";
+                let about = "Time limit of the search; afterwards no further model is started";
                 ui.explained_field("within", field, about);
                 if ui.press(
                     "Whole comparison of the paper",
@@ -137,7 +131,7 @@ impl View {
                      Figures 9, 10, 12 and 13. Networks on all samples take minutes. Models that already have a result are not \
                      fitted again",
                 ) {
-                    out.push(Action::ComparePaper.into());
+                    out.send(Action::ComparePaper);
                 }
             });
         }
@@ -150,11 +144,11 @@ impl View {
                 "The loads on screen are not yet fitted or trained with the present settings",
             );
         if keep.clicked() {
-            out.push(Action::KeepModel.into());
+            out.send(Action::KeepModel);
         }
     }
 
-    fn list(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    fn list(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         let project = engine.project();
         let table = engine.models.table(project, &[self.errors_on]);
         table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
@@ -168,18 +162,18 @@ impl View {
             }
             let name = ui.selectable_label(row.is_present(project), name);
             let name = name.on_hover_text(format!(
-                "{}\nClick to apply its settings; undo restores the present ones",
+                "{}\nClick to apply the settings of this model; undo restores the present settings",
                 row.name
             ));
             if name.clicked() {
-                out.push(Action::BringBack(row.id).into());
+                out.send(Action::BringBack(row.id));
             }
         });
     }
 }
 
-/// Draws the cross-validated error of each model with its standard error, in percent of the conventional one.
-fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+/// Draws the cross-validated error of each model with its standard error, in percent of the uncompensated error.
+fn bars(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
         .filter_map(|row| {
             let percent = 100.0 * row.model.relative(ScoreSet::LeftOut)?;
@@ -192,15 +186,12 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     // The first model is at the top, as in the table.
     let place = |at: usize| (models.len() - at) as f64;
     let name = |value: f64| {
-        let at = (models.len() as f64 - value).round();
-        let row =
-            (at >= 0.0 && (value.round() - value).abs() < 0.01).then(|| models.get(at as usize));
-        row.flatten().map_or_else(String::new, |(row, ..)| elided(&row.name, BAR_NAME_LENGTH))
+        let mut all = models.iter().enumerate();
+        let row = all.find(|(at, _)| (place(*at) - value).abs() < 0.01);
+        row.map_or_else(String::new, |(_, (row, ..))| elided(&row.name, BAR_NAME_LENGTH))
     };
-    let plot = plots::scales(egui_plot::Plot::new("model bars"), Some("%"), "")
-        .allow_scroll(false)
-        .allow_zoom(false)
-        .allow_drag(false)
+    let plot = plots::still("model bars", ui.available_size().into());
+    let plot = plots::scales(plot, Some("%"), "")
         .include_x(0.0)
         .y_grid_spacer(|input| {
             let (from, to) = input.bounds;
@@ -225,32 +216,28 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     plots::finish(&shown.response, "Cross-validated error of the models", None, out);
 }
 
-/// Returns the table with all errors, in the order on screen.
+/// Returns the table of models with training, test and cross-validated errors, in the order on screen.
 fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
     let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
     let order = sort.order(&table(&[errors_on]));
     table(&ScoreSet::ALL).in_order(&order)
 }
 
-/// Draws the check box that pins a row, and the menu of the row.
-fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
+/// Draws the check box that pins a row, the button that applies the model, and the menu of the row.
+fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
     ui.horizontal(|ui| {
-        let mut say = |change| out.push(Action::Model(row.id, change).into());
+        let mut say = |change| out.send(Action::Model(row.id, change));
         let mut is_pinned = row.is_pinned;
         let pin = ui.checkbox(&mut is_pinned, "");
         let label = format!("Pin {}", row.name);
         pin.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
         });
-        if pin.on_hover_text("Pinned: the row stays when further models are tried").changed() {
+        if pin.on_hover_text("Keeps this row when further models are tried").changed() {
             say(ModelChange::Pin(is_pinned));
         }
-        let about = "Applies its settings and its trained network or kernel; undo restores the present ones";
-        if ui.press_small("Use", about) {
-            out.push(Action::BringBack(row.id).into());
-            return;
-        }
-        let mut say = |change| out.push(Action::Model(row.id, change).into());
+        let about = "Applies the settings and the trained network or kernel of this model; undo restores the present ones";
+        let is_used = ui.press_small("Use", about);
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();
@@ -265,5 +252,8 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
             }
         });
         response.on_hover_text("Renames or removes this model");
+        if is_used {
+            out.send(Action::BringBack(row.id));
+        }
     });
 }

@@ -1,16 +1,13 @@
 //! Pane of free text that is saved with the session.
 
 use crate::engine::Edit;
-use crate::ui::command::{Kind, Pane};
+use crate::ui::command::Pane;
 use crate::ui::pane::{Cx, PaneView};
 
-pub const PANE: Pane = Pane(&Kind {
-    key: "notes",
-    title: "Notes",
-    explanation: "Free text that is saved with the session",
-});
+pub const PANE: Pane =
+    Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };
 
-/// The pane has no view state; the text belongs to the document.
+/// The pane has no state of its own, because the text belongs to the project.
 #[derive(Debug, Default)]
 pub struct View;
 
@@ -19,14 +16,14 @@ impl PaneView for View {
         let notes = &cx.engine.project().notes;
         let mut text = notes.clone();
         let field = egui::TextEdit::multiline(&mut text)
-            .hint_text("Notes on this calibration; they are saved with the session")
+            .hint_text("Notes on this calibration, saved with the session")
             .desired_width(f32::INFINITY);
         let response = ui.add_sized(ui.available_size(), field);
         let response = response.on_hover_text("Free text, saved with the session");
         let role = egui::Role::MultilineTextInput;
         response.widget_info(|| egui::WidgetInfo::labeled(role, true, "Notes"));
         if text != *notes {
-            cx.out.push(Edit::Notes(text).into());
+            cx.out.send(Edit::Notes(text));
         }
     }
 }

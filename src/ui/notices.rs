@@ -1,20 +1,22 @@
-//! Notices above the status line. Each is shown for a while, covers no pane, and stays in a list until it is dismissed.
+//! Notices above the status line. A notice is shown for some seconds, covers no pane, and stays in a list until the user
+//! dismisses the notice.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::time::{Duration, Instant};
 
-use egui::{Color32, RichText};
+use egui::{Color32, RichText, Ui};
 
 use crate::engine::{Action, Engine, Level, Notice};
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
 const MAX_SHOWN: usize = 3;
-/// Factor by which notices stay longer while work runs. The user may look elsewhere meanwhile, and a busy machine draws late.
+/// Factor by which a notice stays on screen longer while work runs, because the user may look elsewhere and frames are drawn
+/// late.
 const SLOWER_WHILE_BUSY: u32 = 4;
-/// Maximum number of characters of a notice over the window; the list shows all of its text.
+/// Maximum number of characters shown of a notice; the list of notices shows the whole text.
 const MAX_CHARACTERS: usize = 240;
 const LEAST_SECS: f32 = 3.0;
 /// Reading speed: number of characters that prolong a notice by one second.
@@ -25,12 +27,12 @@ const MOST_SECS: f32 = 9.0;
 pub struct Notices {
     /// Time that each notice was on screen without the pointer on it, by number of the notice.
     stood: BTreeMap<u64, Duration>,
-    /// Time of the last frame with notices, and whether the pointer was on one.
+    /// Time of the last frame with notices, and whether the pointer was on a notice.
     drawn: Option<(Instant, bool)>,
     list: bool,
 }
 
-/// Returns the time that a notice stays on screen; `None` for an error, which stays until it is dismissed.
+/// Returns the time that a notice stays on screen; `None` for an error, which stays until the user dismisses the error.
 fn lasts(notice: &Notice) -> Option<Duration> {
     let shown = notice.text.chars().count().min(MAX_CHARACTERS) as f32;
     let secs = (LEAST_SECS + shown / CHARACTERS_A_SEC).min(MOST_SECS);
@@ -42,7 +44,7 @@ impl Notices {
         self.list = !self.list;
     }
 
-    pub fn show(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    pub fn show(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
         let context = &ui.ctx().clone();
         let notices = &engine.notices;
         let now = Instant::now();
@@ -55,14 +57,9 @@ impl Notices {
         self.stood.retain(|number, _| is_there(number));
         let mut fresh = Vec::new();
         for (at, notice) in notices.iter().enumerate().rev() {
-            let stood = match self.stood.entry(notice.number) {
-                Entry::Vacant(new) => *new.insert(Duration::ZERO),
-                Entry::Occupied(mut known) => {
-                    *known.get_mut() += passed;
-                    *known.get()
-                }
-            };
-            match lasts(notice).map(|lasts| lasts.checked_sub(stood)) {
+            let stood = self.stood.entry(notice.number);
+            let stood = stood.and_modify(|stood| *stood += passed).or_default();
+            match lasts(notice).map(|lasts| lasts.checked_sub(*stood)) {
                 None => fresh.push((at, notice)),
                 Some(Some(left)) => {
                     context.request_repaint_after(left * slower);
@@ -87,27 +84,23 @@ impl Notices {
 
     fn at_foot(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         fresh: &[(usize, &Notice)],
         n_all: usize,
-        out: &mut Vec<Command>,
+        out: &mut Out,
     ) -> bool {
         let panel = egui::Panel::bottom("notices").resizable(false).show(ui, |ui| {
             for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
                 let row = ui.scope(|ui| one(ui, *at, notice, MAX_CHARACTERS, out));
-                // The button also explains the notice, for users without a mouse.
+                // A click anywhere on the row dismisses the notice. The small button serves users without a mouse.
                 let is_pressed = row.response.contains_pointer()
                     && ui.input(|input| input.pointer.primary_clicked());
                 if is_pressed && !row.inner {
-                    out.push(Action::Dismiss(*at).into());
+                    out.send(Action::Dismiss(*at));
                 }
             }
             ui.horizontal(|ui| {
-                let all = match n_all {
-                    1 => "1 notice".to_owned(),
-                    n => format!("All {n} notices"),
-                };
-                if ui.press_small(all, "Lists all notices to read and copy") {
+                if ui.press_small(counted(n_all, "notice"), "Lists all notices to read and copy") {
                     self.list = true;
                 }
                 dismiss_all(ui, out);
@@ -117,13 +110,13 @@ impl Notices {
     }
 }
 
-fn dismiss_all(ui: &mut egui::Ui, out: &mut Vec<Command>) {
+fn dismiss_all(ui: &mut Ui, out: &mut Out) {
     if ui.press("Dismiss all", "Empties this list") {
-        out.push(Action::DismissAll.into());
+        out.send(Action::DismissAll);
     }
 }
 
-fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
+fn list(ui: &mut Ui, notices: &[Notice], out: &mut Out) {
     ui.horizontal(|ui| {
         if ui.press("Copy all", "Copies all notices, one on each line") {
             let texts: Vec<_> = notices.iter().map(|notice| &*notice.text).collect();
@@ -139,17 +132,11 @@ fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
 }
 
 /// Draws a notice. Returns true if it was dismissed.
-fn one(
-    ui: &mut egui::Ui,
-    at: usize,
-    notice: &Notice,
-    max_characters: usize,
-    out: &mut Vec<Command>,
-) -> bool {
+fn one(ui: &mut Ui, at: usize, notice: &Notice, max_characters: usize, out: &mut Out) -> bool {
     let row = ui.horizontal_top(|ui| {
-        let is_dismissed = ui.press_small("×", "Dismiss this notice");
+        let is_dismissed = ui.press_small("×", "Dismisses this notice");
         if is_dismissed {
-            out.push(Action::Dismiss(at).into());
+            out.send(Action::Dismiss(at));
         }
         let (label, color) = kind(notice.level, ui.visuals());
         ui.label(RichText::new(label).color(color));

@@ -1,8 +1,8 @@
-//! Formats times and names for people.
+//! Formats durations and long names for the window.
 
 pub use crate::scoring::numbers::{file_size, significant};
 
-/// Returns a waiting time with a coarse unit.
+/// Returns a duration rounded up, with a unit that suits its length.
 pub fn duration(span: std::time::Duration) -> String {
     let seconds = span.as_secs_f64().ceil() as u64;
     match seconds {
@@ -12,7 +12,7 @@ pub fn duration(span: std::time::Duration) -> String {
     }
 }
 
-/// Returns a text of at most this number of characters, cut in the middle because names differ at their ends.
+/// Returns a text of at most `most` characters. A longer text loses its middle, because names differ at their ends.
 pub fn elided(text: &str, most: usize) -> String {
     let n = text.chars().count();
     if n <= most {

@@ -1,6 +1,7 @@
-//! Colours. Each colour has one meaning in every pane and in the report, can be told apart by colour-blind eyes (Okabe and Ito
-//! 2008), and has enough contrast. Orange is the uncompensated load, blue the compensated load, green the look-back, yellow a
-//! warning, red an error. Scores on training, test and held-out recordings differ by their dashes.
+//! Colours of the window. Each colour has one meaning in every pane and in the report, and has enough contrast. The colours are
+//! distinguishable with any colour vision (Okabe and Ito 2008). Orange is the uncompensated load, blue the compensated load,
+//! green the look-back, yellow a warning, red an error. Scores on training, test and held-out recordings differ by their
+//! dashes.
 
 use egui::{Color32, Stroke, Visuals};
 
@@ -11,20 +12,17 @@ use crate::report::figure::color;
 
 impl Trace {
     pub(super) fn color(self, visuals: &Visuals) -> Color32 {
-        match (self, visuals.dark_mode) {
-            (Self::Calculated, true) => Color32::from_gray(215),
-            (Self::Calculated, false) => rgb(color::CALCULATED),
-            (Self::Conventional, true) => Color32::from_rgb(240, 165, 40),
-            (Self::Conventional, false) => rgb(color::CONVENTIONAL),
-            (Self::Factory, true) => rgb(color::PURPLE),
-            (Self::Factory, false) => rgb(color::FACTORY),
-            (Self::Compensated, true) => rgb(color::SKY),
-            (Self::Compensated, false) => rgb(color::COMPENSATED),
-        }
+        let (dark, light) = match self {
+            Self::Calculated => (Color32::from_gray(215), color::CALCULATED),
+            Self::Conventional => (Color32::from_rgb(240, 165, 40), color::CONVENTIONAL),
+            Self::Factory => (rgb(color::PURPLE), color::FACTORY),
+            Self::Compensated => (rgb(color::SKY), color::COMPENSATED),
+        };
+        if visuals.dark_mode { dark } else { rgb(light) }
     }
 
-    /// True for a dashed line, which can be told apart without its colour.
-    pub(super) fn is_dashed(self) -> bool {
+    /// Returns true if the load is drawn dashed, which distinguishes the line without its colour.
+    pub fn is_dashed(self) -> bool {
         matches!(self, Self::Conventional | Self::Factory)
     }
 
@@ -51,7 +49,6 @@ pub fn look_back(visuals: &Visuals) -> Color32 {
 }
 
 pub fn inks(visuals: &Visuals) -> Inks {
-    let bytes = |color: Color32| [color.r(), color.g(), color.b()];
     Inks {
         conventional: bytes(Trace::Conventional.color(visuals)),
         compensated: bytes(Trace::Compensated.color(visuals)),
@@ -71,7 +68,7 @@ pub fn without_past(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_white_alpha(16) } else { Color32::from_black_alpha(20) }
 }
 
-/// Returns the line style of errors on these samples.
+/// Returns the line colour of the errors on these samples.
 pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     match set {
         ScoreSet::Train => visuals.weak_text_color(),
@@ -80,40 +77,29 @@ pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     }
 }
 
-/// Colour of the present choice and of the cursors.
+/// Colour of marks, such as the cursors and the present thresholds.
 pub fn present(visuals: &Visuals) -> Color32 {
     visuals.strong_text_color()
 }
 
-/// Colours of everything else, dark or light.
+/// Returns the colours of egui in the dark or the light theme.
 pub fn visuals(is_dark: bool) -> Visuals {
     let grey = Color32::from_gray;
-    let (mut visuals, text) = match is_dark {
-        true => {
-            let own = Visuals {
-                weak_text_color: Some(grey(145)),
-                warn_fg_color: Color32::from_rgb(240, 225, 80),
-                error_fg_color: Color32::from_rgb(255, 115, 105),
-                ..Visuals::dark()
-            };
-            (own, grey(180))
-        }
-        false => {
-            let own = Visuals {
-                weak_text_color: Some(rgb(color::GUIDE)),
-                warn_fg_color: Color32::from_rgb(115, 95, 0),
-                error_fg_color: Color32::from_rgb(185, 0, 0),
-                hyperlink_color: Color32::from_rgb(0, 90, 165),
-                ..Visuals::light()
-            };
-            (own, grey(60))
-        }
-    };
-    visuals.widgets.noninteractive.fg_stroke.color = text;
-    if !is_dark {
-        // A white field on a light pane has no edge of its own.
+    let mut visuals = if is_dark { Visuals::dark() } else { Visuals::light() };
+    let text = grey(if is_dark { 180 } else { 60 });
+    if is_dark {
+        visuals.weak_text_color = Some(grey(145));
+        visuals.warn_fg_color = Color32::from_rgb(240, 225, 80);
+        visuals.error_fg_color = Color32::from_rgb(255, 115, 105);
+    } else {
+        visuals.weak_text_color = Some(rgb(color::GUIDE));
+        visuals.warn_fg_color = Color32::from_rgb(115, 95, 0);
+        visuals.error_fg_color = Color32::from_rgb(185, 0, 0);
+        visuals.hyperlink_color = Color32::from_rgb(0, 90, 165);
+        // Text fields get an outline, because a white field is hardly visible on a light pane.
         visuals.widgets.inactive.bg_stroke = Stroke::new(1.0, grey(170));
     }
+    visuals.widgets.noninteractive.fg_stroke.color = text;
     visuals
 }
 

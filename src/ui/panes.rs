@@ -1,4 +1,4 @@
-//! List of all panes, in the order of the menus. A new pane is one file with a `mod` line in `ui/mod.rs`, and one line here.
+//! List of all panes, in the order of the menus. A new pane needs one file, and one line in this list.
 
 use crate::ui::command::Pane;
 use crate::ui::pane::PaneView;
@@ -26,14 +26,14 @@ fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {
     Box::<V>::default()
 }
 
-/// Returns all panes.
+/// Returns all panes in the order of the menus.
 pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
     PANES.iter().map(|(pane, _)| *pane)
 }
 
-/// Returns the pane with this name in files.
+/// Returns the pane with this name in session files.
 pub fn named(key: &str) -> Option<Pane> {
-    all().find(|pane| pane.0.key == key)
+    all().find(|pane| pane.key == key)
 }
 
 pub struct Views(Vec<(Pane, Box<dyn PaneView>)>);

@@ -1,4 +1,4 @@
-//! Images of parts of the window: to the clipboard, or into a PNG file.
+//! Images of parts of the window, copied to the clipboard or saved as PNG.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -8,12 +8,14 @@ use egui::{ColorImage, Rect};
 use crate::engine::{Action, Existing, FileContent, Level};
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Command, ImageTo};
+use crate::ui::command::{Command, ImageTo, Out};
 use crate::ui::context_menu::context_menu;
 use crate::ui::controls::Controls as _;
 use crate::ui::dialogs::Reply;
+use crate::ui::palette::bytes;
 
-/// Number of frames to wait before an image is taken. A menu stays on screen for one frame after its item was pressed.
+/// Number of frames to wait before an image is taken. After a press on a menu item, the menu stays on screen for one more
+/// frame.
 const FRAMES_TO_WAIT: u32 = 2;
 
 #[derive(Debug, Default)]
@@ -24,7 +26,7 @@ pub fn menu<'a>(
     response: &egui::Response,
     part: Rect,
     print: Option<&dyn Fn() -> Figure<'a>>,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     if response.has_focus() {
         let painter = response.ctx.layer_painter(response.layer_id);
@@ -38,8 +40,8 @@ pub fn menu<'a>(
         let [first, _] = ways.map(|(label, explanation, to)| {
             let button = ui.button(label).on_hover_text(explanation);
             if button.clicked() {
-                out.push(Command::Image(part, to));
-                ui.close(); // by a key it would stay
+                out.send(Command::Image(part, to));
+                ui.close(); // a press by a key does not close the menu
             }
             button
         });
@@ -50,7 +52,7 @@ pub fn menu<'a>(
             )
         {
             ui.close();
-            out.push(Command::ChooseFileFor(svg(&print())));
+            out.send(Command::ChooseFileFor(svg(&print())));
         }
         first
     });
@@ -80,22 +82,19 @@ impl Images {
             let (clipboard, scale) = (context.clone(), context.pixels_per_point());
             context.request_screenshot(move |screen| {
                 let picture = cut(&screen, part, scale);
-                match to {
+                let content = || encoded(&picture).map(FileContent::Bytes);
+                let failed =
+                    |error: image::ImageError| Command::tell(Level::Error, error.to_string());
+                reply.send(match to {
                     ImageTo::Clipboard => {
                         clipboard.copy_image(picture);
-                        let said = "The plot was copied to the clipboard";
-                        reply.send(Command::tell(Level::Info, said));
+                        Command::tell(Level::Info, "The plot was copied to the clipboard")
                     }
-                    ImageTo::File | ImageTo::Path(_) => {
-                        reply.send(match (encoded(&picture).map(FileContent::Bytes), to) {
-                            (Ok(content), ImageTo::Path(path)) => {
-                                Action::Save(content, path, Existing::Ask).into()
-                            }
-                            (Ok(content), _) => Command::ChooseFileFor(content),
-                            (Err(failed), _) => Command::tell(Level::Error, failed.to_string()),
-                        });
-                    }
-                }
+                    ImageTo::File => content().map_or_else(failed, Command::ChooseFileFor),
+                    ImageTo::Path(path) => content().map_or_else(failed, |content| {
+                        Action::Save(content, path, Existing::Ask).into()
+                    }),
+                });
             });
             false
         });
@@ -114,8 +113,7 @@ fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
 }
 
 fn encoded(picture: &ColorImage) -> Result<Arc<[u8]>, image::ImageError> {
-    let pixels = picture.pixels.iter();
-    let pixels: Vec<u8> = pixels.flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();
+    let pixels: Vec<u8> = picture.pixels.iter().copied().flat_map(bytes).collect();
     let mut file = Cursor::new(Vec::new());
     image::write_buffer_with_format(
         &mut file,

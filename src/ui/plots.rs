@@ -3,32 +3,33 @@
 use std::sync::Arc;
 
 use egui::{
-    AsIdSalt, Color32, ColorImage, EventFilter, Key, Mesh, Modifiers, Pos2, Rect, Shape, Stroke,
-    TextureFilter, TextureHandle, TextureOptions,
+    AsIdSalt, Color32, ColorImage, EventFilter, Key, Mesh, Modifiers, Pos2, Rect, Response, Shape,
+    Stroke, TextureFilter, TextureHandle, TextureOptions, Ui,
 };
 use egui_plot::{
     AxisHints, CoordinatesFormatter, Corner, GridInput, GridMark, Plot, PlotBounds, PlotGeometry,
     PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform, PlotUi, VLine,
 };
 
-use crate::report::figure::{Cloud, CloudPicture, Figure, Line};
+use crate::questions::loops::Inks;
+use crate::report::figure::{Cloud, CloudPicture, Figure};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{three_ticks, tick_text};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::{palette, picture};
 
-/// Width in points that becomes the `base_step_size` of the grid.
+/// Distance on screen (points) that egui_plot converts to the `base_step_size` of the grid.
 pub const GRID_BASE_POINTS: f64 = 8.0;
-/// Distance of grid lines at which they would be as strong as text (points). Closer lines are fainter, and all are fainter
-/// than data.
+/// Distance of grid lines (points) at which the grid would be as dark as text. Closer grid lines are fainter, so that the data
+/// stand out.
 const GRID_FULL_POINTS: f32 = 900.0;
-/// Zoom per point that the wheel scrolls.
+/// Natural logarithm of the zoom factor for each point that the wheel scrolls.
 const ZOOM_PER_POINT: f64 = 0.004;
-/// Minimum distance of labels, horizontally and vertically (points).
+/// Minimum horizontal and vertical distance of the numbers at the axes (points).
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
-/// Minimum distance of labels if three labels would not fit otherwise (points).
+/// Smaller minimum distance (points) for axes on which three numbers would not fit otherwise.
 const CLOSEST_POINTS: (f64, f64) = (40.0, 12.0);
 const LABEL_SIZE: f32 = 11.0;
 const TICK_SIZE: f32 = 10.0;
@@ -48,7 +49,7 @@ pub fn grid(input: GridInput, least_points: f64, closest_points: f64) -> Vec<Gri
     marks.collect()
 }
 
-/// Returns the number at a grid line, with the decimals that the step needs.
+/// Returns the number at a grid line, with enough decimals to distinguish neighbouring grid lines.
 pub fn tick_label(mark: GridMark) -> String {
     tick_text(mark.value, mark.step_size)
 }
@@ -61,7 +62,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
             .label(egui::RichText::new(label).size(LABEL_SIZE))
             .formatter(|mark, _| tick_label(mark))
             .tick_label_font(egui::FontId::proportional(TICK_SIZE))
-            // Labels have the distance of the grid, or a smaller one if three labels would not fit otherwise.
+            // The grid already has the minimum distance, so that every grid line gets a number.
             .label_spacing(egui::Rangef::new(0.0, 1.0))
     };
     plot.show_axes([across.is_some(), true])
@@ -73,7 +74,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
         .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1, CLOSEST_POINTS.1))
 }
 
-/// Returns a plot that always shows all of its data and leaves press and drag to the caller.
+/// Returns a plot that always shows all data. The caller handles press and drag.
 pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
     Plot::new(id)
         .width(width)
@@ -98,67 +99,80 @@ pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
         .set_margin_fraction(egui::Vec2::ZERO)
 }
 
-/// Visible range that the user chose; `None` shows all.
+/// Visible range that the user chose; `None` shows all data.
 pub type Zoom = Option<Frame>;
 
-/// Draws a plot that moves and zooms. Wheel, drag and double click change `zoom`; `print` returns the figure of the SVG file.
-pub fn plot(
-    ui: &mut egui::Ui,
-    id: &str,
+/// Draws a plot that moves and zooms. Wheel, drag and double click change `zoom`. `figure` returns the figure in the colours
+/// of the screen or of an SVG file. The plot's name for screen readers is `name`, or else the figure's title.
+pub fn plot<'a>(
+    ui: &mut Ui,
+    (id, name): (&str, Option<String>),
     height: f32,
-    [drawing, print]: [&Figure<'_>; 2],
+    figure: impl Fn(&Inks) -> Figure<'a>,
     zoom: &mut Zoom,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) -> Drawn {
-    let (across, up) = (drawing.across.range, drawing.up.range);
-    let clouds = clouds(ui, id, &drawing.clouds);
+    let drawing = figure(&palette::inks(ui.visuals()));
+    let whole = Frame { loads: drawing.across.range, outputs: drawing.up.range };
+    let Frame { loads: across, outputs: up } = zoom.unwrap_or(whole);
+    let textures = textures(ui, id, &drawing.clouds);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
     let scaled = scales(Plot::new(id), Some(&drawing.across.label), &drawing.up.label);
-    let response = moving(scaled, height)
+    let PlotResponse { response, transform, .. } = moving(scaled, height)
         .allow_zoom(true)
         .allow_drag(true)
         .coordinates_formatter(
             Corner::LeftBottom,
-            CoordinatesFormatter::new(|point, _| coordinates(drawing, point)),
+            CoordinatesFormatter::new(|point, _| coordinates(&drawing, point)),
         )
         .show(ui, |plot| {
             plot.set_plot_bounds(bounds);
-            for (frame, texture) in &clouds.textures {
+            for (frame, texture) in &textures {
                 let middle = |(low, high): (f64, f64)| 0.5 * (low + high);
                 let size = |(low, high): (f64, f64)| (high - low) as f32;
                 let centre = PlotPoint::new(middle(frame.loads), middle(frame.outputs));
                 let size = [size(frame.loads), size(frame.outputs)];
                 plot.image(PlotImage::new("", texture, centre, size).allow_hover(false));
             }
-            lines(plot, drawing);
+            lines(plot, &drawing);
         });
-    let painter = ui.painter_at(response.response.rect);
+    let drawn = Drawn { response, transform };
     for arrow in &drawing.arrows {
-        let corners = arrow.corners(|[x, y]| {
-            let at = response.transform.position_from_point(&PlotPoint::new(x, y));
+        let corners = arrow.corners(|point| {
+            let at = drawn.place(point);
             [at.x, at.y].map(f64::from)
         });
         if let Some(corners) = corners {
             let corners = corners.map(|[x, y]| egui::pos2(x as f32, y as f32));
-            let color = rgb(arrow.color);
-            painter.add(Shape::convex_polygon(corners.to_vec(), color, Stroke::NONE));
+            let shape = Shape::convex_polygon(corners.to_vec(), rgb(arrow.color), Stroke::NONE);
+            drawn.painter(ui).add(shape);
         }
     }
-    follow_gestures(ui, &response, bounds, zoom);
-    let print = || print.clone();
-    finish(&response.response, &drawing.title, Some(&print), out);
-    say(&response.response, || match response.response.hover_pos() {
-        Some(at) => coordinates(drawing, &response.transform.value_from_position(at)),
+    match gestures(ui, &drawn, bounds, true) {
+        Some(Asked::All) => *zoom = None,
+        Some(Asked::Part(min, max)) => {
+            let is_wide = |i: usize| {
+                let wide = max[i] - min[i];
+                wide.is_finite() && wide > 1e-9 * min[i].abs().max(max[i].abs())
+            };
+            if is_wide(0) && is_wide(1) {
+                *zoom = Some(Frame { loads: (min[0], max[0]), outputs: (min[1], max[1]) });
+            }
+        }
+        None => {}
+    }
+    let print = || figure(&Inks::PRINT);
+    finish(&drawn.response, name.as_ref().unwrap_or(&drawing.title), Some(&print), out);
+    say(&drawn.response, || match drawn.response.hover_pos() {
+        Some(at) => coordinates(&drawing, &drawn.transform.value_from_position(at)),
         None => {
-            range(drawing.across.range, &drawing.across.label)
-                + ", "
-                + &range(up, &drawing.up.label)
+            format!("{}, {}", range(across, &drawing.across.label), range(up, &drawing.up.label))
         }
     });
-    Drawn { response: response.response, transform: response.transform }
+    drawn
 }
 
-/// Draws the lines and marks of a figure on a plot that shows all of it.
+/// Draws the lines and marks of a figure on a plot that shows the whole figure.
 pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::Visuals) {
     let (across, up) = (figure.across.range, figure.up.range);
     plot.set_plot_bounds(PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]));
@@ -171,46 +185,49 @@ pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::V
 
 fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
     for line in &figure.lines {
-        plot.add(Pieces::of(line));
+        let color = rgb(line.color).gamma_multiply(line.opacity);
+        let style = (Stroke::new(line.width, color), line.dash);
+        plot.add(Shapes::new(&line.name, color, move |ui, transform, shapes| {
+            let pixel = ui.pixels_per_point().recip();
+            for piece in &line.pieces {
+                piece_shapes(piece, style, transform, pixel, shapes);
+            }
+        }));
     }
 }
 
-/// A plot on screen, for callers that draw over it or look up the pointer.
+/// A plot on screen, for callers that draw over the plot or look up the place under the pointer.
 pub struct Drawn {
-    pub response: egui::Response,
-    transform: PlotTransform,
+    pub response: Response,
+    pub transform: PlotTransform,
 }
 
 impl Drawn {
-    pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
+    pub fn place(&self, [x, y]: [f64; 2]) -> Pos2 {
         self.transform.position_from_point(&PlotPoint::new(x, y))
     }
 
-    pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
+    pub fn painter(&self, ui: &Ui) -> egui::Painter {
         ui.painter_at(self.response.rect)
     }
 }
 
-/// Densities as textures, kept between frames.
-#[derive(Clone, Default)]
-struct Clouds {
-    of: Vec<Cloud>,
-    textures: Vec<(Frame, TextureHandle)>,
-}
+type Textures = Vec<(Frame, TextureHandle)>;
 
 /// Returns the textures of these densities, made again only if the densities changed since the last frame.
-fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
+fn textures(ui: &Ui, id: &str, clouds: &[Cloud]) -> Textures {
     let key = ui.scope_id().with(("clouds", id));
-    let kept: Clouds = ui.data(|data| data.get_temp(key)).unwrap_or_default();
+    let kept = ui.data(|data| data.get_temp::<(Vec<Cloud>, Textures)>(key));
+    let (of, kept) = kept.unwrap_or_default();
     let is_same = |(one, other): (&Cloud, &Cloud)| {
         Arc::ptr_eq(&one.density, &other.density) && one.color == other.color
     };
-    if kept.of.len() == clouds.len() && kept.of.iter().zip(clouds).all(is_same) {
+    if of.len() == clouds.len() && of.iter().zip(clouds).all(is_same) {
         return kept;
     }
     let most = ui.input(|input| input.max_texture_side);
     let widest = clouds.iter().flat_map(|cloud| cloud.density.cells).max();
-    // A pixel has two cells in each direction; a texture has a maximum size.
+    // A pixel has two cells in each direction, or more if the texture would exceed the maximum size.
     let cells_per_pixel = widest.unwrap_or(0).div_ceil(most.max(1)).max(2);
     let textures = CloudPicture::of(clouds, cells_per_pixel).into_iter().map(|picture| {
         let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
@@ -218,31 +235,30 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
             TextureOptions { magnification: TextureFilter::Nearest, ..TextureOptions::LINEAR };
         (picture.frame, ui.ctx().load_texture("clouds", image, sampled))
     });
-    let made = Clouds { textures: textures.collect(), of: clouds.to_vec() };
-    ui.data_mut(|data| data.insert_temp(key, made.clone()));
+    let made: Textures = textures.collect();
+    ui.data_mut(|data| data.insert_temp(key, (clouds.to_vec(), made.clone())));
     made
 }
 
 /// Names a plot for screen readers and adds the menu that copies or saves it. `print` returns the figure of the SVG file.
 pub fn finish<'a>(
-    plot: &egui::Response,
+    plot: &Response,
     name: &str,
     print: Option<&dyn Fn() -> Figure<'a>>,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     plot.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
     picture::menu(plot, with_labels(plot.rect), print, out);
 }
 
-/// Sets the text of a plot for screen readers: its value at the present sample.
-pub fn say(plot: &egui::Response, value: impl FnOnce() -> String) {
+/// Sets the text that screen readers read for a plot, such as the values at the present sample.
+pub fn say(plot: &Response, value: impl FnOnce() -> String) {
     if plot.ctx.has_accesskit_node(plot.id) {
         let value = value();
         plot.ctx.accesskit_node_builder(plot.id, |node| node.set_value(value));
     }
 }
 
-/// Returns the visible range of an axis as text.
 pub fn range((from, to): (f64, f64), label: &str) -> String {
     format!("{label}: {} to {}", significant(from, 4), significant(to, 4))
 }
@@ -252,28 +268,50 @@ fn coordinates(drawing: &Figure<'_>, point: &PlotPoint) -> String {
     format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
 }
 
-fn with_labels(plot: egui::Rect) -> egui::Rect {
+fn with_labels(plot: Rect) -> Rect {
     let mut part = plot.expand(4.0);
     part.min.x -= VALUE_AXIS_WIDTH + 18.0;
     part.max.y += 30.0;
     part
 }
 
-/// Request of the keys to the plot that has the focus.
+/// Change of the visible range by the user: all data, or the range from the first to the second corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
     All,
     Part([f64; 2], [f64; 2]),
 }
 
-/// Returns the request of the keys to the plot that has the focus. Arrows move; plus and minus zoom horizontally (also
-/// vertically if `both`, only vertically with Alt); Backspace shows all.
-pub fn keys(
-    ui: &egui::Ui,
-    response: &egui::Response,
-    shown: PlotBounds,
-    both: bool,
-) -> Option<Asked> {
+/// Returns the change of the range `set` by drag, double click, wheel and keys. The wheel and the keys zoom horizontally, and
+/// also vertically if `both`.
+pub fn gestures(ui: &Ui, drawn: &Drawn, set: PlotBounds, both: bool) -> Option<Asked> {
+    let axes: &[usize] = if both { &[0, 1] } else { &[0] };
+    let keys = keys(ui, &drawn.response, set, axes);
+    if drawn.response.double_clicked() || keys == Some(Asked::All) {
+        return Some(Asked::All);
+    }
+    let now = drawn.transform.bounds();
+    let (mut min, mut max) = match keys {
+        Some(Asked::Part(min, max)) => (min, max),
+        _ => (now.min(), now.max()),
+    };
+    if let Some(pointer) = drawn.response.hover_pos() {
+        let at = drawn.transform.value_from_position(pointer);
+        let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
+        let factor = (-ZOOM_PER_POINT * wheel).exp();
+        for axis in axes.iter().filter(|_| wheel != 0.0) {
+            for end in [&mut min[*axis], &mut max[*axis]] {
+                let at = [at.x, at.y][*axis];
+                *end = at + (*end - at) * factor;
+            }
+        }
+    }
+    ((min, max) != (set.min(), set.max())).then_some(Asked::Part(min, max))
+}
+
+/// Returns the change of the range `set` by the keys, if the plot has the focus. Arrows move the range, and Backspace shows all
+/// data. Plus and minus zoom `axes`, and with Alt the vertical axis.
+fn keys(ui: &Ui, response: &Response, set: PlotBounds, axes: &[usize]) -> Option<Asked> {
     if !response.has_focus() {
         return None;
     }
@@ -285,15 +323,14 @@ pub fn keys(
     if pressed(Modifiers::NONE, Key::Backspace) {
         return Some(Asked::All);
     }
-    let (mut min, mut max) = (shown.min(), shown.max());
+    let (mut min, mut max) = (set.min(), set.max());
     let mut zoom = |axes: &[usize], factor: f64| {
         for axis in axes {
             let (middle, half) = (0.5 * (min[*axis] + max[*axis]), 0.5 * (max[*axis] - min[*axis]));
             (min[*axis], max[*axis]) = (middle - factor * half, middle + factor * half);
         }
     };
-    let across: &[usize] = if both { &[0, 1] } else { &[0] };
-    for (held, axes) in [(Modifiers::ALT, &[1][..]), (Modifiers::NONE, across)] {
+    for (held, axes) in [(Modifiers::ALT, &[1][..]), (Modifiers::NONE, axes)] {
         if pressed(held, Key::Plus) || pressed(held, Key::Equals) {
             zoom(axes, KEY_ZOOM);
         } else if pressed(held, Key::Minus) {
@@ -311,10 +348,10 @@ pub fn keys(
             (min[axis], max[axis]) = (min[axis] + by, max[axis] + by);
         }
     }
-    ((min, max) != (shown.min(), shown.max())).then_some(Asked::Part(min, max))
+    ((min, max) != (set.min(), set.max())).then_some(Asked::Part(min, max))
 }
 
-/// Returns true if a plot has the focus. A key that would press a button then moves or zooms the plot.
+/// Returns true if a plot has the focus. Space then plays the recording, because a plot is no button.
 pub fn have_focus(context: &egui::Context) -> bool {
     let last = context.data(|data| data.get_temp::<egui::Id>(focused_id()));
     last.is_some() && last == context.memory(|memory| memory.focused())
@@ -322,39 +359,6 @@ pub fn have_focus(context: &egui::Context) -> bool {
 
 fn focused_id() -> egui::Id {
     egui::Id::unique("the plot that has the focus")
-}
-
-/// Returns the place under the pointer and the zoom factor of the wheel.
-pub fn wheel_zoom(ui: &egui::Ui, response: &PlotResponse<()>) -> Option<([f64; 2], f64)> {
-    let at = response.transform.value_from_position(response.response.hover_pos()?);
-    let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
-    (wheel != 0.0).then(|| ([at.x, at.y], (-ZOOM_PER_POINT * wheel).exp()))
-}
-
-fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, zoom: &mut Zoom) {
-    let asked = keys(ui, &response.response, set, true);
-    if response.response.double_clicked() || asked == Some(Asked::All) {
-        *zoom = None;
-        return;
-    }
-    let now = *response.transform.bounds();
-    let mut chosen = (now != set).then_some((now.min(), now.max()));
-    if let Some(Asked::Part(min, max)) = asked {
-        chosen = Some((min, max));
-    }
-    if let Some((at, factor)) = wheel_zoom(ui, response) {
-        let moved = |ends: [f64; 2]| [0, 1].map(|i| at[i] + (ends[i] - at[i]) * factor);
-        chosen = Some((moved(now.min()), moved(now.max())));
-    }
-    if let Some((min, max)) = chosen {
-        let wide = [0, 1].iter().all(|i| {
-            let size = min[*i].abs().max(max[*i].abs());
-            (max[*i] - min[*i]).is_finite() && max[*i] - min[*i] > 1e-9 * size
-        });
-        if wide {
-            *zoom = Some(Frame { loads: (min[0], max[0]), outputs: (min[1], max[1]) });
-        }
-    }
 }
 
 /// Returns true if a line goes from left to right with several points for each pixel.
@@ -371,8 +375,8 @@ fn is_dense(points: &[Pos2], pixel: f32) -> bool {
 }
 
 /// Returns the area that a dense line covers: in each pixel from its lowest to its highest point. The line itself would need
-/// several times more triangles. `None` for a line without several points in most pixels, because its width would be missing
-/// where it is steep.
+/// several times more triangles. Returns `None` for a line with few points in most pixels, because the area would be too narrow
+/// where the line is steep.
 fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     let mut bars: Vec<(f32, f32, f32)> = Vec::new();
     let same_pixel = |a: &Pos2, b: &Pos2| (a.x / pixel).floor() == (b.x / pixel).floor();
@@ -393,7 +397,7 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     if up_and_down.sum::<f32>() < 2.0 * on.sum::<f32>() {
         return None;
     }
-    // Half the width of the line, and one pixel in which it fades.
+    // The area extends beyond the points by half the line width, and fades over one more pixel.
     let half = 0.5 * (stroke.width - pixel).max(0.0);
     let mut mesh = Mesh::default();
     mesh.reserve_vertices(4 * bars.len());
@@ -418,12 +422,13 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     Some(mesh)
 }
 
-/// Returns the visible dashes of a dashed line. In a zoomed plot most of the line is off the screen, and each dash is a shape.
+/// Returns the visible dashes of a dashed line. Each dash is a shape, so the dashes outside the frame are omitted: a zoomed
+/// line may have millions.
 fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) -> Vec<Shape> {
     let period = dash + gap;
     let seen = frame.expand(period + stroke.width);
     let mut shapes = Vec::new();
-    // A visible part of the line, and the offset of its first dash, as if the hidden part before it were drawn too.
+    // Visible part of the line, and the offset of its first dash. The dashes of the hidden part are counted.
     let (mut part, mut offset): (Vec<Pos2>, f32) = (Vec::new(), 0.0);
     let mut end = |part: &mut Vec<Pos2>, offset| {
         if part.len() > 1 {
@@ -484,21 +489,17 @@ fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
     (enters <= leaves).then_some([from, to])
 }
 
-/// All pieces of a line as one plot item, because a plot with thousands of items is slow.
-struct Pieces<'a> {
+/// Many shapes as one plot item, because a plot with thousands of items is slow.
+pub struct Shapes<F> {
     base: PlotItemBase,
-    line: &'a Line<'a>,
-    stroke: Stroke,
+    color: Color32,
+    draw: F,
 }
 
-impl<'a> Pieces<'a> {
-    fn of(line: &'a Line<'a>) -> Self {
-        let color = rgb(line.color).gamma_multiply(line.opacity);
-        Self {
-            base: PlotItemBase::new(line.name.clone()),
-            line,
-            stroke: Stroke::new(line.width, color),
-        }
+impl<F: Fn(&Ui, &PlotTransform, &mut Vec<Shape>)> Shapes<F> {
+    /// Returns a plot item. `draw` appends the shapes of the item.
+    pub fn new(name: &str, color: Color32, draw: F) -> Self {
+        Self { base: PlotItemBase::new(name.to_owned()), color, draw }
     }
 }
 
@@ -509,7 +510,7 @@ pub fn piece_shapes(
     pixel: f32,
     shapes: &mut Vec<Shape>,
 ) {
-    let points: Vec<egui::Pos2> = (piece.iter())
+    let points: Vec<Pos2> = (piece.iter())
         .map(|[x, y]| transform.position_from_point(&PlotPoint::new(*x, *y)))
         .collect();
     match dash {
@@ -523,19 +524,15 @@ pub fn piece_shapes(
     }
 }
 
-impl PlotItem for Pieces<'_> {
-    fn shapes(&self, ui: &egui::Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
-        let pixel = ui.pixels_per_point().recip();
-        for piece in &self.line.pieces {
-            let style = (self.stroke, self.line.dash);
-            piece_shapes(piece, style, transform, pixel, shapes);
-        }
+impl<F: Fn(&Ui, &PlotTransform, &mut Vec<Shape>)> PlotItem for Shapes<F> {
+    fn shapes(&self, ui: &Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
+        (self.draw)(ui, transform, shapes);
     }
 
     fn initialize(&mut self, _x_range: std::ops::RangeInclusive<f64>) {}
 
     fn color(&self) -> Color32 {
-        self.stroke.color
+        self.color
     }
 
     fn allow_hover(&self) -> bool {

@@ -1,73 +1,72 @@
-//! Pane of the recordings: role, length and error of each.
+//! Pane of the recordings, with the role, group, length and errors of each recording.
 
 mod faults;
 mod row;
 
-use egui::Color32;
+use egui::{Color32, Ui};
 
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use faults::faults_row;
-use row::{group_button, group_of, name_button, rate_text, rmse_label, role_menu};
+use row::{group_button, group_of, name_button, rmse_label, role_menu};
 
 use crate::engine::{Action, Edit, Engine, Project};
 use crate::min_max::MinMax;
-use crate::questions;
-use crate::questions::RecordingResult;
 use crate::questions::check::faulty::FindFaults;
+use crate::questions::{self, RecordingResult};
 use crate::recording::{
     Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange,
 };
-use crate::report;
-use crate::report::{Cell, Table};
+use crate::report::{self, Cell, Table};
 use crate::scoring::metrics::Group;
 use crate::shown::{and_more, printable};
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::context_menu::context_menu;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Width of the list below which samples and rates are omitted (points).
+const OPEN_WIDTH: f32 = 126.0;
+/// Width of the list (points) below which groups, numbers of samples and rates are omitted.
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
+/// Width of the list (points) below which the errors are omitted too.
+const MIN_WIDTH_FOR_ERRORS: f32 = 210.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "recordings",
     title: "Recordings",
     explanation: "The open recordings with their roles, groups, lengths and errors",
-});
+};
 
 #[derive(Debug)]
 pub struct View {
     open: String,
-    /// Share of each recording that a split uses for training (%).
+    /// Share of each recording's time that a train/test split uses for training (%).
     split_percent: f64,
-    /// Index of the recording whose group is edited, and the text of the field.
-    group: (usize, String),
-    /// Index of the recording whose date is edited, and the text of the field.
-    day: (usize, String),
+    /// Recording whose group is being edited.
+    group: Typed,
+    /// Recording whose date is being edited.
+    day: Typed,
 }
+
+/// Index of a recording, and the text that the user types into a field about the recording.
+type Typed = Option<(usize, String)>;
 
 impl Default for View {
     fn default() -> Self {
-        Self {
-            open: String::new(),
-            split_percent: 60.0,
-            group: (usize::MAX, String::new()),
-            day: (usize::MAX, String::new()),
-        }
+        Self { open: String::new(), split_percent: 60.0, group: None, day: None }
     }
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         recordings_panel(ui, cx.engine, self, cx.out);
     }
 }
 
-fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     path_field(ui, fields, out);
     split_row(ui, engine, fields, out);
     if !engine.entries().is_empty() {
@@ -75,8 +74,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
     }
     if engine.project().recordings.is_simulated() {
         ui.warn("simulated").on_hover_text(
-            "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
-             a weight of 1.128 kg on a robot arm that turns",
+            "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg",
         );
     }
     if let Some(applied) = &engine.project().applied {
@@ -84,9 +82,9 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
             ui.warn(format!("Applying {}", applied.path.display()));
             if ui.press(
                 "Fit again",
-                "Stop applying the opened calibration; fit to the recordings again",
+                "Closes the applied calibration, and fits a calibration to the recordings again",
             ) {
-                out.push(Edit::Apply(None).into());
+                out.send(Edit::Apply(None));
             }
         });
     }
@@ -98,30 +96,25 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
     table(ui, engine, fields, out);
 }
 
-fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
+fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
     ui.horizontal(|ui| {
-        let label = ui.label("Open");
-        let buttons = 90.0;
-        let field = egui::TextEdit::singleline(&mut fields.open)
-            .hint_text("path of a recording or calibration")
-            .desired_width((ui.available_width() - buttons).max(60.0));
-        let response = ui.add(field).labelled_by(label.id).on_hover_text(
-            "A recording, a calibration (.json or .cal), a session, or a folder of them; Enter loads it",
-        );
-        let entered =
-            ui.entered(&response);
-        let pressed = ui.press("Load", "Opens the file or folder at this path");
-        let path = fields.open.trim();
-        if (entered || pressed) && !path.is_empty() {
-            out.push(Action::Open(vec![path.into()]).into());
+        let width = (ui.available_width() - OPEN_WIDTH).max(60.0);
+        let about = [
+            "A recording, a calibration (.json or .cal), a session, or a folder of them",
+            "Load",
+            "Opens the file or folder at this path",
+        ];
+        let hint = "path of a recording or calibration";
+        if let Some(path) = ui.path_field("Open", &mut fields.open, (width, hint), about) {
+            out.send(Action::Open(vec![path]));
         }
-        if ui.press("…", "Choose files") {
-            out.push(Command::ChooseFiles);
+        if ui.press("…", "Chooses files to open") {
+            out.send(Command::ChooseFiles);
         }
     });
 }
 
-fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
@@ -130,41 +123,42 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
         ui.field("Train/test split: train on the first", field, "Share of each recording's time that is used for training");
         if ui.press(
             "Split",
-            "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split, so each test \
-             segment starts cold: features with memory know nothing of the loads before it",
+            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory know nothing of the loads before the split",
         ) {
-            out.push(Edit::Split(fields.split_percent / 100.0).into());
+            out.send(Edit::Split(fields.split_percent / 100.0));
         }
-        if ui.press_small("Copy list", "Roles, names, samples and errors as tab-separated text") {
-            ui.copy_text(as_table(engine).tab_separated());
-        }
+        ui.copies("list", || as_table(engine).tab_separated());
         if engine.project().split.is_some()
             && ui.press("Undo split", "Joins the segments of each recording again") {
-                out.push(Edit::Unsplit.into());
+                out.send(Edit::Unsplit);
             }
     });
 }
 
-fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
+fn table(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
     let unit = axes.first().map_or("", |axis| axis.unit());
-    // In a narrow list the name gets the width; its hover text has the number of samples and the rate.
+    // In a narrow list the name gets the width. The hover text of the name contains the number of samples.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
+    let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
+    if !counted {
+        ui.spacing_mut().item_spacing.x = 4.0;
+    }
     let counts = [Column::exact(54.0).clip(true), Column::exact(50.0), Column::exact(34.0)];
     let mut builder = TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
         .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::exact(46.0))
-        .column(Column::remainder().at_least(70.0).clip(true));
+        .column(Column::remainder().at_least(16.0).clip(true));
     for count in counts.into_iter().filter(|_| counted) {
         builder = builder.column(count);
     }
     builder
-        .columns(Column::exact(54.0), 2)
+        .columns(Column::exact(54.0), if has_errors { 2 } else { 0 })
         .column(Column::exact(18.0))
-        .header(18.0, |row| header(row, counted, unit))
+        .header(18.0, |row| header(row, (counted, has_errors), unit))
         .body(|body| {
             body.rows(20.0, engine.entries().len(), |mut row| {
                 let at = row.index();
@@ -180,19 +174,21 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
                         ui.label(samples.to_string());
                     });
                     row.col(|ui| {
-                        let rate = rate_text(entry, engine.project().settings.decimation);
-                        ui.label(rate);
+                        let step = engine.project().settings.decimation.max(1) as f64;
+                        let rate =
+                            entry.recording.rate_hz().map(|rate| significant(rate / step, 3));
+                        ui.label(rate.unwrap_or_else(|| "–".to_owned()));
                     });
                 }
                 let rmse =
                     result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
-                for at in 0..2 {
+                for at in (0..2).filter(|_| has_errors) {
                     let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
                     row.col(|ui| rmse_label(ui, group, axes, rmse, result));
                 }
                 row.col(|ui| {
-                    if ui.press_small("×", "Close this recording") {
-                        out.push(Edit::Remove(at).into());
+                    if ui.press_small("×", "Closes this recording") {
+                        out.send(Edit::Remove(at));
                     }
                 });
             });
@@ -228,21 +224,21 @@ fn as_table(engine: &Engine) -> Table {
         .table("", "")
 }
 
-fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
+fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), unit: &str) {
     let rmse =
-        format!("RMSE over the force axes, or over the moment axes if there is no force [{unit}]");
+        format!("RMSE of the force axes, or of the moment axes if there is no force [{unit}]");
     let titles = [
-        ("Role", "Role of the recording: train, test or off; press to change"),
+        ("Role", "Role of the recording: train, test or off; press to change the role"),
         (
             "Name",
-            "Press to show the recording; right click or Shift+F10 tares it or sets its group",
+            "Press to show the recording. A right click or Shift+F10 opens a menu to tare the recording and to set its group",
         ),
         (
             "Group",
-            "Recordings of one group repeat a programme, a day or a mounting, and are left out together; press to change",
+            "Recordings of one group repeat a load programme, a day or a mounting. Cross-validation leaves out a whole group at a time; press to change the group",
         ),
         ("Samples", "Number of samples after decimation"),
-        ("Hz", "Sample rate: one over the median time step"),
+        ("Hz", "Sample rate: 1 divided by the median time step"),
     ];
     let n = if counted { 5 } else { 2 };
     for (title, explanation) in titles.into_iter().take(n) {
@@ -250,11 +246,42 @@ fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
             ui.strong(title).on_hover_text(explanation);
         });
     }
-    for (trace, head) in [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")] {
+    let errors = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
+    for (trace, head) in errors.into_iter().filter(|_| has_errors) {
         header.col(|ui| {
             ui.colored_label(trace.color(ui.visuals()), head)
                 .on_hover_text(format!("{}: {rmse}", trace.explanation()));
         });
     }
     header.col(|_| {});
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable as _;
+
+    use super::*;
+
+    /// The list is 227 points wide in a window of 1280 points with a text size of 150 %.
+    #[test]
+    fn a_narrow_list_keeps_the_button_that_closes_a_recording() {
+        let mut engine = Engine::new(Arc::new(|| {}));
+        engine.act(Action::OpenBuiltIn(None));
+        while engine.entries().is_empty() {
+            engine.take();
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        for width in [140.0, 227.0] {
+            let (mut fields, mut out) = (View::default(), Out::default());
+            let list = |ui: &mut Ui| table(ui, &engine, &mut fields, &mut out);
+            let window = Harness::builder().with_size([width, 400.0]).build_ui(list);
+            let buttons = window.query_all_by_role_and_label(egui::accesskit::Role::Button, "×");
+            let ends: Vec<f32> = buttons.map(|button| button.rect().right()).collect();
+            assert!(ends.len() > 5 && ends.iter().all(|end| *end <= width), "{width}: {ends:?}");
+        }
+    }
 }

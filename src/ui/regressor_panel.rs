@@ -1,7 +1,7 @@
 //! Controls of the regressor, the ridge, and the training of networks and kernels.
 
-use egui::ComboBox;
-use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
+use egui::{ComboBox, Ui};
+use egui_plot::{Legend, Line, LineStyle, PlotPoints};
 
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
@@ -14,33 +14,36 @@ use crate::questions::models::asked::Train;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{TrainingStep, cross_validation_cost};
 use crate::ui::choice::choice;
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
 
+const LOSS_HEIGHT: f32 = 110.0;
+
 /// Draws the choice of the regressor and, for a network or kernel, its training.
-pub fn regressor(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    settings: &mut FitSettings,
-    out: &mut Vec<Command>,
-) {
+pub fn regressor(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Method");
-        let button = ComboBox::from_id_salt("regressor").selected_text(settings.regressor.label());
-        let items = Regressor::ALL.into_iter();
-        let items = items.map(|one| (one, one.label().into(), one.explanation()));
-        choice(ui, button, &mut settings.regressor, items)
+        let button = ComboBox::from_id_salt("regressor");
+        let described = |one: Regressor| (one.label(), one.explanation());
+        choice(ui, button, &mut settings.regressor, Regressor::ALL, described)
             .labelled_by(label.id)
             .on_hover_text(settings.regressor.explanation());
     });
     if let Some(learner) = settings.regressor.learner() {
-        match learner {
-            Learner::Network => network(ui, settings),
-            Learner::Kernel => kernel(ui, settings),
-        }
+        let (network, kernel) = (&mut settings.network, &mut settings.kernel);
+        ui.horizontal_wrapped(|ui| match learner {
+            Learner::Network => {
+                number(ui, &EPOCHS, &mut network.epochs);
+                number(ui, &SEED, &mut network.seed);
+                switch(ui, &CONSTANT_RATE, &mut network.constant_rate);
+                switch(ui, &EARLY_STOPPING, &mut network.early_stopping);
+                switch(ui, &CROSS_VALIDATE, &mut network.cross_validate);
+            }
+            Learner::Kernel => number(ui, &LANDMARKS, &mut kernel.landmarks),
+        });
         training(ui, engine, settings, learner, out);
     }
 }
@@ -54,7 +57,7 @@ pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     [&[RIDGE], own].concat()
 }
 
-pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
+pub fn ridge(ui: &mut Ui, ridge: &mut RidgeChoice) {
     let (mut auto, mut by_block) = match *ridge {
         RidgeChoice::Strength(_) => (false, false),
         RidgeChoice::Auto => (true, false),
@@ -75,7 +78,7 @@ pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
         let switch = ui.tick(
             &mut by_block,
             "by block",
-            "Chooses a strength for each block and axis, and omits blocks that do not help. Takes longer",
+            "Chooses a ridge strength for each feature and axis, and omits features that do not reduce the error. Takes longer",
         );
         is_changed |= switch;
     }
@@ -88,37 +91,16 @@ pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     }
 }
 
-fn network(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    let network = &mut settings.network;
-    ui.horizontal_wrapped(|ui| {
-        number(ui, &EPOCHS, &mut network.epochs);
-        number(ui, &SEED, &mut network.seed);
-        switch(ui, &CONSTANT_RATE, &mut network.constant_rate);
-        switch(ui, &EARLY_STOPPING, &mut network.early_stopping);
-        switch(ui, &CROSS_VALIDATE, &mut network.cross_validate);
-    });
-}
-
-fn kernel(ui: &mut egui::Ui, settings: &mut FitSettings) {
-    ui.horizontal(|ui| number(ui, &LANDMARKS, &mut settings.kernel.landmarks));
-}
-
-fn training(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    settings: &FitSettings,
-    learner: Learner,
-    out: &mut Vec<Command>,
-) {
+fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learner, out: &mut Out) {
     let trained = engine.lane::<Train>().answer();
     let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
     let fits = engine.fitting().is_some();
     ui.horizontal_wrapped(|ui| {
         if let Some(running) = engine.lane::<Train>().running() {
-            let stop = egui::Button::new("Stop training");
-            let stop = ui.add_enabled(!running.progress.is_cancelled(), stop);
-            if stop.on_hover_text("Stops and keeps the best network so far").clicked() {
-                out.push(Action::StopTraining.into());
+            let is_running = !running.progress.is_cancelled();
+            let about = "Stops the training and keeps the best network so far";
+            if ui.press_if(is_running, "Stop training", about) {
+                out.send(Action::StopTraining);
             }
             ui.label(match trained.and_then(|trained| trained.step) {
                 Some(step @ TrainingStep::Epoch(report)) => {
@@ -146,15 +128,15 @@ fn training(
             if ui.press_if(
                 !fits || lacks_score,
                 label,
-                "In the background, on the training recordings with the present settings; can be stopped at any time",
+                "Trains in the background, on the training recordings with the present settings. You can stop the training at any time",
             ) {
-                out.push(Action::Train.into());
+                out.send(Action::Train);
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
                 (true, _) => (ui.visuals().weak_text_color(), "Compensated is the trained model."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,
-                    "The trained model belongs to other settings or recordings. Until it is trained again, Compensated is the linear fit.",
+                    "The trained model belongs to other settings or recordings. Until the next training, Compensated is the linear fit.",
                 ),
                 (false, None) => (
                     ui.visuals().warn_fg_color,
@@ -169,7 +151,7 @@ fn training(
     }
 }
 
-/// Returns the label of the button that also cross-validates the network, with the time estimated from the last training.
+/// Returns the label of the button that trains and cross-validates the network, with the time estimated from the last training.
 fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     let cost = 1.0 + cross_validation_cost(settings);
     let cost = match last {
@@ -182,8 +164,7 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     format!("Train and cross-validate the network (about {cost})")
 }
 
-/// Draws the loss over the epochs, on a logarithmic scale.
-fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>) {
+fn loss_curve(ui: &mut Ui, epochs: &[EpochReport], out: &mut Out) {
     let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
         epochs
             .iter()
@@ -196,11 +177,8 @@ fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>)
     let train = curve(&|report| Some(report.train_loss));
     let held_out = curve(&|report| report.held_out_loss);
     let visuals = ui.visuals().clone();
-    let shown = plots::scales(Plot::new("loss"), Some("epoch"), "loss")
-        .height(110.0)
-        .allow_scroll(false)
-        .allow_zoom(false)
-        .allow_drag(false)
+    let plot = plots::still("loss", [ui.available_width(), LOSS_HEIGHT]);
+    let shown = plots::scales(plot, Some("epoch"), "loss")
         .legend(Legend::default())
         .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 2))
         .show(ui, |plot| {

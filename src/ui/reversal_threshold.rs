@@ -1,19 +1,17 @@
 //! Controls of the reversal threshold and of the shortest dwell.
 
-use egui::{DragValue, Ui};
+use egui::{DragValue, Ui, WidgetText};
 
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
 use crate::ui::controls::Controls as _;
 
-const EXPLANATION: &str = "A reversal counts once the load has come back by more than this, in the loops, the table of figures \
-                           and the report alike; from data: ten times the noise of the load, and at least 5 % of its range, over \
-                           all recordings that train or test. Large cycles hardly depend on it";
+const EXPLANATION: &str = "A reversal counts once the load has turned back by more than this threshold, in the loops, the table of figures and the report. From data: ten times the noise of the load, and at least 5 % of its range in all training and test recordings. Large cycles hardly depend on the threshold";
 
 const LONGEST_DWELL_SECS: f64 = 1e5;
 
-/// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is
-/// the value of the present answer.
+/// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is the
+/// threshold of the loops on screen.
 pub fn reversal_threshold(
     ui: &mut Ui,
     name: &str,
@@ -21,31 +19,40 @@ pub fn reversal_threshold(
     measuring: &mut MetrologySettings,
     used: Option<f64>,
 ) {
-    let mut chosen = measuring.reversal_thresholds.get(at).copied().flatten();
-    let before = chosen;
-    let mut value = chosen.or(used).unwrap_or_default();
-    let field = DragValue::new(&mut value)
-        .range(0.0..=f64::MAX)
-        .speed(0.01)
-        .max_decimals(4)
-        .suffix(format!(" {}", axes[at].unit()));
-    if ui.explained_field(name, field, EXPLANATION).changed() {
-        chosen = Some(value);
-    }
-    let mut from_data = chosen.is_none();
-    // The word "auto" is used for the ridge alone.
-    if ui.tick(&mut from_data, "from data", EXPLANATION) {
-        chosen = (!from_data).then_some(value);
-    }
-    if chosen != before {
+    let entered = measuring.reversal_thresholds.get(at).copied().flatten();
+    let unit = axes[at].unit();
+    let chosen =
+        or_from_data(ui, name, EXPLANATION, (entered, used.unwrap_or_default()), |field| {
+            field.range(0.0..=f64::MAX).speed(0.01).max_decimals(4).suffix(format!(" {unit}"))
+        });
+    if chosen != entered {
         measuring.reversal_thresholds.resize(axes.len(), None);
         measuring.reversal_thresholds[at] = chosen;
     }
 }
 
+/// Draws a label, a value and the switch "from data", which removes the entered value. Returns the entered value.
+pub fn or_from_data(
+    ui: &mut Ui,
+    name: impl Into<WidgetText>,
+    explanation: &str,
+    (mut entered, used): (Option<f64>, f64),
+    style: impl FnOnce(DragValue<'_>) -> DragValue<'_>,
+) -> Option<f64> {
+    let mut value = entered.unwrap_or(used);
+    if ui.explained_field(name, style(DragValue::new(&mut value)), explanation).changed() {
+        entered = Some(value);
+    }
+    let mut from_data = entered.is_none();
+    // The label is not "auto", which is the label of the ridge.
+    if ui.tick(&mut from_data, "from data", explanation) {
+        entered = (!from_data).then_some(value);
+    }
+    entered
+}
+
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
-    let explanation = "A load that stays constant for at least this time is a dwell; dwells show creep and zero return. Constant: every axis \
-                       stays within 1 % of its full scale or ten times its noise, whichever is larger. \"Definitions…\" changes this";
+    let explanation = "A dwell is an interval of at least this time with a constant load; dwells show creep and zero return. Constant means that every axis stays within 1 % of its full scale or ten times its noise, whichever is larger. \"Definitions…\" changes the 1 %";
     let field = DragValue::new(&mut measuring.hold_secs)
         .range(0.1..=LONGEST_DWELL_SECS)
         .speed(0.1)

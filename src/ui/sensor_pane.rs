@@ -1,19 +1,19 @@
-//! Pane with a form for the sensor's identity, which every export and the report contain.
+//! Pane with a form for the sensor's identity. Every export and the report contain the identity.
 
 use crate::engine::{Edit, Engine};
 use crate::recording::Item;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 
 const LABEL: f32 = 160.0;
 const FIELD: f32 = 230.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "sensor",
     title: "Sensor",
     explanation: "Identity of the sensor, date and reference of its calibration: for exports and the report",
-});
+};
 
 #[derive(Debug, Default)]
 pub struct View;
@@ -24,7 +24,7 @@ impl PaneView for View {
     }
 }
 
-fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     let identity = &engine.project().identity;
     let mut edited = identity.clone();
     for item in Item::all() {
@@ -41,8 +41,8 @@ fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             edited.set(item, text);
         }
     }
-    ui.weak("Rated loads are the full scales in Settings.");
+    ui.weak("Rated loads are entered as full scales in Settings.");
     if edited != *identity {
-        out.push(Edit::Identity(edited).into());
+        out.send(Edit::Identity(edited));
     }
 }

@@ -1,12 +1,12 @@
-//! Controls of numeric and on/off settings, and the search for a control.
+//! Controls of numeric and on/off settings, and the search for the control of a setting.
 
-use egui::emath::Numeric;
 use egui::{Align, DragValue, Id, Response};
+use egui::{Ui, emath::Numeric};
 
 use crate::features::Setting;
 use crate::ui::controls::Controls as _;
 
-pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
+pub fn number<N: Numeric>(ui: &mut Ui, setting: &Setting, value: &mut N) {
     let (min, max) = setting.range.ends();
     let mut field = DragValue::new(value).range(min..=max).speed(setting.step);
     if !N::INTEGRAL {
@@ -15,15 +15,28 @@ pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
     found(setting, &ui.field(setting.label, field, setting.help()));
 }
 
-pub fn switch(ui: &mut egui::Ui, setting: &Setting, on: &mut bool) {
+pub fn switch(ui: &mut Ui, setting: &Setting, on: &mut bool) {
     let switch = ui.checkbox(on, setting.label);
     found(setting, &switch.on_hover_text(setting.help()));
 }
 
-/// Number of frames after which the search for a control ends, because the control is not on screen.
+/// Removes the values of a feature if there are any. Otherwise restores the removed values, or inserts the defaults.
+pub fn switched<V>(ui: &Ui, id: Id, values: &mut Vec<V>, default: &[V])
+where
+    V: Clone + Send + Sync + 'static,
+{
+    if values.is_empty() {
+        let kept = ui.data(|data| data.get_temp::<Vec<V>>(id));
+        *values = kept.unwrap_or_else(|| default.to_vec());
+    } else {
+        ui.data_mut(|data| data.insert_temp(id, std::mem::take(values)));
+    }
+}
+
+/// Maximum number of frames of the search for a control, which may not be on screen.
 const FRAMES_TO_FIND: u32 = 8;
 
-/// Setting whose control is searched, and number of frames left.
+/// Setting whose control is searched, and number of frames before the search ends.
 type Sought = (Setting, u32);
 
 fn sought_id() -> Id {
@@ -36,7 +49,7 @@ pub fn seek(context: &egui::Context, setting: Setting) {
     context.request_repaint();
 }
 
-/// Registers a control as that of a setting.
+/// Marks a control as the control of a setting, and focuses the control if the setting is searched.
 pub fn found(setting: &Setting, control: &Response) {
     let id = sought_id();
     let sought: Option<Sought> = control.ctx.data(|data| data.get_temp(id));
@@ -47,7 +60,7 @@ pub fn found(setting: &Setting, control: &Response) {
         control.ctx.data_mut(|data| data.remove::<Sought>(id));
         return;
     }
-    // The palette holds the focus for one more frame after it closes.
+    // The focus is requested again in each frame, because the command palette keeps the focus for one frame after it closes.
     control.request_focus();
     control.scroll_to_me(Some(Align::Center));
     control.ctx.data_mut(|data| data.insert_temp::<Sought>(id, (*setting, frames - 1)));

@@ -1,4 +1,4 @@
-//! The frames of the window: takes finished work, executes commands, draws panes.
+//! Runs each frame of the window: takes finished answers, executes commands and draws the panes.
 
 mod questions;
 
@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+use egui::{Panel, Ui};
+
 use crate::engine::query::{Notify, let_window_go_first};
-use crate::engine::{Action, Engine, FileContent, Level, Preferences, is_calibration};
+use crate::engine::{Action, Engine, Existing, FileContent, Level, Preferences, is_calibration};
 use crate::recording::Tare;
 use crate::ui::actions::CanGo;
-use crate::ui::command::{Command, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::command_palette::CommandPalette;
 use crate::ui::dialogs::{Dialogs, Reply, write};
 use crate::ui::hand::Hand;
@@ -29,11 +31,11 @@ use crate::ui::{
 };
 use questions::Questions;
 
-/// Change of the text size in one step.
+/// Change of the text scale factor at each press of Ctrl+Plus or Ctrl+Minus.
 const TEXT_STEP: f32 = 0.1;
 const PRESENTER_SCALE: f32 = 1.4;
 
-/// The window: the engine, and the state that only the window has.
+/// The window: the engine and all state of the window.
 pub struct Shell {
     engine: Engine,
     commands: VecDeque<Command>,
@@ -52,13 +54,13 @@ pub struct Shell {
     help: Help,
     tour: Tour,
     pictures: Images,
-    /// True if the program was started with files. Then the tour of the built-in sensor does not start.
+    /// True if the program was started with files, which suppresses the tour of the built-in sensor.
     was_given_files: bool,
     presents: bool,
-    /// True once the window may close although something is not saved.
+    /// True once the user agreed to close the window with unsaved changes.
     closing: bool,
     title: String,
-    /// Preferences that the window was last drawn with.
+    /// Preferences of the last frame. Theme and size are set again if the preferences have changed.
     looks: Option<Preferences>,
 }
 
@@ -115,14 +117,13 @@ impl Shell {
             self.workspaces = layout;
         }
         if !preferences.toured && !self.was_given_files {
-            self.tour.begin();
-            self.workspaces.bring(self.tour.pane());
+            self.workspaces.bring(self.tour.begin());
         }
         self.engine.preferences = preferences;
         self
     }
 
-    /// Sets the folder for unsaved work, which survives a crash there. Offers the work of crashed windows.
+    /// Sets the folder in which unsaved work is stored in case of a crash. Offers the unsaved work of earlier crashes.
     pub fn with_recovery(mut self, folder: &Path) -> Self {
         self.engine.recover_in(folder);
         self
@@ -158,16 +159,16 @@ impl Shell {
         self.commands.push_back(command.into());
     }
 
-    /// Removes the stored unsaved work, because the window closes normally.
+    /// Removes the stored unsaved work when the window closes normally.
     pub fn end(&mut self) {
         self.engine.end();
     }
 
     /// Runs one frame inside `ui`, which is the whole window.
-    pub fn frame(&mut self, ui: &mut egui::Ui) {
+    pub fn frame(&mut self, ui: &mut Ui) {
         self.engine.gesture = None;
         self.engine.take();
-        // The actions belong to the gesture of the frame before.
+        // The commands were sent in the previous frame, so they belong to the gesture of the previous frame.
         self.engine.gesture = self.hand.gesture();
         self.commands.extend(self.inbox.try_iter());
         self.take_dropped_files(ui);
@@ -175,12 +176,12 @@ impl Shell {
             self.apply(command, ui);
         }
         self.follow_engine(ui);
-        let mut out = Vec::new();
+        let mut out = Out::default();
         self.draw(ui, &mut out);
         self.hand.follow(ui.ctx());
         self.pictures.take(ui.ctx(), &self.reply);
-        if !out.is_empty() {
-            self.commands.extend(out);
+        if !out.0.is_empty() {
+            self.commands.extend(out.0);
             ui.request_repaint();
         }
         if self.is_busy() {
@@ -188,7 +189,7 @@ impl Shell {
         }
     }
 
-    fn apply(&mut self, command: Command, ui: &egui::Ui) {
+    fn apply(&mut self, command: Command, ui: &Ui) {
         match command {
             Command::Do(action) => {
                 if matches!(action, Action::Follow(_)) {
@@ -204,12 +205,11 @@ impl Shell {
             Command::ResetWorkspace => self.workspaces.reset(),
             Command::ToggleMaximized(pane) => {
                 let pointer = ui.ctx().pointer_latest_pos();
-                let place = |(_, place): &&(Pane, egui::Rect)| {
-                    pointer.is_some_and(|pointer| place.contains(pointer))
-                };
-                let pointed = self.places.iter().find(place).or(self.places.first());
-                let pane = pane.or(pointed.map(|(pane, _)| *pane));
-                self.workspaces.toggle_maximized(pane);
+                let is_pointed =
+                    |place: &egui::Rect| pointer.is_some_and(|pointer| place.contains(pointer));
+                let pointed = self.places.iter().find(|(_, place)| is_pointed(place));
+                let pointed = pointed.or(self.places.first()).map(|(pane, _)| *pane);
+                self.workspaces.toggle_maximized(pane.or(pointed));
             }
             Command::TogglePresenter => {
                 self.presents = !self.presents;
@@ -225,22 +225,17 @@ impl Shell {
             Command::ToggleHelp => self.help.toggle(),
             Command::ShowAbout => self.help.open_about(),
             Command::ToggleNotices => self.notices.toggle_list(),
-            Command::Tour(true) => {
-                self.tour.begin();
-                self.workspaces.bring(self.tour.pane());
-            }
+            Command::Tour(true) => self.workspaces.bring(self.tour.begin()),
             Command::Tour(false) => {
-                self.tour.end();
+                self.tour.step = None;
                 self.engine.preferences.toured = true;
             }
             Command::Time(time_move) => self.time.apply(time_move),
             Command::TextScale(step) => {
                 let scale = &mut self.engine.preferences.text_scale;
                 let (min, max) = Preferences::TEXT_SCALES.into_inner();
-                *scale = match step {
-                    0 => 1.0,
-                    _ => (*scale + f32::from(step) * TEXT_STEP).clamp(min, max),
-                };
+                let changed = (*scale + f32::from(step) * TEXT_STEP).clamp(min, max);
+                *scale = if step == 0 { 1.0 } else { changed };
             }
             Command::ImageOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
             Command::Image(part, to) => self.pictures.ask(part, to),
@@ -260,22 +255,18 @@ impl Shell {
             }
             Command::SaveSession | Command::SaveSessionAs => {
                 let content = self.engine.session_content(Some(self.workspaces.to_value()));
-                let path = self.engine.session.clone();
-                match path.filter(|_| matches!(command, Command::SaveSession)) {
-                    Some(path) => {
-                        let existing = crate::engine::Existing::Replace;
-                        self.engine.act(Action::Save(content, path, existing));
+                match self.engine.session.clone() {
+                    Some(path) if matches!(command, Command::SaveSession) => {
+                        self.engine.act(Action::Save(content, path, Existing::Replace));
                     }
-                    None => self.ask_where(Some(content), ""),
+                    _ => self.ask_where(Some(content), ""),
                 }
             }
             Command::ChooseFileFor(content) => self.ask_where(Some(content), ""),
             Command::TypePathFor(content) => self.questions.ask_path(content),
             Command::PathTyped(path) => {
-                let content = self.questions.take_content();
-                if let Some((content, path)) = content.zip(path) {
-                    let existing = crate::engine::Existing::Ask;
-                    self.apply(write(content, path, existing), ui);
+                if let Some((content, path)) = self.questions.take_content().zip(path) {
+                    self.apply(write(content, path, Existing::Ask), ui);
                 }
             }
         }
@@ -295,12 +286,12 @@ impl Shell {
             Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Interval(from, to))),
             None => self.engine.notice(
                 Level::Error,
-                "Show this recording, then set cursor A by a click in a trace and cursor B by Shift and a click",
+                "To tare between the cursors, show this recording, click in a trace to set cursor A, and Shift+click to set cursor B",
             ),
         }
     }
 
-    fn take_dropped_files(&mut self, ui: &egui::Ui) {
+    fn take_dropped_files(&mut self, ui: &Ui) {
         let dropped: Vec<PathBuf> = ui.input(|input| {
             let files = input.raw.dropped_files.iter();
             files.map(|file| file.path().to_owned()).collect()
@@ -310,8 +301,8 @@ impl Shell {
         }
     }
 
-    /// Updates title, theme and panes after the engine; asks before unsaved work is lost; stores unsaved work.
-    fn follow_engine(&mut self, ui: &egui::Ui) {
+    /// Updates title, theme and panes from the engine. Asks before unsaved work is lost, and stores unsaved work.
+    fn follow_engine(&mut self, ui: &Ui) {
         if self.looks.as_ref() != Some(&self.engine.preferences) {
             let larger = if self.presents { PRESENTER_SCALE } else { 1.0 };
             appearance::apply(ui.ctx(), &self.engine.preferences, larger);
@@ -322,9 +313,8 @@ impl Shell {
             ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-        if let Some(workspaces) =
-            self.engine.layout.take().as_ref().and_then(Workspaces::from_value)
-        {
+        let layout = self.engine.layout.take();
+        if let Some(workspaces) = layout.as_ref().and_then(Workspaces::from_value) {
             self.workspaces = workspaces;
         }
         if std::mem::take(&mut self.engine.closes) {
@@ -337,43 +327,37 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
-        // The tour is about the built-in sensor.
+        // The tour explains the built-in sensor, so the tour ends once the user opens other recordings.
         let recordings = &self.engine.project().recordings;
         let has_own = !recordings.entries().is_empty() && !recordings.is_simulated();
-        if has_own && self.tour.is_on() {
+        if has_own && self.tour.step.is_some() {
             self.send(Command::Tour(false));
         }
         let workspaces = &self.workspaces;
         self.engine.write_down(&|| workspaces.to_value());
     }
 
-    fn can_go(&self) -> CanGo {
-        CanGo {
-            undo: self.engine.history.can_undo(),
-            redo: self.engine.history.can_redo(),
-            zoom_back: self.time.can_go_back(),
-            zoom_forward: self.time.can_go_forward(),
-        }
-    }
-
-    fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
-        let can = self.can_go();
+    fn draw(&mut self, ui: &mut Ui, out: &mut Out) {
+        let (zoom_back, zoom_forward) = self.time.can_go();
+        let history = &self.engine.history;
+        let (undo, redo) = (history.can_undo(), history.can_redo());
+        let can = CanGo { undo, redo, zoom_back, zoom_forward };
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         if !self.presents {
-            egui::Panel::top("menu").show(ui, |ui| {
+            Panel::top("menu").show(ui, |ui| {
                 menu::menu_bar(ui, &self.engine, &self.workspaces, can, out);
             });
         }
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
         if !is_empty && !self.presents {
-            egui::Panel::top("verdict").show(ui, |ui| {
+            Panel::top("verdict").show(ui, |ui| {
                 let (engine, time, asked) = (&self.engine, &mut self.time, &mut asked);
                 verdict::verdict_strip(ui, &mut Cx { engine, time, out, asked });
             });
         }
-        egui::Panel::bottom("status").show(ui, |ui| {
+        Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });
         self.notices.show(ui, &self.engine, out);
@@ -382,7 +366,7 @@ impl Shell {
             let (engine, time, places) = (&self.engine, &mut self.time, &mut self.places);
             places.clear();
             if is_empty && engine.importing.is_some() {
-                return; // The import window stands over it.
+                return; // The import window is shown instead.
             }
             if is_empty && !engine.is_busy() {
                 return welcome::choices(ui, engine, out);

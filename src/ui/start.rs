@@ -1,4 +1,4 @@
-//! Opens the window, or prints in one line why it cannot open.
+//! Opens the window, or prints in one line why the window cannot open.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ const WITHOUT_DISPLAY: &str =
 const LIBRARY_IS_MISSING: [&str; 3] = ["shared librar", "could not be loaded", "XKBNotFound"];
 
 const APP_ID: &str = "loopscope";
-/// Key under which earlier versions stored the preferences, in storage that the last closed window overwrites.
+/// Key of the preferences in the storage of eframe, which earlier versions used.
 const STORED_BEFORE: &str = "preferences";
 
 struct Window {
@@ -47,7 +47,7 @@ impl eframe::App for Window {
     }
 }
 
-/// Opens the window on `files`, or on the built-in sensor if there are none, and returns when it is closed.
+/// Opens the window with `files`, or with the built-in sensor if there are none. Returns when the user closes the window.
 pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     if let Some(missing) = missing_display() {
         eprintln!("loopscope: {missing}; {WITHOUT_DISPLAY}");
@@ -80,8 +80,8 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
         }
         Ok(Box::new(Window { shell, preferences }))
     });
-    // A missing library of the window system panics inside winit; one line explains it better than a backtrace. Panics of our
-    // own threads are shown in the window.
+    // If a library of the window system is missing, winit panics. One line explains the cause better than a backtrace. Panics
+    // of other threads are shown in the window.
     let panicked = Arc::new(Mutex::new(None));
     let seen = Arc::clone(&panicked);
     std::panic::set_hook(Box::new(move |info| {
@@ -90,30 +90,23 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
             *seen = Some(format!("{} ({place})", panic_message(info.payload())));
         }
     }));
-    match catch_unwind(AssertUnwindSafe(|| eframe::run_native("LoopScope", options, create))) {
-        Ok(Ok(())) => ExitCode::SUCCESS,
-        Ok(Err(error)) => {
-            eprintln!("loopscope: the window cannot open: {}", with_way_out(&error.to_string()));
-            ExitCode::FAILURE
-        }
+    let run = || eframe::run_native("LoopScope", options, create);
+    let (what, why) = match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(())) => return ExitCode::SUCCESS,
+        Ok(Err(error)) => ("cannot open", error.to_string()),
         Err(_) => {
             let message = panicked.lock().ok().and_then(|mut seen| seen.take());
-            let message = with_way_out(&message.unwrap_or_default());
-            eprintln!("loopscope: the window failed: {message}");
-            ExitCode::FAILURE
+            ("failed", message.unwrap_or_default())
         }
-    }
+    };
+    eprintln!("loopscope: the window {what}: {}", with_way_out(&why));
+    ExitCode::FAILURE
 }
 
-/// Returns the icon of the program; empty if it cannot be read, which a test would show.
+/// Returns the icon of the program. A test ensures that the image can be read.
 fn icon() -> egui::IconData {
-    let png = include_bytes!("../../assets/loopscope.png");
-    let Ok(image) = image::load_from_memory_with_format(png, image::ImageFormat::Png) else {
-        return egui::IconData::default();
-    };
-    let image = image.into_rgba8();
-    let (width, height) = image.dimensions();
-    egui::IconData { rgba: image.into_raw(), width, height }
+    eframe::icon_data::from_png_bytes(include_bytes!("../../assets/loopscope.png"))
+        .unwrap_or_default()
 }
 
 /// Returns the reason why this machine cannot open a window, if there is one.
@@ -126,16 +119,14 @@ fn missing_display() -> Option<&'static str> {
     )
 }
 
-/// Returns in one line why there is no window, and the remedy.
+/// Returns one line with the reason why the window cannot open, and with the remedy.
 fn with_way_out(why: &str) -> String {
     let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_missing = LIBRARY_IS_MISSING.iter().any(|words| why.contains(words));
-    let install = match is_missing && cfg!(target_os = "linux") {
-        true => {
-            "install the window's libraries (Debian, Ubuntu: `sudo apt-get install libgl1 libxcursor1 libxi6 libxkbcommon-x11-0`); "
-        }
-        false => "",
-    };
+    let mut install = "";
+    if is_missing && cfg!(target_os = "linux") {
+        install = "install the window's libraries (Debian, Ubuntu: `sudo apt-get install libgl1 libxcursor1 libxi6 libxkbcommon-x11-0`); ";
+    }
     format!("{why}; {install}{WITHOUT_DISPLAY}")
 }
 

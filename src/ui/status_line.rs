@@ -2,51 +2,47 @@
 
 use std::time::Duration;
 
+use egui::Ui;
+
 use crate::engine::query::Background as _;
 use crate::engine::{Action, Engine};
 use crate::questions::errors::asked::Analyse;
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 
-/// Work that ends sooner is not shown.
+/// Minimum duration of a refit that is shown.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
-pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.horizontal(|ui| {
         let running = engine.running();
-        let refit = engine.lane::<Analyse>().running();
-        let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
-        // The button is first in the line, so that it stays in place when progress bars appear.
+        let refit = engine.lane::<Analyse>().running().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
+        // The button comes first, so that progress bars do not move the button.
         let runs = !running.is_empty() || refit.is_some();
         if runs
             && ui.press("Cancel", "Ends the running work; loaded recordings stay") {
-                out.push(Action::Cancel.into());
+                out.send(Action::Cancel);
             }
         for running in &running {
-            let (title, fraction) = (&*running.title, running.progress.fraction());
-            let time_left = running.time_left();
             busy(ui);
-            ui.label(title);
-            if let Some(fraction) = fraction {
-                bar(ui, title, fraction);
+            ui.label(&running.title);
+            if let Some(fraction) = running.progress.fraction() {
+                bar(ui, &running.title, fraction);
             }
-            if let Some(time_left) = time_left {
+            if let Some(time_left) = running.time_left() {
                 ui.weak(format!("{} left", duration(time_left)));
             }
         }
         if let Some(refit) = refit {
             ui.label(&refit.title);
-            let fraction = refit.progress.fraction();
-            bar(ui, &refit.title, fraction.unwrap_or(0.0));
+            bar(ui, &refit.title, refit.progress.fraction().unwrap_or(0.0));
         }
         if !engine.notices.is_empty() {
-            let all = match engine.notices.len() {
-                1 => "1 notice".to_owned(),
-                n => format!("{n} notices"),
-            };
-            if ui.press_small(all, "Lists all notices since the last dismissal") {
-                out.push(Command::ToggleNotices);
+            let all = counted(engine.notices.len(), "notice");
+            if ui.press_small(all, "Lists all notices that were not dismissed") {
+                out.send(Command::ToggleNotices);
             }
         }
         if engine.entries().is_empty() {
@@ -55,12 +51,11 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             ui.fail(problem);
         } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;
-            let condition = quality
-                .condition
-                .map_or_else(|| "none".to_owned(), |value| significant(value, 3));
+            let condition = quality.condition.map(|value| significant(value, 3));
+            let condition = condition.unwrap_or_else(|| "none".to_owned());
             if let Some(each) = analysis.preview_of {
                 ui.warn(preview_of(each))
-                    .on_hover_text("Replaced by the result of all samples as soon as it is computed");
+                    .on_hover_text("The result of all samples replaces the preview as soon as the result is computed");
                 return;
             }
             let verb = if analysis.fitted { "Refit" } else { "Applied" };
@@ -73,12 +68,11 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 analysis.calibration.feature_names().len(),
             ))
             .on_hover_text(
-                "Rank: number of independent columns of the compensated fit. Condition: similarity of its \
-                 columns; 1 is best, large means nearly dependent",
+                "Rank: number of independent features of the compensated fit. Condition: 1 means independent features, a large number means nearly dependent features",
             );
             if let Some(share) = engine.share_with_past() {
                 ui.label(format!("· past sample found for {:.0} %", 100.0 * share)).on_hover_text(
-                    "The load of the other samples differed by less than F_th within t_th; their past gauges are the present ones",
+                    "For the other samples no load within t_th differed by F_th; their past gauges are the present gauges",
                 );
             }
         }
@@ -86,19 +80,19 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
 }
 
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
-/// Maximum share of the processor that redraws for progress may take. Without a graphics card a frame takes long.
+/// Maximum share of the processor time for redraws that show progress. Without a graphics card a frame takes long.
 const DRAWING_SHARE: f32 = 0.05;
 /// Maximum time between two redraws that show progress (s).
 const LONGEST_INTERVAL: f32 = 1.0;
 
 /// Returns the time until the next redraw that shows progress. Every redraw draws the whole window.
-pub(super) fn progress_interval(context: &egui::Context) -> Duration {
+pub fn progress_interval(context: &egui::Context) -> Duration {
     let frame_secs: f32 = context.data(|data| data.get_temp(frame_secs()).unwrap_or(0.0));
     let secs = (frame_secs / DRAWING_SHARE).clamp(0.0, LONGEST_INTERVAL);
     PROGRESS_INTERVAL.max(Duration::from_secs_f32(secs))
 }
 
-pub(super) fn note_frame(context: &egui::Context, secs: f32) {
+pub fn note_frame(context: &egui::Context, secs: f32) {
     context.data_mut(|data| data.insert_temp(frame_secs(), secs));
 }
 
@@ -106,8 +100,8 @@ fn frame_secs() -> egui::Id {
     egui::Id::unique("how long a frame takes")
 }
 
-/// Draws a sign of running work, which moves only as often as progress is drawn.
-pub(super) fn busy(ui: &mut egui::Ui) {
+/// Draws a symbol of running work. The symbol moves only as often as progress is drawn.
+pub fn busy(ui: &mut Ui) {
     const DOTS: usize = 8;
     let size = ui.spacing().interact_size.y;
     let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(size), egui::Sense::hover());
@@ -125,16 +119,15 @@ pub(super) fn busy(ui: &mut egui::Ui) {
     ui.request_repaint_after(progress_interval(ui.ctx()));
 }
 
-pub(super) fn preview_of(each: usize) -> String {
+pub fn preview_of(each: usize) -> String {
     format!("Preview: every {each}th sample")
 }
 
-fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {
+fn bar(ui: &mut Ui, what: &str, fraction: f32) {
     let bar = egui::ProgressBar::new(fraction).desired_width(120.0).show_percentage();
-    let response = ui.add(bar);
-    let label = format!("{what}: {:.0} %", 100.0 * fraction);
-    response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, label.clone())
+    ui.add(bar).widget_info(|| {
+        let label = format!("{what}: {:.0} %", 100.0 * fraction);
+        egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, label)
     });
 }
 

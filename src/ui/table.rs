@@ -1,10 +1,10 @@
 //! Draws tables of the report. The hover text of a cell explains its value.
 
-use egui::{Response, RichText, Role, WidgetInfo};
+use egui::{Response, RichText, Role, Ui, WidgetInfo};
 
 use crate::engine::{Action, Existing, FileContent};
 use crate::report::{Column, Table, Value};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
@@ -12,8 +12,8 @@ const NUMBER_WIDTH: f32 = 38.0;
 /// Number of characters above which words are shortened in a narrow pane.
 const MAX_WORDS: usize = 34;
 
-/// Draws a table; its title takes the place of the first column's group.
-pub fn show(ui: &mut egui::Ui, table: &Table) {
+/// Draws a table. The title is above the first column.
+pub fn show(ui: &mut Ui, table: &Table) {
     egui::Grid::new(&table.title)
         .striped(true)
         .min_col_width(NUMBER_WIDTH)
@@ -24,11 +24,10 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
                 groups(ui, table);
             }
             for column in &table.columns {
-                let name = RichText::new(&column.name);
-                let name = match column.trace {
-                    Some(trace) => name.color(trace.color(ui.visuals())),
-                    None => name,
-                };
+                let mut name = RichText::new(&column.name);
+                if let Some(trace) = column.trace {
+                    name = name.color(trace.color(ui.visuals()));
+                }
                 explained(ui, name, &column.about);
             }
             ui.end_row();
@@ -44,50 +43,34 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
     }
 }
 
-/// Buttons that copy a table and save it as CSV.
-pub struct Saving<'a> {
-    pub path: &'a mut String,
-    /// Description of the file's contents.
-    pub holds: &'a str,
-    pub enabled: bool,
-}
-
-impl Saving<'_> {
-    /// Draws the buttons. `text` returns the text for the clipboard, `content` the contents of the file.
-    pub fn show(
-        self,
-        ui: &mut egui::Ui,
-        text: impl FnOnce() -> String,
-        content: impl FnOnce() -> Option<FileContent>,
-        out: &mut Vec<Command>,
-    ) {
-        ui.add_enabled_ui(self.enabled, |ui| {
-            if ui.press("Copy table", "Copies the table as tab-separated text") {
-                ui.copy_text(text());
-            }
-            let field = egui::TextEdit::singleline(self.path).desired_width(120.0);
-            ui.field("CSV", field, "Path of the CSV file");
-            let save = ui.press("Save", self.holds);
-            let path = self.path.trim();
-            if save
-                && !path.is_empty()
-                && let Some(content) = content()
-            {
-                out.push(Action::Save(content, path.into(), Existing::Ask).into());
-            }
-        });
-    }
+/// Draws the buttons that copy a table and save it as CSV. `holds` describes the file; `text` returns the text for the
+/// clipboard, `content` the contents of the file.
+pub fn saving(
+    ui: &mut Ui,
+    (path, holds, enabled): (&mut String, &str, bool),
+    text: impl FnOnce() -> String,
+    content: impl FnOnce() -> Option<FileContent>,
+    out: &mut Out,
+) {
+    ui.add_enabled_ui(enabled, |ui| {
+        ui.copies("table", text);
+        let about = ["Path of the CSV file", "Save", holds];
+        if let Some(path) = ui.path_field("CSV", path, (120.0, ""), about)
+            && let Some(content) = content()
+        {
+            out.send(Action::Save(content, path, Existing::Ask));
+        }
+    });
 }
 
 #[derive(Clone, Debug)]
 pub struct Sort {
-    /// Name of the column that the rows are sorted by. Without this column the rows keep their order.
+    /// Name of the column by which the rows are sorted. Rows of a table without this column keep their order.
     column: String,
     descending: bool,
 }
 
 impl Sort {
-    /// Returns the ascending order by this column.
     pub fn by(column: &str) -> Self {
         Self { column: column.to_owned(), descending: false }
     }
@@ -101,13 +84,13 @@ impl Sort {
     }
 }
 
-/// Draws a table that is sorted by its heads. `lead` draws the beginning of each row, in place of the first `n_led` cells.
+/// Draws a table that the user sorts by a click on a head. `lead` draws the first `n_led` cells of each row.
 pub fn show_sorted(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     table: &Table,
     sort: &mut Sort,
     n_led: usize,
-    lead: &mut dyn FnMut(&mut egui::Ui, usize),
+    lead: &mut dyn FnMut(&mut Ui, usize),
 ) {
     egui::Grid::new(("sorted", &table.title))
         .striped(true)
@@ -130,7 +113,7 @@ pub fn show_sorted(
 }
 
 /// Draws the head of a column. A click sorts by the column, a second click reverses the order.
-fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
+fn head(ui: &mut Ui, column: &Column, sort: &mut Sort) {
     let title = column.title();
     if title.is_empty() {
         explained(ui, RichText::new(""), &column.about);
@@ -150,17 +133,20 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
     }
 }
 
-fn show_cell(ui: &mut egui::Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {
+fn show_cell(ui: &mut Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {
     let (column, cell) = (&table.columns[at], &table.rows[row][at]);
     let own = RichText::new(&cell.text);
     let label = match cell.value {
-        Value::Number(_) => explained(ui, own, &whole(column, &cell.about)),
+        Value::Number(_) if !cell.about.is_empty() => {
+            let group = column.group.as_ref().map_or("", |(name, _)| name);
+            explained(ui, own, &format!("{group} {}\n{}", column.name, cell.about))
+        }
         Value::Missing => explained(ui, own.small().weak(), &cell.about),
         Value::Words if is_narrow && cell.text.chars().count() > MAX_WORDS => {
             let about = format!("{}\n{}", cell.text, cell.about);
             explained(ui, RichText::new(elided(&cell.text, MAX_WORDS)), about.trim())
         }
-        Value::Words | Value::Continued => explained(ui, own, &cell.about),
+        _ => explained(ui, own, &cell.about),
     };
     if matches!(cell.value, Value::Number(_) | Value::Missing) {
         say(&label, || table.spoken(row, at));
@@ -172,8 +158,8 @@ pub fn say(cell: &Response, sentence: impl Fn() -> String) {
     cell.widget_info(|| WidgetInfo::labeled(Role::Label, cell.enabled(), sentence()));
 }
 
-/// Draws the title, then each group over its first column.
-fn groups(ui: &mut egui::Ui, table: &Table) {
+/// Draws the title, and the name of each group of columns above its first column.
+fn groups(ui: &mut Ui, table: &Table) {
     ui.strong(&table.title);
     let mut before = None;
     for column in table.columns.iter().skip(1) {
@@ -187,28 +173,12 @@ fn groups(ui: &mut egui::Ui, table: &Table) {
     ui.end_row();
 }
 
-/// Returns the hover text of a number: its explanation and that of its column.
-fn whole(column: &Column, about: &str) -> String {
-    match about {
-        "" => String::new(),
-        about => {
-            let group = column.group.as_ref().map_or("", |(name, _)| name);
-            format!("{group} {}\n{about}", column.name)
-        }
-    }
-}
-
-fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
+fn explained(ui: &mut Ui, text: RichText, about: &str) -> Response {
     let label = ui.label(text);
-    match about {
-        "" => label,
-        about => label.on_hover_text(about),
-    }
+    if about.is_empty() { label } else { label.on_hover_text(about) }
 }
 
-pub fn copy_button(ui: &mut egui::Ui, tables: &[Table]) {
-    if ui.press_if(!tables.is_empty(), "Copy tables", "Copies the tables as tab-separated text") {
-        let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
-        ui.copy_text(texts.join("\n\n"));
-    }
+pub fn joined(tables: &[Table]) -> String {
+    let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
+    texts.join("\n\n")
 }

@@ -1,11 +1,13 @@
-//! Pane of the thresholds: the map of errors, the curves through the present pair, the look-back ages, and the proposed pairs.
+//! Pane of the thresholds: the map of the error for pairs of F_th and t_th, the curves through the present pair, the look-back
+//! ages, and the proposed pairs.
 
 mod ages;
 mod curves;
 mod map;
 
-use std::path::Path;
 use std::sync::Arc;
+
+use egui::Ui;
 
 use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
@@ -13,11 +15,12 @@ use crate::export::FileFormat;
 use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::finding::Face;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
-use crate::questions::thresholds::{MAP_FORMATS, ShownFTh};
-use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
+use crate::questions::thresholds::{
+    MAP_FORMATS, Measure, ScoreSet, ShownFTh, Suggestion, ThresholdMap,
+};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;
-use crate::ui::command::{Command, ImageTo, Kind, Pane};
+use crate::ui::command::{Command, ImageTo, Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
@@ -25,19 +28,19 @@ use crate::ui::status_line::busy;
 
 pub use map::MapTexture;
 
-/// Share of the height for the look-back ages.
+/// Share of the height of the pane for the histogram of look-back ages.
 const AGES_SHARE: f32 = 0.26;
-/// Height of the pane below which the look-back ages are omitted (points).
+/// Height of the pane (points) below which the histogram of look-back ages is omitted.
 const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
-pub const PANE: Pane = Pane(&Kind {
+pub const PANE: Pane = Pane {
     key: "thresholds",
     title: "Thresholds",
-    explanation: "Map of the error over F_th and t_th, and the proposed pairs",
-});
+    explanation: "Map of the error for pairs of F_th and t_th, and the proposed pairs",
+};
 
 pub struct View {
-    /// Axis or group of axes whose errors are shown, if the user chose one.
+    /// Axis or group of axes whose errors are shown; `None` until the user chooses one.
     measure: Option<Measure>,
     on: ScoreSet,
     path: String,
@@ -56,7 +59,7 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         let project = cx.engine.project();
         if !project.recordings.entries().is_empty() {
             cx.ask(StudyThresholds::of(&cx.engine.request(), project.thresholds()));
@@ -78,11 +81,11 @@ impl PaneView for View {
 impl View {
     fn draw(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         engine: &Engine,
         study: &ThresholdStudy,
         map: &Arc<ThresholdMap>,
-        out: &mut Vec<Command>,
+        out: &mut Out,
     ) {
         let chosen = self.measure;
         let chosen = chosen.filter(|measure| measure.weights(&map.scale).is_some());
@@ -116,41 +119,36 @@ impl View {
 
     fn choices(
         &mut self,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         map: &Arc<ThresholdMap>,
         measure: Measure,
         pane: egui::Rect,
-        out: &mut Vec<Command>,
+        out: &mut Out,
     ) {
         ui.horizontal_wrapped(|ui| {
             let label = ui.label("Errors of");
-            let button =
-                egui::ComboBox::from_id_salt("measure").selected_text(measure_text(map, measure));
-            let items = map.scale.measures().into_iter();
-            let items = items.map(|one| (one, measure_text(map, one).into(), ""));
+            let button = egui::ComboBox::from_id_salt("measure");
             let mut chosen = measure;
-            choice(ui, button, &mut chosen, items)
+            let described = |one| (measure_text(map, one), "");
+            choice(ui, button, &mut chosen, map.scale.measures(), described)
                 .labelled_by(label.id)
-                .on_hover_text("Axis or axes whose RMSE the map shows and the proposal minimises");
+                .on_hover_text(
+                    "Axis or axes whose RMSE is shown in the map and minimised by the proposal",
+                );
             if chosen != measure {
                 self.measure = Some(chosen);
             }
             ui.separator();
-            for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
-                ui.select(&mut self.on, set, set.title(), set.explanation());
-            }
-            ui.separator();
-            let field = egui::TextEdit::singleline(&mut self.path)
-                .hint_text(format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS)))
-                .desired_width(130.0);
-            ui.field("Save as", field, "Path of the file; its ending chooses the format");
-            let path = self.path.trim();
+            let sets = [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test];
+            ui.select_from(&mut self.on, sets.map(|set| (set, set.title(), set.explanation())));
+            let hint = format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS));
             let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
-            let formats: String =
-                formats.chain([".png: this pane as on screen".to_owned()]).collect();
-            if ui.press("Save", formats) && !path.is_empty() {
-                let path = std::path::PathBuf::from(path);
-                out.push(if ends_in_png(&path) {
+            let formats = formats.collect::<String>() + ".png: this pane as on screen";
+            let about = ["Path of the file; its ending chooses the format", "Save", &formats];
+            if let Some(path) = ui.path_field("Save as", &mut self.path, (130.0, &hint), about) {
+                let ending = path.extension();
+                let is_png = ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+                out.send(if is_png {
                     Command::Image(pane, ImageTo::Path(path))
                 } else {
                     let content = FileContent::Thresholds(Arc::clone(map), measure);
@@ -164,12 +162,7 @@ impl View {
     }
 }
 
-fn ends_in_png(path: &Path) -> bool {
-    let ending = path.extension();
-    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
-}
-
-/// Returns true if the left button is pressed on the plot; the right button opens the menu.
+/// Returns true if the left mouse button is pressed on the plot. The right button opens the menu.
 fn pressed(response: &egui::Response) -> bool {
     response.is_pointer_button_down_on() && response.ctx.input(|input| input.pointer.primary_down())
 }
@@ -178,7 +171,6 @@ fn measure_text(map: &ThresholdMap, measure: Measure) -> String {
     format!("{} [{}]", measure.label(&map.scale), measure.unit(&map.scale))
 }
 
-/// Returns F_th with its unit, as shown.
 fn f_th_text(distance: Distance, f_th: f64) -> String {
     let shown = ShownFTh::of(distance);
     format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)
@@ -190,23 +182,22 @@ fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
 }
 
 fn suggestion(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     engine: &Engine,
     study: &ThresholdStudy,
     measure: Measure,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let Some(map) = &study.map else { return };
     ui.horizontal_wrapped(|ui| {
         let is_complete = map.is_complete();
-        let take = egui::Button::new("Take the cross-validation minimum");
-        let take = ui.add_enabled(is_complete, take).on_hover_text(
-            "Test recordings are not used. The range contains the F_th whose cross-validated error is no more than one standard \
-             error over recordings above the minimum",
-        );
         let found = map.suggestion(measure);
-        if take.clicked() {
-            out.push(match &found {
+        if ui.press_if(
+            is_complete,
+            "Take the cross-validation minimum",
+            "Sets the pair with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error exceeds the minimum by at most one standard error, estimated from the recordings",
+        ) {
+            out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),
                 Err(reason) => Command::tell(Level::Error, reason.to_string()),
             });
@@ -214,7 +205,7 @@ fn suggestion(
         match found {
             Ok(_) if !is_complete => {
                 let (done, all) = (map.n_rows_done(), map.grid.f_ths.len());
-                ui.weak(format!("{done} of {all} rows of the map are computed; the minimum follows with the last row"))
+                ui.weak(format!("{done} of {all} rows of the map are computed; the minimum is known after the last row"))
             }
             Ok(found) => ui.label(suggestion_text(map, measure, &found)),
             Err(reason) => ui.weak(reason.to_string()),
@@ -222,38 +213,36 @@ fn suggestion(
     });
     ui.horizontal_wrapped(|ui| {
         let value = study.hysteresis.value;
-        let take = egui::Button::new("Take the mean hysteresis");
-        let take = ui.add_enabled(value.is_some(), take).on_hover_text(
-            "The rule of the paper (section 4.2): F_th near the mean hysteresis, here the mean gap between rising and falling \
-             branches of the conventional load over the full cycles of the training recordings",
+        let is_taken = ui.press_if(
+            value.is_some(),
+            "Take the mean hysteresis",
+            "Sets F_th by the rule of the paper (section 4.2): near the mean hysteresis. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
         );
-        if let Some(f_th) = value.filter(|_| take.clicked()) {
+        if let Some(f_th) = value.filter(|_| is_taken) {
             let present = engine.project().thresholds();
-            out.push(Edit::Thresholds(Thresholds { f_th, ..present }).into());
+            out.send(Edit::Thresholds(Thresholds { f_th, ..present }));
         }
         match value {
             Some(value) => {
                 let value = f_th_text(map.distance, value);
                 match study.hysteresis.n_reversals {
-                    n if n >= FEWEST_REVERSALS => ui.label(format!("{value} over {n} reversals")),
-                    1 => ui.weak(format!("{value} from one reversal: one value is no mean")),
-                    n => ui.weak(format!("{value} from {n} reversals only: too few for a measurement")),
+                    n if n >= FEWEST_REVERSALS => ui.label(format!("{value} from {n} reversals")),
+                    1 => ui.weak(format!("{value} from one reversal, which is too few for a mean")),
+                    n => ui.weak(format!("{value} from {n} reversals, which are too few for a mean")),
                 }
             }
-            None => ui.weak("the training recordings contain no full load cycle to measure it"),
+            None => ui.weak("Not measured: the training recordings contain no full load cycle"),
         };
         ui.separator();
-        {
-            let past_ages = &study.past_ages;
-            let age = past_ages.age_quantile_secs(0.5);
-            let age = age.map_or_else(String::new, |age| format!(", half within {} s", significant(age, 2)));
-            ui.label(format!(
-                "{}: past sample found for {:.0} %{age}; for {:.0} % it exceeds t_th",
-                pair_text(map.distance, engine.project().thresholds()),
-                100.0 * past_ages.share_found(),
-                100.0 * past_ages.share_beyond_t_th(),
-            ));
-        }
+        let past_ages = &study.past_ages;
+        let age = past_ages.age_quantile_secs(0.5);
+        let age = age.map_or_else(String::new, |age| format!(", half of the past samples within {} s", significant(age, 2)));
+        ui.label(format!(
+            "{}: past sample found for {:.0} % of the samples{age}; for {:.0} % the past sample is older than t_th",
+            pair_text(map.distance, engine.project().thresholds()),
+            100.0 * past_ages.share_found(),
+            100.0 * past_ages.share_beyond_t_th(),
+        ));
     });
 }
 
@@ -264,9 +253,9 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     let gain =
         if found.beats_conventional { "" } else { ", not significantly better than Uncompensated" };
     let range = match (f_th_range.from, f_th_range.to) {
-        (from, to) if from == to => "no other F_th is".to_owned(),
+        (from, to) if from == to => "no other F_th".to_owned(),
         (from, to) => format!(
-            "F_th from {}{} to {}{} is",
+            "F_th from {}{} to {}{}",
             f_th_text(map.distance, from),
             open(f_th_range.from_is_first_tried && from > 0.0),
             f_th_text(map.distance, to),
@@ -274,32 +263,32 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Uncompensated {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
+        "{}: {} {unit} (Uncompensated {}){gain}; within one standard error: {range}; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
     )
 }
 
-fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Command>) {
+fn blocks(ui: &mut Ui, engine: &Engine, measure: Measure, out: &mut Out) {
     let choice = engine.lane::<ChooseBlock>();
     let choosing = !choice.is_idle();
     ui.horizontal_wrapped(|ui| {
         for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
             let label = format!("Choose {}", block.setting().label.to_lowercase());
-            let button = egui::Button::new(label);
-            let button = ui.add_enabled(!choosing, button).on_hover_text(
-                "By cross-validation over a grid, with all other settings unchanged; proposes the shortest list within 1 % of the best",
-            );
-            if button.clicked() {
-                out.push(Action::ChooseBlock(block, Some(measure)).into());
+            if ui.press_if(
+                !choosing,
+                label,
+                "Tries lists of values by cross-validation, with all other settings unchanged. Chooses the shortest list whose error is within 1 % of the smallest error",
+            ) {
+                out.send(Action::ChooseBlock(block, Some(measure)));
             }
         }
         if choosing {
             busy(ui);
         } else if let Some(chosen) = choice.answer() {
             ui.label(format!(
-                "{}: {}; cross-validation {}, without {} ({} lists tried)",
+                "{}: {}; cross-validated error {}, without this feature {} ({} lists tried)",
                 chosen.block.setting().label,
                 chosen.block.setting().in_words(&chosen.values),
                 significant(chosen.left_out, 4),

@@ -18,75 +18,69 @@ use crate::ui::palette::Trace;
 pub use cursors::Cursors;
 pub use playing::Playing;
 
-/// Time after which a zoom is stored for "Zoom back" (s).
+/// Time without a change (s) after which a zoom is stored for "Zoom back".
 const SETTLED_SECS: f32 = 0.4;
-/// Number of key steps across the visible time. One step is about one pixel.
+/// Number of steps by keys across the visible time. One step is about one pixel.
 const STEPS_ACROSS: usize = 800;
 const MAX_ZOOMS: usize = 50;
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Shown {
+pub struct Shown {
     /// The interval of time; `None` shows the whole time.
-    pub(super) time: Option<(f64, f64)>,
-    pub(super) values: BTreeMap<(Axis, Kind), (f64, f64)>,
+    pub time: Option<(f64, f64)>,
+    pub values: BTreeMap<(Axis, Kind), (f64, f64)>,
 }
 
-/// The two panes of an axis.
+/// Kind of plot: the loads of an axis, or their errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     Load,
     Error,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct TimeView {
     on: Option<Arc<Vec<f64>>>,
-    pub(super) shown: Shown,
-    zooms: Undoer<Shown>,
-    /// Samples that look faulty in each recording, once they are known.
-    pub(super) faulty: Vec<Arc<FaultyRecording>>,
-    pub(super) hovered: Option<usize>,
-    pub(super) locks_values: bool,
-    /// Number of the pass in which the panes were last drawn.
-    pub(super) drawn_in: u64,
+    pub shown: Shown,
+    zooms: Zooms,
+    /// Samples that look faulty in each recording; empty until the search for faults ends.
+    pub faulty: Vec<Arc<FaultyRecording>>,
+    pub hovered: Option<usize>,
+    pub locks_values: bool,
+    /// Number of the pass of egui in which the traces were last drawn.
+    pub drawn_in: u64,
     /// Sample under the pointer in another pane.
-    pub(super) pointed: Option<usize>,
-    pub(super) hidden: Vec<Trace>,
-    pub(super) columns: SharedColumns,
-    pub(super) cursors: Cursors,
-    pub(super) playing: Playing,
+    pub pointed: Option<usize>,
+    pub hidden: Vec<Trace>,
+    pub columns: SharedColumns,
+    pub cursors: Cursors,
+    pub playing: Playing,
 }
 
-impl Default for TimeView {
+#[derive(Debug)]
+struct Zooms(Undoer<Shown>);
+
+impl Default for Zooms {
     fn default() -> Self {
-        Self {
-            on: None,
-            shown: Shown::default(),
-            zooms: no_zooms(),
-            faulty: Vec::new(),
-            hovered: None,
-            locks_values: false,
-            drawn_in: 0,
-            pointed: None,
-            hidden: Vec::new(),
-            columns: SharedColumns::default(),
-            cursors: Cursors::default(),
-            playing: Playing::default(),
-        }
+        Self(Undoer::with_settings(Settings {
+            max_undos: MAX_ZOOMS,
+            stable_time: SETTLED_SECS,
+            ..Settings::default()
+        }))
     }
 }
 
-/// The columns that all panes draw in. All panes show the same time and have the same width.
+/// The columns of pixels that all plots share, because all plots show the same time and have the same width.
 #[derive(Debug, Default)]
-pub(super) struct SharedColumns {
+pub struct SharedColumns {
     times: Arc<Vec<f64>>,
     shown: ((f64, f64), usize),
     columns: Arc<Vec<Columns>>,
 }
 
 impl SharedColumns {
-    /// Returns the stored columns if they match, else new ones.
-    pub(super) fn take(
+    /// Returns the stored columns if times, interval and width are the same; otherwise makes new columns.
+    pub fn take(
         &mut self,
         (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
         make: impl FnOnce() -> Vec<Columns>,
@@ -98,14 +92,6 @@ impl SharedColumns {
         }
         Arc::clone(&self.columns)
     }
-}
-
-fn no_zooms() -> Undoer<Shown> {
-    Undoer::with_settings(Settings {
-        max_undos: MAX_ZOOMS,
-        stable_time: SETTLED_SECS,
-        ..Settings::default()
-    })
 }
 
 impl TimeView {
@@ -120,7 +106,7 @@ impl TimeView {
         self.hovered.filter(|_| is_drawn)
     }
 
-    /// Marks a sample in the traces that is under the pointer in another pane.
+    /// Marks the sample in the traces that is under the pointer in another pane.
     pub fn point_at(&mut self, sample: usize, context: &egui::Context) {
         self.pointed = Some(sample);
         if self.hovered != Some(sample) {
@@ -128,7 +114,6 @@ impl TimeView {
         }
     }
 
-    /// Zooms to these samples with a small margin.
     pub fn show_samples(&mut self, samples: std::ops::Range<usize>) {
         let Some(times) = self.on.as_ref().filter(|times| samples.end <= times.len()) else {
             return;
@@ -138,64 +123,63 @@ impl TimeView {
         }
     }
 
-    /// Discards the state that belongs to other recordings.
-    pub(super) fn follow(&mut self, traces: &TraceSet) {
-        let same = self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times));
-        if !same {
+    /// Discards zoom, cursors and playing position if other recordings are on screen.
+    pub fn follow(&mut self, traces: &TraceSet) {
+        if !self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times)) {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
-            self.zooms = no_zooms();
+            self.zooms = Zooms::default();
             self.hovered = None;
             self.cursors.clear();
             self.playing.clear();
         }
     }
 
-    /// Executes a command on the visible time or the present sample.
     pub fn apply(&mut self, time_move: TimeMove) {
         match time_move {
             TimeMove::Fit => self.fit(),
-            TimeMove::Back => self.go_back(),
-            TimeMove::Forward => self.go_forward(),
-            TimeMove::Zoom(factor) => self.zoom_time(factor),
-            TimeMove::Move(share) => self.move_time(share),
-            TimeMove::TogglePlay => self.playing.toggle(),
+            TimeMove::Back | TimeMove::Forward => {
+                let shown = match time_move {
+                    TimeMove::Back => self.zooms.0.undo(&self.shown),
+                    _ => self.zooms.0.redo(&self.shown),
+                };
+                self.shown = shown.unwrap_or(&self.shown).clone();
+            }
+            TimeMove::Zoom(factor) => {
+                let present = self.present_time();
+                self.set_time(|from, to| {
+                    let at = present.filter(|at| (from..=to).contains(at));
+                    let at = at.unwrap_or(0.5 * (from + to));
+                    (at + (from - at) * factor, at + (to - at) * factor)
+                });
+            }
+            TimeMove::Move(share) => self.set_time(|from, to| {
+                let by = share * (to - from);
+                (from + by, to + by)
+            }),
+            TimeMove::TogglePlay => self.playing.running = !self.playing.running,
             TimeMove::Step(samples) => self.step(samples),
-            TimeMove::PutCursor(which) => self.put_cursor(which),
-            TimeMove::ToggleTable => self.cursors.toggle_table(),
+            TimeMove::PutCursor(which) => {
+                self.present_time().into_iter().for_each(|time| self.cursors.put(which, time));
+            }
+            TimeMove::ToggleTable => self.cursors.table = !self.cursors.table,
         }
     }
 
-    /// Stores the present zoom for "Zoom back".
-    pub(super) fn keep_zoom(&mut self, time_secs: f64) {
-        self.zooms.feed_state(time_secs, &self.shown);
+    pub fn keep_zoom(&mut self, time_secs: f64) {
+        self.zooms.0.feed_state(time_secs, &self.shown);
     }
 
-    pub(super) fn fit(&mut self) {
+    pub fn fit(&mut self) {
         self.shown = Shown::default();
     }
 
-    pub fn can_go_back(&self) -> bool {
-        self.zooms.has_undo(&self.shown)
+    /// Returns whether there is a previous zoom, and whether there is a next zoom.
+    pub fn can_go(&self) -> (bool, bool) {
+        (self.zooms.0.has_undo(&self.shown), self.zooms.0.has_redo(&self.shown))
     }
 
-    pub fn can_go_forward(&self) -> bool {
-        self.zooms.has_redo(&self.shown)
-    }
-
-    fn go_back(&mut self) {
-        if let Some(before) = self.zooms.undo(&self.shown) {
-            self.shown = before.clone();
-        }
-    }
-
-    fn go_forward(&mut self) {
-        if let Some(after) = self.zooms.redo(&self.shown) {
-            self.shown = after.clone();
-        }
-    }
-
-    /// Returns the interval between the cursors, counted from the first sample of a recording on screen (s).
+    /// Returns the times of the cursors (s), counted from the first sample of a recording on screen.
     pub fn span_in(&self, recording: usize, traces: &TraceSet) -> Option<(f64, f64)> {
         let (a, b) = self.cursors.both()?;
         let mut segments = traces.segments.iter();
@@ -205,46 +189,25 @@ impl TimeView {
         (to >= 0.0).then_some((from.max(0.0), to))
     }
 
-    /// Puts cursor A (0) or B (1) at the sample under the pointer, or at the playing position.
-    fn put_cursor(&mut self, which: usize) {
-        let times = self.on.as_ref();
-        let time = self.hovered.and_then(|k| times?.get(k).copied());
-        if let Some(time) = time {
-            self.cursors.put(which, time);
+    /// Returns the time of the sample under the pointer, or at the playing position.
+    fn present_time(&self) -> Option<f64> {
+        self.on.as_ref()?.get(self.hovered?).copied()
+    }
+
+    /// Changes the visible interval of time, if recordings are on screen.
+    fn set_time(&mut self, changed: impl FnOnce(f64, f64) -> (f64, f64)) {
+        if let Some(times) = self.on.as_deref() {
+            let (from, to) = self.shown.time.unwrap_or_else(|| all_of(times));
+            self.shown.time = Some(within(times, changed(from, to)));
         }
     }
 
-    fn on_screen(&self) -> Option<(&[f64], (f64, f64))> {
-        let times = self.on.as_deref()?;
-        Some((times, self.shown.time.unwrap_or_else(|| all_of(times))))
-    }
-
-    /// Multiplies the visible time by this factor, around the present sample or the middle.
-    fn zoom_time(&mut self, factor: f64) {
-        let Some((times, (from, to))) = self.on_screen() else {
-            return;
-        };
-        let sample = self.hovered.and_then(|k| times.get(k).copied());
-        let at = sample.filter(|at| (from..=to).contains(at));
-        let at = at.unwrap_or(0.5 * (from + to));
-        let zoomed = (at + (from - at) * factor, at + (to - at) * factor);
-        self.shown.time = Some(within(times, zoomed));
-    }
-
-    /// Moves the visible time by this share of itself.
-    fn move_time(&mut self, share: f64) {
-        let Some((times, (from, to))) = self.on_screen() else {
-            return;
-        };
-        let by = share * (to - from);
-        self.shown.time = Some(within(times, (from + by, to + by)));
-    }
-
-    /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser.
+    /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser than pixels.
     fn step(&mut self, step: i8) {
-        let Some((times, (from, to))) = self.on_screen() else {
+        let Some(times) = self.on.as_deref() else {
             return;
         };
+        let (from, to) = self.shown.time.unwrap_or_else(|| all_of(times));
         let first = times.partition_point(|t| *t < from);
         let on_screen = times.partition_point(|t| *t <= to).saturating_sub(first);
         let samples = (on_screen / STEPS_ACROSS).max(1) as isize * isize::from(step);
@@ -256,30 +219,29 @@ impl TimeView {
         }
     }
 
-    /// Moves the visible time if this time would be outside.
+    /// Moves the visible interval so that it contains this time (s).
     fn follow_time(&mut self, time: f64) {
         if let Some((from, to)) = self.shown.time
             && !(from..=to).contains(&time)
         {
-            self.shown.time = Some(match time < from {
-                true => (time - (to - from), time),
-                false => (time, time + to - from),
-            });
+            let wide = to - from;
+            let moved = if time < from { (time - wide, time) } else { (time, time + wide) };
+            self.shown.time = Some(moved);
         }
     }
 
-    pub(super) fn is_shown(&self, trace: Trace) -> bool {
+    pub fn is_shown(&self, trace: Trace) -> bool {
         !self.hidden.contains(&trace)
     }
 
-    /// Continues playing. Returns the present sample. The visible time follows.
-    pub(super) fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
+    /// Continues playing, and returns the index of the present sample. The visible interval follows the present sample.
+    pub fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
         let start = traces.times.first().copied().unwrap_or(0.0);
         let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));
         let from = self.cursors.first().unwrap_or(on_screen);
         let passed = ui.input(|input| f64::from(input.stable_dt));
         let (sample, time) = self.playing.go_on(passed, from, traces)?;
-        if self.playing.is_running() {
+        if self.playing.running {
             ui.ctx().request_repaint();
             self.follow_time(time);
         }

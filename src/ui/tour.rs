@@ -1,8 +1,9 @@
-//! Tour of the main job on the built-in sensor. Each step points at the pane that it explains; any step can end the tour.
+//! Tour that explains how to calibrate the built-in sensor. Each step points at one pane, and the user can end the tour at any
+//! step.
 
 use egui::{Rect, Vec2};
 
-use crate::ui::command::{Command, Pane};
+use crate::ui::command::{Command, Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::{export_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
@@ -12,26 +13,22 @@ const STEPS: [Step; 6] = [
     (
         trace_panes::PANE,
         "What LoopScope does",
-        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Reference is the applied load, \
-         Uncompensated the load by the conventional calibration, Compensated the load that is compensated with past gauges. \
-         Their errors are below.",
+        "These recordings come from a simulated force/torque sensor. Each plot shows one axis. Reference is the applied load, and Uncompensated is the load by the conventional calibration. Compensated is the load that is compensated with past gauges. The errors are below the loads.",
     ),
     (
         trace_panes::PANE,
         "The past of a sample",
-        "Move the pointer over a trace. The green interval is t_th. The diamond is the past sample: the last one whose \
-         load differed by F_th. The small plot at the pointer shows this distance over time. Space plays through time.",
+        "Move the pointer over a trace. The green interval is t_th. The diamond is the past sample: the last sample whose load differed by F_th. The small plot at the pointer shows this difference for all samples within t_th. Space plays through time.",
     ),
     (
         settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Compensated equals Uncompensated. The tab Thresholds \
-         shows the error for every pair, and proposes one without using the test recordings.",
+        "Move F_th and t_th: the calibration is fitted again while you move a slider. At 0 N, Compensated equals Uncompensated. The tab Thresholds shows the error for every pair of F_th and t_th. It proposes a pair without using the test recordings.",
     ),
     (
         loops_pane::PANE,
         "Loops",
-        "The error over the load, uncompensated and compensated: hysteresis is the area of the loop. Metrology shows the figures of \
+        "The plot shows the uncompensated and the compensated error against the load: the area of a loop is the hysteresis. Metrology shows the figures of \
          a data sheet, and Models finds the best model.",
     ),
     (
@@ -48,7 +45,7 @@ const STEPS: [Step; 6] = [
     ),
 ];
 
-/// Size of each step; the same for all, so that the buttons stay in place.
+/// Size of the window of each step (points). All steps have the same size, so that the buttons stay in place.
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
 /// Distance of the ring around a pane from its contents (points).
 const RING: f32 = 5.0;
@@ -57,37 +54,23 @@ const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
 #[derive(Debug, Default)]
 pub struct Tour {
-    step: Option<usize>,
+    /// Index of the present step; `None` without a tour.
+    pub step: Option<usize>,
 }
 
 impl Tour {
-    pub fn begin(&mut self) {
+    /// Starts the tour. Returns the pane of its first step.
+    pub fn begin(&mut self) -> Pane {
         self.step = Some(0);
+        STEPS[0].0
     }
 
-    pub fn end(&mut self) {
-        self.step = None;
-    }
-
-    pub fn is_on(&self) -> bool {
-        self.step.is_some()
-    }
-
-    pub fn pane(&self) -> Pane {
-        STEPS[self.step.unwrap_or(0).min(STEPS.len() - 1)].0
-    }
-
-    /// Draws the present step beside its pane. `places` are the places of the panes on screen.
-    pub fn show(
-        &mut self,
-        context: &egui::Context,
-        places: &[(Pane, Rect)],
-        out: &mut Vec<Command>,
-    ) {
+    /// Draws the present step beside the pane that the step explains. `places` are the areas of the panes on screen.
+    pub fn show(&mut self, context: &egui::Context, places: &[(Pane, Rect)], out: &mut Out) {
         let Some(step) = self.step else {
             return;
         };
-        let (pane, title, text) = STEPS[step.min(STEPS.len() - 1)];
+        let (pane, title, text) = STEPS[step];
         let place = places.iter().find(|(own, _)| *own == pane);
         let place = place.map(|(_, place)| *place);
         if let Some(place) = place {
@@ -112,33 +95,25 @@ impl Tour {
                         if ui.press_if(step > 0, "Back", "Shows the previous step") {
                             next = Some(step - 1);
                         }
-                        if step + 1 < STEPS.len() {
-                            let button = ui.button("Next").on_hover_text("Shows the next step");
-                            if button.clicked() {
-                                next = Some(step + 1);
-                            }
-                            if ui.press(
-                                "Skip the tour",
-                                "Ends the tour; the Help menu starts it again",
-                            ) {
-                                out.push(Command::Tour(false));
-                            }
-                        } else {
-                            if ui.press("Done", "Ends the tour") {
-                                out.push(Command::Tour(false));
-                            }
+                        let is_last = step + 1 == STEPS.len();
+                        if !is_last && ui.press("Next", "Shows the next step") {
+                            next = Some(step + 1);
+                        }
+                        let end = if is_last { "Done" } else { "Skip the tour" };
+                        if ui.press(end, "Ends the tour; the Help menu starts it again") {
+                            out.send(Command::Tour(false));
                         }
                     });
                 });
             });
         if let Some(next) = next {
             self.step = Some(next);
-            out.push(Command::ShowPane(STEPS[next].0));
+            out.send(Command::ShowPane(STEPS[next].0));
         }
     }
 }
 
-/// Returns the place of a step: the corner of the window in which it covers the least of its pane.
+/// Returns the corner of the window in which a step covers the least of the explained pane.
 fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
     let room = window.shrink2(EDGE);
     let (left, right) = (room.left(), (room.right() - SIZE.x - EDGE.x).max(room.left()));

@@ -1,16 +1,18 @@
-//! The trace panes: for each axis the reference, uncompensated and compensated load, and below them their errors. All panes
-//! share the visible time and the sample under the pointer.
+//! The traces of each axis: the reference, uncompensated and compensated load, and the errors below the loads. All axes show
+//! the same interval of time and the same sample under the pointer.
 
 mod drawn;
 mod overlay;
 mod pane;
+
+use egui::Ui;
 
 use crate::engine::{Action, Edit, Engine};
 use crate::questions::check::faulty::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
 use crate::ui::choice::choice;
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
@@ -19,53 +21,50 @@ use crate::ui::time_view::TimeView;
 use drawn::DrawnLines;
 use pane::Place;
 
-/// Minimum height of a pane (points); further panes are scrolled to.
+/// Minimum height of the plots of an axis (points). If not all axes fit, the user scrolls.
 const MIN_CELL_HEIGHT: f32 = 116.0;
-/// Height of the time axis under the lowest pane (points).
+/// Height of the time axis under the lowest plot (points).
 const TIME_AXIS_HEIGHT: f32 = 34.0;
-/// Room above the uppermost pane for the number at the upper end of its scale (points).
+/// Space above the uppermost plot for the number at the upper end of its scale (points).
 const ABOVE: i8 = 4;
-/// Minimum width of a column of panes, if there are several (points).
+/// Minimum width of a column of plots (points), if there are several columns.
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
-/// Number of characters of a recording's name that fit into the row of choices and its list.
+/// Maximum number of characters of the chosen recording's name.
 const NAME_LENGTH: usize = 26;
+/// Maximum number of characters of the other recordings' names in the list.
 const LIST_NAME_LENGTH: usize = 60;
 
-/// Width of a piece of line and the name of its trace (points).
+/// Width of a legend entry (points): a piece of line, a check box and the name of the load.
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
 pub const PANE: Pane =
-    Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
+    Pane { key: "traces", title: "Traces", explanation: "Loads and errors over time" };
 
-/// View state of the pane: the lines that it drew last. The visible time belongs to all panes.
+/// The lines of the last frame. [`TimeView`] holds the visible interval of time.
 #[derive(Debug, Default)]
 pub struct View {
     drawn: DrawnLines,
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
-        trace_panes(ui, cx.engine, (cx.time, &self.drawn), cx.out);
+        trace_panes(ui, cx, &self.drawn);
     }
 }
 
-fn trace_panes(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    (panes, drawn): (&mut TimeView, &DrawnLines),
-    out: &mut Vec<Command>,
-) {
+fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, drawn: &DrawnLines) {
     let Some(analysis) = engine.analysis() else {
-        ui.centered_and_justified(|ui| match engine.problem() {
-            Some(problem) => ui.label(problem),
-            None if engine.entries().is_empty() => ui.label(
-                "Open recordings to see them here: File > Open, or drop files on the window",
-            ),
-            None => ui.label("Fitting…"),
-        });
+        let text = match engine.problem() {
+            Some(problem) => problem,
+            None if engine.entries().is_empty() => {
+                "No recordings. Choose File > Open, or drop files on the window"
+            }
+            None => "Fitting…",
+        };
+        ui.centered_and_justified(|ui| ui.label(text));
         return;
     };
     let traces = &*analysis.traces;
@@ -79,7 +78,7 @@ fn trace_panes(
     let shown: Vec<&AxisTraces> =
         traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis)).collect();
     if shown.is_empty() {
-        ui.centered_and_justified(|ui| ui.label("No axis is shown; choose some above"));
+        ui.centered_and_justified(|ui| ui.label("All axes are hidden. Choose an axis above"));
         return;
     }
     let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0 - f32::from(ABOVE);
@@ -90,11 +89,11 @@ fn trace_panes(
     let mut hovered = None;
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
-        // The wheel zooms, so it does not scroll.
+        // The wheel zooms, so the wheel must not scroll.
         .scroll_source(egui::scroll_area::ScrollSource { mouse_wheel: false, ..Default::default() })
         .show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            // The label of a scale stands a little to the left of its plot.
+            // The label of a scale extends a little to the left of the plot.
             let room = egui::Margin { left: 6, top: ABOVE, ..egui::Margin::ZERO };
             egui::Frame::NONE.inner_margin(room).show(ui, |ui| {
                 ui.columns(columns.len(), |uis| {
@@ -114,31 +113,27 @@ fn trace_panes(
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
-        panes.playing.let_pointer_lead();
+        panes.playing.stepped = false;
     }
-    let hovered = match panes.playing.leads() {
-        true => played.or(hovered),
-        false => hovered.or(played),
-    };
+    let hovered = if panes.playing.stepped { played.or(hovered) } else { hovered.or(played) };
     let hovered = hovered.or(panes.pointed.take());
     panes.drawn_in = ui.ctx().cumulative_pass_nr();
     panes.hovered = hovered;
     if hovered != hovered_before {
-        // Panes drawn before the one under the pointer show the sample in the next frame.
+        // Plots that were drawn before the plot under the pointer show the sample in the next frame.
         ui.request_repaint();
     }
 }
 
-/// Returns the axes in columns: forces left and moments right if both fit, else one column. If these are too high, and three
-/// columns x, y and z are lower and fit, returns three columns.
+/// Returns the axes in columns: forces left and moments right if both columns fit, else one column. If the columns are too high
+/// and three columns fit, returns the columns x, y and z.
 fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTraces>> {
     let (forces, moments): (Vec<_>, Vec<_>) =
         shown.iter().copied().partition(|axis| axis.axis.is_force());
     let has_width = |n: usize| room.x >= n as f32 * MIN_COLUMN_WIDTH;
-    let columns = match has_width(2) && !forces.is_empty() && !moments.is_empty() {
-        true => vec![forces, moments],
-        false => vec![shown.to_vec()],
-    };
+    let has_both = !forces.is_empty() && !moments.is_empty();
+    let columns =
+        if has_both && has_width(2) { vec![forces, moments] } else { vec![shown.to_vec()] };
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1);
     if rows as f32 * MIN_CELL_HEIGHT <= room.y || !has_width(3) || rows < 2 {
         return columns;
@@ -147,73 +142,70 @@ fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTr
     (0..3.min(shown.len())).map(third).collect()
 }
 
-fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut Vec<Command>) {
+fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         view_choice(ui, engine, out);
         ui.separator();
         for axis in engine.project().axes() {
-            let shown = engine.project().is_shown(*axis);
-            let toggle = ui
-                .selectable_label(shown, axis.symbol())
-                .on_hover_text("Show or hide this axis");
-            if toggle.clicked() {
-                out.push(Edit::ShowAxis(*axis, !shown).into());
+            let mut shown = engine.project().is_shown(*axis);
+            let toggle = ui.toggle_value(&mut shown, axis.symbol());
+            if toggle.on_hover_text("Shows or hides this axis").clicked() {
+                out.send(Edit::ShowAxis(*axis, shown));
             }
         }
         ui.separator();
         let traces = Trace::ALL.into_iter();
-        for trace in traces.filter(|trace| *trace != Trace::Factory || engine.project().factory.is_some()) {
+        let factory = &engine.project().factory;
+        for trace in traces.filter(|trace| *trace != Trace::Factory || factory.is_some()) {
             let mut shown = panes.is_shown(trace);
             if ui.available_size_before_wrap().x < LEGEND_ENTRY_WIDTH {
-                ui.end_row(); // the line stands beside its name
+                ui.end_row(); // keeps the line beside its name
             }
             line_sample(ui, trace);
-            let color = trace.color(ui.visuals());
-            let text = egui::RichText::new(trace.label()).color(color).strong();
-            if ui.tick(&mut shown, text, trace.explanation())
-            {
+            if trace_tick(ui, &mut shown, trace) {
                 panes.hidden.retain(|hidden| *hidden != trace);
                 if !shown {
                     panes.hidden.push(trace);
                 }
             }
         }
-        if let Some(factory) = &engine.project().factory {
-
+        if let Some(factory) = factory {
             let path = factory.path.display();
             if ui.press_small("×", format!("Ends the comparison with {path}")) {
-                out.push(Edit::Compare(None).into());
+                out.send(Edit::Compare(None));
             }
         }
         ui.separator();
-        let fit = ui.button("Fit view").on_hover_text(
-            "Shows the whole time (or double-click in a pane). Wheel: zoom in time; drag: move; right drag: zoom into a box",
-        );
-        if fit.clicked() {
+        if ui.press(
+            "Fit view",
+            "Shows the whole time; a double click in a plot does the same. In a plot, the wheel zooms in time, a drag moves, and a drag with the right button zooms into a box",
+        ) {
             panes.fit();
         }
-        let lock = ui.selectable_label(panes.locks_values, "Lock y");
+        let lock = ui.toggle_value(&mut panes.locks_values, "Lock y");
         let lock = lock.on_hover_text(
             "Keeps the scales of loads and errors, so that changes are visible while a threshold moves",
         );
         if lock.clicked() {
-            panes.locks_values = !panes.locks_values;
             panes.shown.values.clear();
         }
-        let table = ui.selectable_label(panes.cursors.has_table(), "Cursors");
-        let table = table.on_hover_text(
-            "Table of the values at cursors A and B and between them. Click in a trace to set A, Shift+click to set B; Escape removes both",
+        ui.toggle_value(&mut panes.cursors.table, "Cursors").on_hover_text(
+            "Shows a table of the values at cursors A and B, and of the statistics between A and B. Click in a trace to set A, Shift+click to set B; Escape removes both cursors",
         );
-        if table.clicked() {
-            panes.cursors.toggle_table();
-        }
         ui.separator();
         panes.playing.controls(ui);
     });
 }
 
-/// Draws a short piece of line, as the panes draw a trace.
-fn line_sample(ui: &mut egui::Ui, trace: Trace) {
+/// Draws the check box that shows or hides a load. Returns true if it changed.
+pub fn trace_tick(ui: &mut Ui, shown: &mut bool, trace: Trace) -> bool {
+    let color = trace.color(ui.visuals());
+    let text = egui::RichText::new(trace.label()).color(color).strong();
+    ui.tick(shown, text, trace.explanation())
+}
+
+/// Draws a short piece of line in the style of a trace.
+fn line_sample(ui: &mut Ui, trace: Trace) {
     let (place, _) = ui.allocate_exact_size(egui::vec2(22.0, 10.0), egui::Sense::hover());
     let ends = [place.left_center(), place.right_center()];
     let stroke = trace.stroke(ui.visuals());
@@ -226,25 +218,22 @@ fn line_sample(ui: &mut egui::Ui, trace: Trace) {
     }
 }
 
-fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+fn view_choice(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let entries = engine.entries();
     let name = |view: Shown| match view {
-        Shown::One(at) => entries
-            .get(at)
-            .map_or_else(|| "–".to_owned(), |entry| entry.recording.name().to_owned()),
-        Shown::All => "All, end to end".to_owned(),
+        Shown::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
+        Shown::All => "All, end to end",
     };
-    let explanation = "The recording on screen; All shows the recordings one after the other";
-    let button = egui::ComboBox::from_label("on screen")
-        .selected_text(elided(&name(engine.project().view), NAME_LENGTH))
-        .width(180.0)
-        .truncate();
-    let views = (0..entries.len()).map(Shown::One);
-    let items = std::iter::once(Shown::All).chain(views);
-    let items = items.map(|view| (view, elided(&name(view), LIST_NAME_LENGTH).into(), ""));
+    let button = egui::ComboBox::from_label("on screen").width(180.0).truncate();
+    let views = std::iter::once(Shown::All).chain((0..entries.len()).map(Shown::One));
     let mut view = engine.project().view;
-    choice(ui, button, &mut view, items).on_hover_text(explanation);
+    let described = |own| {
+        let is_chosen = own == engine.project().view;
+        (elided(name(own), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
+    };
+    choice(ui, button, &mut view, views, described)
+        .on_hover_text("Recording on screen. All shows the recordings one after the other");
     if view != engine.project().view {
-        out.push(Action::Show(view).into());
+        out.send(Action::Show(view));
     }
 }

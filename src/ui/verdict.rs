@@ -1,38 +1,38 @@
-//! The strip under the menus: improvement and deterioration by compensation, and the button that finds a better model.
+//! The strip under the menus: the changes of the errors by compensation, and the button that finds a better model.
 
 use std::time::Duration;
 
-use egui::text::LayoutJob;
 use egui::{TextFormat, TextStyle};
+use egui::{Ui, text::LayoutJob};
 
 use crate::engine::{Action, Engine, SEARCH_MINUTES};
 use crate::questions::loops::asked::{AskVerdict, LookAt};
 use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{Verdict, VerdictFigure};
 use crate::recording::Axis;
-use crate::ui::command::Command;
+use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::pane::Cx;
 use crate::ui::{errors_pane, metrology_pane, palette};
 
-/// Maximum number of axes whose changes are shown as numbers; for more axes only the direction fits.
+/// Maximum number of axes whose changes are shown as numbers. For more axes only arrows fit.
 const MANY_AXES: usize = 3;
 
-pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+pub fn verdict_strip(ui: &mut Ui, cx: &mut Cx<'_>) {
     let engine = cx.engine;
     ui.horizontal_wrapped(|ui| {
         if !engine.is_trying() {
             let find = egui::RichText::new("Find the best model").strong();
-            let about = "Tries models and proposes the most accurate; the workspace Models lists them";
+            let about = "Tries models and proposes the most accurate model; the workspace Models lists all tried models";
             if ui.press(find, about) {
                 let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
-                cx.out.push(Action::FindBest(limit).into());
-                cx.out.push(Command::ShowPane(super::models_pane::PANE));
+                cx.out.send(Action::FindBest(limit));
+                cx.out.send(Command::ShowPane(super::models_pane::PANE));
             }
         }
         let Some(verdict) = verdict(engine) else { return };
-        let about = "Changes of the compensated load against the uncompensated one: down and minus mean better. Click to show the figures";
+        let about = "Change of each figure from Uncompensated to Compensated. A minus or an arrow down means an improvement. Click a figure to show its table";
         ui.weak("Compensation:").on_hover_text(about);
         for figure in &verdict.figures {
             one(ui, figure, &verdict.axes, cx.out);
@@ -41,7 +41,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
             ui.weak("updating");
         }
     });
-    // While a slider moves, the verdict on the previous settings stays.
+    // While a slider moves, the strip keeps the answer to the previous settings.
     let of = TableOf::usual(&engine.project().recordings);
     let question = Question::Table(of);
     if engine.gesture.is_none()
@@ -52,7 +52,6 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
     }
 }
 
-/// Returns the verdict on the loads on screen, as far as it is computed.
 fn verdict(engine: &Engine) -> Option<Verdict> {
     let (_, analysis) = engine.exact()?;
     let Some(Look::Table(metrology)) = engine.lane::<AskVerdict>().answer() else { return None };
@@ -61,8 +60,8 @@ fn verdict(engine: &Engine) -> Option<Verdict> {
     fits.then(|| Verdict::of(quality, metrology))
 }
 
-/// Draws one figure as a button: its name, and each axis in the colour of its change.
-fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<Command>) {
+/// Draws one figure as a button with the name of the figure, and with each axis in the colour of its change.
+fn one(ui: &mut Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Out) {
     let visuals = ui.visuals().clone();
     let text = |color| TextFormat::simple(TextStyle::Body.resolve(ui.style()), color);
     let (mut job, mut spoken) = (LayoutJob::default(), figure.name.clone());
@@ -75,10 +74,9 @@ fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<C
             change if change > 0.0 => (visuals.error_fg_color, "↑", "worse"),
             _ => (visuals.weak_text_color(), "=", "the same"),
         };
-        let shown = match axes.len() > MANY_AXES {
-            true => format!("{}{sign}", axis.symbol()),
-            false => format!("{} {change:+.0} %", axis.symbol()),
-        };
+        let many = axes.len() > MANY_AXES;
+        let change_text = if many { sign.to_owned() } else { format!(" {change:+.0} %") };
+        let shown = format!("{}{change_text}", axis.symbol());
         job.append(&shown, 5.0, text(color));
         let [before, after] = [before, after].map(|value| significant(*value, 4));
         let line =
@@ -96,6 +94,6 @@ fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<C
     button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &spoken));
     if button.on_hover_text(lines.join("\n")).clicked() {
         let pane = if figure.is_rmse { errors_pane::PANE } else { metrology_pane::PANE };
-        out.push(Command::ShowPane(pane));
+        out.send(Command::ShowPane(pane));
     }
 }

@@ -1,15 +1,15 @@
-//! The choices of an empty window: open files, built-in sensor, recent files.
+//! The choices in a window without recordings: open files, the built-in sensor, or recent files.
 
 use egui::{Button, RichText};
 
 use crate::engine::{Action, Engine};
 use crate::ui::actions;
-use crate::ui::command::Command;
+use crate::ui::command::{Command, Out};
 
 const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
 const RECENT: usize = 5;
 
-pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     ui.vertical_centered(|ui| {
         ui.add_space(0.18 * ui.available_height());
         ui.heading("No recordings yet");
@@ -17,18 +17,18 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         for (name, about, command) in [
             (
                 "Open files…",
-                "Recordings, calibrations or a session; or drop them on the window",
+                "Opens recordings, calibrations or a session; you can also drop files on the window",
                 Command::ChooseFiles,
             ),
             (
                 "Built-in sensor",
-                "A simulated six-axis sensor to try the program on",
+                "Opens recordings of a simulated six-axis sensor to try the program on",
                 Action::OpenBuiltIn(None).into(),
             ),
         ] {
             let button = Button::new(RichText::new(name).size(18.0)).min_size(SIZE);
             if ui.add(button).on_hover_text(about).clicked() {
-                out.push(command);
+                out.send(command);
             }
             ui.weak(about);
             ui.add_space(10.0);
@@ -41,7 +41,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         }
         for action in recent.into_iter().take(RECENT) {
             if ui.button(action.name).on_hover_text(&*action.explanation).clicked() {
-                out.push(action.command);
+                out.send(action.command);
             }
         }
     });

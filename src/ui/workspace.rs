@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use egui::{Sense, Ui};
 use egui_tiles::{
     Behavior, Container, Linear, LinearDir, SimplificationOptions, TabState, Tile, TileId, Tiles,
     Tree, UiResponse,
@@ -9,17 +10,17 @@ use egui_tiles::{
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Command, Pane, PaneMove, Workspace};
+use crate::ui::command::{Command, Out, Pane, PaneMove, Workspace};
 use crate::ui::{panes, trace_panes};
 
-/// Share of the window for a pane that is moved to an edge.
+/// Share of the window that a pane gets when the user moves the pane to an edge.
 const EDGE_SHARE: f32 = 0.34;
-/// Factor of one step of a pane's size.
+/// Factor by which a pane grows or shrinks at each command.
 const RESIZE_STEP: f32 = 1.2;
 
 impl Serialize for Pane {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.0.key)
+        serializer.serialize_str(self.key)
     }
 }
 
@@ -31,12 +32,17 @@ impl<'de> Deserialize<'de> for Pane {
 }
 
 /// Returns the panes in the order of the menus.
-fn in_order(mut panes: Vec<Pane>) -> Vec<Pane> {
-    panes.sort_by_key(|pane| panes::all().position(|own| own == *pane));
+fn in_order(panes: impl Iterator<Item = Pane>) -> Vec<Pane> {
+    let mut panes: Vec<Pane> = panes.collect();
+    panes.sort_by_key(place_in_menus);
     panes
 }
 
-/// The arrangements of all workspaces, and the one on screen.
+fn place_in_menus(pane: &Pane) -> Option<usize> {
+    panes::all().position(|own| own == *pane)
+}
+
+/// Arrangements of all workspaces, and the workspace on screen.
 #[derive(Serialize, Deserialize)]
 pub struct Workspaces {
     shown: Workspace,
@@ -47,24 +53,20 @@ pub struct Workspaces {
 
 impl Default for Workspaces {
     fn default() -> Self {
-        Self::first(Workspace::Calibrate)
+        let shown = Workspace::Calibrate;
+        let arrangements = [(shown, Arrangement::of(shown))].into();
+        Self { shown, arrangements, maximized: None }
     }
 }
 
 impl Workspaces {
-    fn first(shown: Workspace) -> Self {
-        let arrangements = [(shown, Arrangement::of(shown))].into();
-        Self { shown, arrangements, maximized: None }
-    }
-
-    /// Reads the output of [`Self::to_value`]; `None` if it is not valid.
+    /// Returns the arrangements from the JSON of [`Self::to_value`]; `None` if the JSON is not valid.
     pub fn from_value(value: &serde_json::Value) -> Option<Self> {
         let mut read: Self = serde_json::from_value(value.clone()).ok()?;
         read.show(read.shown);
         read.arrangements.values().all(Arrangement::is_sound).then_some(read)
     }
 
-    /// Returns the arrangements as JSON.
     pub fn to_value(&self) -> serde_json::Value {
         serde_json::to_value(self).unwrap_or_default()
     }
@@ -96,12 +98,12 @@ impl Workspaces {
         self.own().is_open(pane)
     }
 
-    /// Returns the visible panes: open, and in front of their tabs.
+    /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
         self.maximized.map_or_else(|| self.own().on_screen(), |pane| vec![pane])
     }
 
-    /// Brings a pane to the front: in this workspace, or else in the first that contains it.
+    /// Selects the tab of a pane, in the present workspace or else in the first workspace that contains the pane.
     pub fn bring(&mut self, pane: Pane) {
         let has_it = |workspace: &Workspace| match self.arrangements.get(workspace) {
             Some(arrangement) => arrangement.is_open(pane),
@@ -116,19 +118,17 @@ impl Workspaces {
         self.own_mut().bring(pane);
     }
 
-    /// Maximises a pane (if `None`, the one with the focus or the largest), or shows all panes again.
+    /// Maximises a pane, or shows all panes again if a pane is maximised.
     pub fn toggle_maximized(&mut self, pane: Option<Pane>) {
-        self.maximized = match self.maximized {
-            Some(_) => None,
-            None => pane.filter(|pane| self.is_open(*pane)),
-        };
+        let own = pane.filter(|pane| self.maximized.is_none() && self.is_open(*pane));
+        self.maximized = own;
     }
 
     pub fn draw(
         &mut self,
-        ui: &mut egui::Ui,
-        out: &mut Vec<Command>,
-        draw: &mut dyn FnMut(&mut egui::Ui, &mut Vec<Command>, Pane),
+        ui: &mut Ui,
+        out: &mut Out,
+        draw: &mut dyn FnMut(&mut Ui, &mut Out, Pane),
     ) {
         let maximized = self.maximized;
         let own = self.own_mut();
@@ -136,12 +136,13 @@ impl Workspaces {
         match maximized {
             Some(mut pane) => {
                 ui.horizontal(|ui| {
-                    let title = egui::Label::new(egui::RichText::new(pane.title()).strong());
-                    let title = ui.add(title.sense(egui::Sense::click()));
-                    let back =
-                        ui.button("All panes").on_hover_text("Shows the whole workspace again; F9");
+                    let title = egui::Label::new(egui::RichText::new(pane.title).strong());
+                    let title = ui.add(title.sense(Sense::click()));
+                    let back = ui
+                        .button("All panes")
+                        .on_hover_text("Shows all panes of the workspace again (F9)");
                     if title.double_clicked() || back.clicked() {
-                        drawing.out.push(Command::ToggleMaximized(None));
+                        drawing.out.send(Command::ToggleMaximized(None));
                     }
                 });
                 let _ = drawing.pane_ui(ui, TileId::from_u64(0), &mut pane);
@@ -156,7 +157,7 @@ impl Workspaces {
     }
 }
 
-/// A tree of panes. Every pane is in it at most once.
+/// Tree of panes, in which each pane occurs at most once.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Arrangement {
@@ -166,7 +167,6 @@ pub struct Arrangement {
 }
 
 impl Arrangement {
-    /// Returns the default arrangement of a workspace.
     pub fn of(workspace: Workspace) -> Self {
         use crate::ui::{
             calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
@@ -177,72 +177,63 @@ impl Arrangement {
             settings_panel::PANE as SETTINGS, thresholds_pane::PANE as THRESHOLDS,
             trace_panes::PANE as TRACES,
         };
+        use LinearDir::{Horizontal, Vertical};
         let mut tiles = Tiles::default();
         let mut build = Build(&mut tiles);
         let (left, right, share) = match workspace {
             Workspace::Import => {
-                let foot = build.tabs(&[SENSOR, NOTES]);
-                let traces = build.tabs(&[TRACES]);
-                (build.tabs(&[RECORDINGS]), build.column([traces, foot], 0.62), 0.4)
+                let right = build.column([&[TRACES], &[SENSOR, NOTES]], 0.62);
+                (build.tabs(&[RECORDINGS]), right, 0.4)
             }
             Workspace::Calibrate => {
-                let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
-                let (traces, errors) = (build.tabs(&[TRACES]), build.tabs(&[ERRORS]));
-                let left = build.column([settings, recordings], 0.54);
-                (left, build.column([traces, errors], 0.66), 0.28)
+                let left = build.column([&[SETTINGS], &[RECORDINGS]], 0.54);
+                (left, build.column([&[TRACES], &[ERRORS]], 0.66), 0.28)
             }
             Workspace::Loops => {
-                let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
-                let (traces, figures) = (build.tabs(&[TRACES]), build.tabs(&[METROLOGY]));
-                let foot = build.row([traces, figures], 0.55);
-                let loops = build.tabs(&[LOOPS]);
-                let left = build.column([settings, recordings], 0.5);
-                (left, build.column([loops, foot], 0.5), 0.24)
+                let foot = [build.tabs(&[TRACES]), build.tabs(&[METROLOGY])];
+                let right = [build.tabs(&[LOOPS]), build.line(Horizontal, foot, 0.55)];
+                let left = build.column([&[SETTINGS], &[RECORDINGS]], 0.5);
+                (left, build.line(Vertical, right, 0.5), 0.24)
             }
             Workspace::Thresholds => {
-                let (settings, errors) = (build.tabs(&[SETTINGS]), build.tabs(&[ERRORS]));
-                let (traces, map) = (build.tabs(&[TRACES]), build.tabs(&[THRESHOLDS]));
-                let left = build.column([settings, errors], 0.5);
-                (left, build.column([traces, map], 0.5), 0.32)
+                let left = build.column([&[SETTINGS], &[ERRORS]], 0.5);
+                (left, build.column([&[TRACES], &[THRESHOLDS]], 0.5), 0.32)
             }
             Workspace::Models => {
-                let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
-                let (models, errors) = (build.tabs(&[MODELS]), build.tabs(&[ERRORS]));
-                let left = build.column([settings, recordings], 0.6);
-                (left, build.column([models, errors], 0.72), 0.26)
+                let left = build.column([&[SETTINGS], &[RECORDINGS]], 0.6);
+                (left, build.column([&[MODELS], &[ERRORS]], 0.72), 0.26)
             }
             Workspace::Check => {
-                let (check, traces) = (build.tabs(&[CHECK]), build.tabs(&[TRACES, LIVE]));
-                (build.tabs(&[RECORDINGS]), build.column([check, traces], 0.5), 0.34)
+                let right = build.column([&[CHECK], &[TRACES, LIVE]], 0.5);
+                (build.tabs(&[RECORDINGS]), right, 0.34)
             }
             Workspace::Export => {
-                let (export, errors) = (build.tabs(&[EXPORT]), build.tabs(&[ERRORS, NOTES]));
-                let matrix = build.tabs(&[CALIBRATION]);
-                (export, build.column([matrix, errors], 0.66), 0.34)
+                let right = build.column([&[CALIBRATION], &[ERRORS, NOTES]], 0.66);
+                (build.tabs(&[EXPORT]), right, 0.34)
             }
         };
-        let root = build.row([left, right], share);
+        let root = build.line(Horizontal, [left, right], share);
         Self { tree: tree(root, tiles), focus: None }
     }
 
-    /// Returns true if the tree contains panes, each once.
+    /// Returns true if the tree has at least one pane, and no pane twice.
     fn is_sound(&self) -> bool {
-        let panes = in_order(self.panes().map(|(_, pane)| pane).collect());
+        let panes = in_order(self.panes());
         panes.windows(2).all(|pair| pair[0] != pair[1]) && !panes.is_empty()
     }
 
-    /// Returns the visible panes: open, and in front of their tabs.
+    /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
         let active = self.tree.active_tiles();
         let panes = active.iter().filter_map(|tile| self.tree.tiles.get_pane(tile));
-        in_order(panes.copied().collect())
+        in_order(panes.copied())
     }
 
     pub fn is_open(&self, pane: Pane) -> bool {
         self.tree.tiles.find_pane(&pane).is_some()
     }
 
-    /// Brings a pane to the front, or adds it again.
+    /// Selects the tab of a pane, and adds the pane first if it was closed.
     pub fn bring(&mut self, pane: Pane) {
         if !self.is_open(pane) {
             let new = self.tree.tiles.insert_pane(pane);
@@ -261,20 +252,16 @@ impl Arrangement {
         self.focus = Some(pane);
     }
 
-    /// Changes the place or size of a pane, and brings it to the front.
     pub fn move_pane(&mut self, pane: Pane, to: PaneMove) {
         self.bring(pane);
         use LinearDir::{Horizontal, Vertical};
+        use PaneMove::{Bottom, Left, Lower, Narrower, NextTabs, Right, Taller, Top, Wider};
         match to {
-            PaneMove::Left => self.put_at_edge(pane, Horizontal, true),
-            PaneMove::Right => self.put_at_edge(pane, Horizontal, false),
-            PaneMove::Top => self.put_at_edge(pane, Vertical, true),
-            PaneMove::Bottom => self.put_at_edge(pane, Vertical, false),
-            PaneMove::NextTabs => self.put_in_next_tabs(pane),
-            PaneMove::Wider => self.resize(pane, Horizontal, RESIZE_STEP),
-            PaneMove::Narrower => self.resize(pane, Horizontal, RESIZE_STEP.recip()),
-            PaneMove::Taller => self.resize(pane, Vertical, RESIZE_STEP),
-            PaneMove::Lower => self.resize(pane, Vertical, RESIZE_STEP.recip()),
+            Left | Right => self.put_at_edge(pane, Horizontal, to == Left),
+            Top | Bottom => self.put_at_edge(pane, Vertical, to == Top),
+            NextTabs => self.put_in_next_tabs(pane),
+            Wider | Narrower => self.resize(pane, Horizontal, to == Wider),
+            Taller | Lower => self.resize(pane, Vertical, to == Taller),
         }
         self.bring(pane);
     }
@@ -283,14 +270,12 @@ impl Arrangement {
         self.close(pane);
         self.tree.simplify(&simplification());
         let Some(rest) = self.tree.root() else {
-            return; // it was alone, and comes back so
+            return; // the only pane stays where it is
         };
         let mut build = Build(&mut self.tree.tiles);
         let own = build.tabs(&[pane]);
-        let (children, share) = match first {
-            true => ([own, rest], EDGE_SHARE),
-            false => ([rest, own], 1.0 - EDGE_SHARE),
-        };
+        let (children, share) =
+            if first { ([own, rest], EDGE_SHARE) } else { ([rest, own], 1.0 - EDGE_SHARE) };
         let root = build.line(dir, children, share);
         self.set_root(root);
     }
@@ -298,14 +283,9 @@ impl Arrangement {
     fn put_in_next_tabs(&mut self, pane: Pane) {
         let mut groups = Vec::new();
         self.collect_tabs(self.tree.root(), &mut groups);
-        let tile = self.tree.tiles.find_pane(&pane);
-        let Some((tile, own)) =
-            tile.and_then(|tile| Some((tile, self.tree.tiles.parent_of(tile)?)))
-        else {
-            return;
-        };
-        let at = groups.iter().position(|group| *group == own);
-        if let Some(at) = at
+        if let Some(tile) = self.tree.tiles.find_pane(&pane)
+            && let Some(own) = self.tree.tiles.parent_of(tile)
+            && let Some(at) = groups.iter().position(|group| *group == own)
             && groups.len() > 1
         {
             let next = groups[(at + 1) % groups.len()];
@@ -319,16 +299,15 @@ impl Arrangement {
         match self.tree.tiles.get_container(id) {
             Some(Container::Tabs(_)) => groups.push(id),
             Some(container) => {
-                for child in container.children() {
-                    self.collect_tabs(Some(*child), groups);
-                }
+                container.children().for_each(|child| self.collect_tabs(Some(*child), groups));
             }
             None => {}
         }
     }
 
-    /// Changes the share of the pane in its nearest row or column.
-    fn resize(&mut self, pane: Pane, dir: LinearDir, factor: f32) {
+    /// Enlarges or shrinks a pane within the nearest row or column that contains the pane.
+    fn resize(&mut self, pane: Pane, dir: LinearDir, grows: bool) {
+        let factor = if grows { RESIZE_STEP } else { RESIZE_STEP.recip() };
         let mut child = self.tree.tiles.find_pane(&pane);
         while let Some(at) = child {
             child = self.tree.tiles.parent_of(at);
@@ -354,33 +333,28 @@ impl Arrangement {
         }
     }
 
-    /// Returns the tabs for a pane without a place: those with the traces, else any.
+    /// Returns the group of tabs to which a closed pane is added: the group of the traces, else the largest group.
     fn home(&self) -> Option<TileId> {
-        let tabs = || {
-            self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
-                Tile::Container(Container::Tabs(tabs)) => Some((*id, tabs)),
-                _ => None,
-            })
-        };
         let traces = self.tree.tiles.find_pane(&trace_panes::PANE);
-        let with_traces =
-            tabs().find(|(_, tabs)| traces.is_some_and(|t| tabs.children.contains(&t)));
-        let any = || tabs().max_by_key(|(_, tabs)| tabs.children.len());
-        with_traces.or_else(any).map(|(id, _)| id)
+        let tabs = self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
+            Tile::Container(Container::Tabs(tabs)) => Some((*id, &tabs.children)),
+            _ => None,
+        });
+        let has_traces = |tabs: &[TileId]| traces.is_some_and(|own| tabs.contains(&own));
+        tabs.max_by_key(|(_, tabs)| (has_traces(tabs), tabs.len())).map(|(id, _)| id)
     }
 
-    /// Returns the number of tabs of this group that precede a pane in the order of the menus.
+    /// Returns the index at which a pane is inserted into a group of tabs, in the order of the menus.
     fn place_in(&self, home: TileId, pane: Pane) -> usize {
-        let order = |pane: Pane| panes::all().position(|own| own == pane);
         let tabs = self.tree.tiles.get_container(home).map(Container::children_vec);
         let tabs = tabs.unwrap_or_default().into_iter();
         let panes = tabs.filter_map(|tab| self.tree.tiles.get_pane(&tab));
-        panes.filter(|own| order(**own) < order(pane)).count()
+        panes.filter(|own| place_in_menus(own) < place_in_menus(&pane)).count()
     }
 
-    fn panes(&self) -> impl Iterator<Item = (TileId, Pane)> {
-        self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
-            Tile::Pane(pane) => Some((*id, *pane)),
+    fn panes(&self) -> impl Iterator<Item = Pane> {
+        self.tree.tiles.tiles().filter_map(|tile| match tile {
+            Tile::Pane(pane) => Some(*pane),
             Tile::Container(_) => None,
         })
     }
@@ -392,13 +366,12 @@ fn tree(root: TileId, tiles: Tiles<Pane>) -> Tree<Pane> {
 
 fn simplification() -> SimplificationOptions {
     SimplificationOptions {
-        // A pane is dragged and closed by its tab.
+        // Users drag and close a pane by its tab.
         all_panes_must_have_tabs: true,
         ..Default::default()
     }
 }
 
-/// Builds trees of tiles.
 struct Build<'a>(&'a mut Tiles<Pane>);
 
 impl Build<'_> {
@@ -407,11 +380,9 @@ impl Build<'_> {
         self.0.insert_tab_tile(children)
     }
 
-    fn row(&mut self, children: [TileId; 2], first_share: f32) -> TileId {
-        self.line(LinearDir::Horizontal, children, first_share)
-    }
-
-    fn column(&mut self, children: [TileId; 2], first_share: f32) -> TileId {
+    /// Adds two groups of tabs, one above the other.
+    fn column(&mut self, groups: [&[Pane]; 2], first_share: f32) -> TileId {
+        let children = groups.map(|panes| self.tabs(panes));
         self.line(LinearDir::Vertical, children, first_share)
     }
 
@@ -422,17 +393,17 @@ impl Build<'_> {
 }
 
 struct Drawing<'a> {
-    draw: &'a mut dyn FnMut(&mut egui::Ui, &mut Vec<Command>, Pane),
+    draw: &'a mut dyn FnMut(&mut Ui, &mut Out, Pane),
     focus: Option<Pane>,
-    out: &'a mut Vec<Command>,
+    out: &'a mut Out,
 }
 
 impl Behavior<Pane> for Drawing<'_> {
-    fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        // The keyboard focus goes to a pane first, and by Tab to its controls.
-        let id = egui::Id::unique(("pane", pane.0.key));
-        let whole = ui.interact(ui.max_rect(), id, egui::Sense::focusable_noninteractive());
-        whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title()));
+    fn pane_ui(&mut self, ui: &mut Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
+        // The pane itself can take the keyboard focus; Tab then moves the focus to the controls of the pane.
+        let id = egui::Id::unique(("pane", pane.key));
+        let whole = ui.interact(ui.max_rect(), id, Sense::focusable_noninteractive());
+        whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title));
         if self.focus == Some(*pane) {
             whole.request_focus();
         }
@@ -447,14 +418,14 @@ impl Behavior<Pane> for Drawing<'_> {
     }
 
     fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
-        pane.title().into()
+        pane.title.into()
     }
 
-    /// Draws a tab. The close button of the tab appears under the pointer, in a place that is kept free.
+    /// Draws a tab. The close button is visible only under the pointer; its place is always kept free.
     fn tab_ui(
         &mut self,
         tiles: &mut Tiles<Pane>,
-        ui: &mut egui::Ui,
+        ui: &mut Ui,
         id: egui::Id,
         tile: TileId,
         state: &TabState,
@@ -466,7 +437,7 @@ impl Behavior<Pane> for Drawing<'_> {
         let text = text.into_galley(ui, Some(egui::TextWrapMode::Extend), f32::INFINITY, font);
         let width = text.size().x + 2.0 * MARGIN + CLOSE.x;
         let (_, place) = ui.allocate_space(egui::vec2(width, ui.available_height()));
-        let tab = ui.interact(place, id, egui::Sense::click_and_drag());
+        let tab = ui.interact(place, id, Sense::click_and_drag());
         tab.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::Button, true, state.active, text.text())
         });
@@ -481,21 +452,21 @@ impl Behavior<Pane> for Drawing<'_> {
         if ui.rect_contains_pointer(place) {
             let center = egui::pos2(place.right() - MARGIN, place.center().y);
             let cross = egui::Rect::from_center_size(center, CLOSE);
-            let close = ui.interact(cross, id.with("close"), egui::Sense::click());
+            let close = ui.interact(cross, id.with("close"), Sense::click());
             close.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Close"));
             let stroke = ui.style().interact(&close).fg_stroke;
             let cross = cross.shrink(2.0);
             ui.painter().line_segment([cross.left_top(), cross.right_bottom()], stroke);
             ui.painter().line_segment([cross.right_top(), cross.left_bottom()], stroke);
-            let close = close.on_hover_text("Close; the View menu opens it again");
+            let close = close.on_hover_text("Closes this pane; the View menu opens it again");
             if close.clicked() {
-                self.out.push(Command::ClosePane(pane));
+                self.out.send(Command::ClosePane(pane));
             }
         }
         if tab.double_clicked() {
-            self.out.push(Command::ToggleMaximized(Some(pane)));
+            self.out.send(Command::ToggleMaximized(Some(pane)));
         }
-        tab.on_hover_text(format!("{}. A double click maximises it", pane.explanation()))
+        tab.on_hover_text(format!("{}. A double click maximises the pane", pane.explanation))
     }
 
     fn tab_bg_color(
@@ -534,7 +505,7 @@ mod tests {
     }
 
     fn open(workspace: &Arrangement) -> Vec<Pane> {
-        in_order(workspace.panes().map(|(_, pane)| pane).collect())
+        in_order(workspace.panes())
     }
 
     /// All panes in tabs beside the traces.
@@ -550,7 +521,7 @@ mod tests {
         assert!(first.iter().all(|own| (3..=5).contains(&own.on_screen().len())));
         assert!(first.iter().all(Arrangement::is_sound));
         for pane in all() {
-            assert!(first.iter().any(|own| own.is_open(pane)), "{}", pane.title());
+            assert!(first.iter().any(|own| own.is_open(pane)), "{}", pane.title);
         }
     }
 

@@ -376,7 +376,7 @@ fn offset_and_full_scale_distance_are_choices_of_the_fit() {
     assert_eq!(over_full_scale.calibration.features.look_backs[0].f_th, 0.25);
     slide(&mut window, "F_th", 50.0);
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.5);
-    click(&mut window, Role::Button, "Reset to 25 %, 15 s");
+    click(&mut window, Role::Button, "Reset to 25 % FS, 15 s");
     assert_eq!(
         train_rmse(&window)[1],
         over_full_scale.calibration.quality.compensated.train_rmse.clone().unwrap()
@@ -464,7 +464,7 @@ fn axes_and_their_errors_are_hidden_and_shown() {
     for axis in ["Fx", "Fy", "Fz"] {
         click(&mut window, Role::Button, axis);
     }
-    assert!(has(&window, "No axis is shown"));
+    assert!(has(&window, "All axes are hidden"));
 }
 
 #[test]
@@ -828,7 +828,7 @@ fn moments_alone_are_measured_over_full_scale() {
     assert!(!has(&window, "F_th is measured over"));
     slide(&mut window, "F_th", 40.0);
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.4);
-    click(&mut window, Role::Button, "Reset to 25 %, 15 s");
+    click(&mut window, Role::Button, "Reset to 25 % FS, 15 s");
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.25);
 }
 

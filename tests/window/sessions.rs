@@ -52,7 +52,7 @@ fn a_changed_file_is_reported_and_a_moved_file_is_asked_for() {
     let moved = files.path("moved.csv");
     assert!(has(&window, "A file of the session was not found"));
     type_into(&mut window, "Now in the folder", "/nowhere");
-    click(&mut window, Role::Button, "Look there");
+    click(&mut window, Role::Button, "Search folder");
     message(&mut window, Level::Error, "/nowhere: none of the missing files");
     type_into(&mut window, "Now in the folder", moved.to_str().unwrap());
     window.key_press(Key::Enter);
@@ -131,7 +131,7 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     settle(&mut window);
     assert!(has(&window, "a.csv, b.csv, test_c.csv"));
     assert!(has(&window, "UTC") && has(&window, "2 B") && has(&window, "kB"));
-    assert!(has(&window, "It cannot be read: not a session"));
+    assert!(has(&window, "This session cannot be read: not a session"));
     click(&mut window, Role::Button, "Later");
     assert!(!has(&window, "a.csv, b.csv, test_c.csv"));
     menu(&mut window, "File", "Recover sessions…");

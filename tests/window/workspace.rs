@@ -260,9 +260,9 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
         wait(window, 3);
     };
     press(&mut window, pane.center(), Modifiers::NONE);
-    assert!(!has(&window, "Shift and click puts cursor B"), "the hint is not shown");
+    assert!(!has(&window, "Shift+click sets cursor B"), "the hint is not shown");
     click(&mut window, Role::Button, "Cursors");
-    assert!(has(&window, "Shift and click puts cursor B"));
+    assert!(has(&window, "Shift+click sets cursor B"));
     press(&mut window, pane.center() + Vec2::new(60.0, 0.0), Modifiers::SHIFT);
     assert!(has(&window, "Δt"));
     assert!(has(&window, "Fx Compensated error"));
@@ -284,7 +284,7 @@ fn space_plays_through_time_and_stops() {
     window.key_press(Key::A);
     window.key_press(Key::T);
     wait(&mut window, 3);
-    assert!(has(&window, "Shift and click puts cursor B"), "cursor A is where playing stopped");
+    assert!(has(&window, "Shift+click sets cursor B"), "cursor A is where playing stopped");
     window.key_press(Key::Escape);
     settle(&mut window);
     assert!(has(&window, "Play"));

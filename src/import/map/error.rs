@@ -2,7 +2,7 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::finding::{Advice, Way};
-use crate::import::map::role::{Attitude, ColumnRole};
+use crate::import::map::role::{Attitude, ColumnRole, PosePart};
 use crate::import::map::table::ColumnKey;
 
 /// Reason why a column map cannot be used for any recording, as one sentence.
@@ -22,8 +22,8 @@ pub enum MapError {
     Version { found: u64, known: u32 },
     #[error("the pose has a position but no orientation; add the columns {}", Attitude::listed())]
     NoAttitude,
-    #[error("the pose has no column \"{missing}\"; list all columns of the pose")]
-    PoseIncomplete { missing: ColumnRole },
+    #[error("the pose has no {}; choose a column for this part of the pose", missing.words())]
+    PoseIncomplete { missing: PosePart },
     #[error(
         "\"{first}\" and \"{second}\" both give the orientation of the sensor; keep one of them, and make the columns of the other \"ignore\""
     )]

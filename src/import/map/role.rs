@@ -71,6 +71,20 @@ impl PosePart {
     /// Position, which is needed only for the acceleration.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
+    /// Returns the part of the pose in words, such as "y component of the rotation vector".
+    pub fn words(self) -> String {
+        let name = <&str>::from(self).trim_start_matches("pose_");
+        let letters: Vec<char> = name.chars().collect();
+        match letters[..] {
+            ['q', part] => format!("{part} component of the quaternion"),
+            ['r', part] => format!("{part} component of the rotation vector"),
+            ['r', row, column] => {
+                format!("element in row {row}, column {column} of the rotation matrix")
+            }
+            _ => format!("{name} angle"),
+        }
+    }
+
     /// Returns true for an angle or a component of a rotation vector.
     pub const fn is_angle(self) -> bool {
         matches!(self, Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz)

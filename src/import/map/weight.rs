@@ -77,9 +77,7 @@ impl Attitude {
             [] => Ok(None),
             [attitude] => match attitude.parts().iter().find(|part| !has(part)) {
                 None => Ok(Some(attitude)),
-                Some(missing) => {
-                    Err(MapError::PoseIncomplete { missing: ColumnRole::Pose(*missing) })
-                }
+                Some(missing) => Err(MapError::PoseIncomplete { missing: *missing }),
             },
             [first, second, ..] => Err(MapError::TwoPoses {
                 first: ColumnRole::Pose(first.parts()[0]),

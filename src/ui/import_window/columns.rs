@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use egui::{ComboBox, DragValue, TextEdit};
+use egui::{ComboBox, DragValue, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder};
 
 use crate::formats::text::times::TIME_SPELLINGS;
@@ -13,19 +13,18 @@ use crate::recording::units::{FORCE_UNITS, MOMENT_UNITS};
 use crate::ui::choice::choice;
 use crate::ui::numbers::significant;
 
-const NAME: &str =
-    "Name of a gauge or an auxiliary channel; if empty, that of the header, or S1, S2, …";
-const SCALE: &str = "Factor of the values; -1 changes the sign";
-const SELECT: &str = "Name in the file. Click a row to select it; Ctrl adds a row, Shift a range. A role that is chosen for one of them applies to all";
+const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
+const SCALE: &str = "Factor by which the values are multiplied; -1 changes the sign";
+const SELECT: &str = "Name in the file. Click a row to select it; Ctrl and a click adds a row, Shift and a click adds a range. A role that is chosen for a selected row applies to all selected rows";
 const MISSING: &str = "A number that stands for a missing value";
 
-/// Height of the list of roles (points); the roles of most columns are visible without scrolling.
+/// Height of the list of roles (points). The most frequent roles are visible without scrolling.
 const LIST_HEIGHT: f32 = 320.0;
 
 /// Draws one row for each column: role, name, unit, scale factor, missing value, first values.
-pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
+pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
-    // Without names, the values get their width.
+    // Without names in the header, the values get the width of the header.
     let has_names = reports.iter().any(|report| !report.header.is_empty());
     let header_width = if has_names { 130.0 } else { 52.0 };
     let mut selection: Selection =
@@ -52,16 +51,16 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                 .column(Column::remainder().at_least(160.0).clip(true))
                 .header(20.0, |mut titles| {
                     for (title, explanation) in [
-                        ("", "The number of the column"),
+                        ("", "Number of the column in the file"),
                         ("Header", SELECT),
-                        ("Role", "Role of the column; ignored columns are not loaded. Applies to all selected columns"),
+                        ("Role", "Role of the column. Ignored columns are not loaded. A change applies to all selected rows"),
                         ("Name", NAME),
                         ("Unit", &units()),
                         ("Scale factor", SCALE),
                         ("Missing value", MISSING),
                         (
                             "First values, range",
-                            "First values, and the range over rows from the whole file",
+                            "First values, and the range of values in rows from the whole file",
                         ),
                     ] {
                         titles.col(|ui| {
@@ -76,7 +75,6 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                         let before = rule.clone();
                         row.set_selected(selection.rows.contains(&row.index()));
                         let alike = reports.iter().filter(|own| own.header == report.header);
-                        // Name of the row for a screen reader.
                         let name = match (report.header.as_str(), alike.count()) {
                             ("", _) => format!("column {}", report.number),
                             (header, 1) => format!("column {header}"),
@@ -109,12 +107,12 @@ fn selection_id(table: &str) -> egui::Id {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Selection {
     rows: BTreeSet<usize>,
-    /// Row where a range starts.
     anchor: usize,
 }
 
 impl Selection {
-    /// Selects like any list: a click selects one row, Ctrl adds or removes one, Shift selects all from the last row on.
+    /// Changes the selection after a click on a row. Without a modifier the click selects one row. With Ctrl the click adds or
+    /// removes the row, with Shift it selects all rows from the last click on.
     fn click(&mut self, row: usize, modifiers: egui::Modifiers) {
         if modifiers.shift {
             let (first, last) = (self.anchor.min(row), self.anchor.max(row));
@@ -126,15 +124,14 @@ impl Selection {
             if !self.rows.remove(&row) {
                 self.rows.insert(row);
             }
-        } else if self.rows == BTreeSet::from([row]) {
-            self.rows.clear();
         } else {
-            self.rows = BTreeSet::from([row]);
+            let one = BTreeSet::from([row]);
+            self.rows = if self.rows == one { BTreeSet::new() } else { one };
         }
     }
 }
 
-/// Gives these columns the same role; load axes continue from this axis.
+/// Gives these columns the same role. If the role is a load axis, the columns get this axis and the axes after it.
 fn set_all(
     table: &mut TableMap,
     header: &Header<'_>,
@@ -172,21 +169,18 @@ fn column_row(
         ui.weak(number.to_string());
     });
     row.col(|ui| {
-        // A click is for the row.
+        // A click must select the row, not the text.
         ui.add(egui::Label::new(&report.header).selectable(false));
     });
     row.col(|ui| {
-        let button = ComboBox::from_id_salt((id, number))
-            .selected_text(rule.is.label())
-            .width(112.0)
-            .height(LIST_HEIGHT);
-        let items = ColumnRole::all().map(|role| (role, role.label().into(), ""));
-        let button = choice(ui, button, &mut rule.is, items);
+        let button = ComboBox::from_id_salt((id, number)).width(112.0).height(LIST_HEIGHT);
+        let described = |role: ColumnRole| (role.label(), "");
+        let button = choice(ui, button, &mut rule.is, ColumnRole::all(), described);
         (button.on_hover_text("Role of the column")).widget_info(|| {
             let name = format!("Role of {column}");
-            egui::WidgetInfo {
+            WidgetInfo {
                 current_text_value: Some(rule.is.label()),
-                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
+                ..WidgetInfo::labeled(egui::Role::ComboBox, true, name)
             }
         });
     });
@@ -201,9 +195,11 @@ fn column_row(
         });
     }
     row.col(|ui| {
-        ui.add_enabled(used, DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9))
-            .on_hover_text(SCALE)
-            .widget_info(|| label(&format!("scale factor of {column}")));
+        let scale = DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9);
+        ui.add_enabled(used, scale).on_hover_text(SCALE).widget_info(|| {
+            let name = format!("scale factor of {column}");
+            WidgetInfo::labeled(egui::Role::SpinButton, true, name)
+        });
     });
     row.col(|ui| {
         let mut text = rule.dropouts.first().map(f64::to_string);
@@ -222,12 +218,16 @@ fn column_row(
             _ => report.content.name().to_owned(),
         };
         outline(ui, &report.outline);
-        let first: Vec<String> = report.first.iter().map(|cell| shortened(cell)).collect();
+        let first = report.first.iter().map(|cell| match cell.parse::<f64>() {
+            Ok(number) if cell.len() > 8 => significant(number, 5),
+            _ => cell.clone(),
+        });
+        let first: Vec<String> = first.collect();
         ui.label(format!("{}   {range}", first.join("  ")));
     });
 }
 
-fn outline(ui: &mut egui::Ui, values: &[f32]) {
+fn outline(ui: &mut Ui, values: &[f32]) {
     let (place, _) = ui.allocate_exact_size(egui::vec2(90.0, 18.0), egui::Sense::hover());
     let (min, max) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {
         (min.min(*value), max.max(*value))
@@ -241,18 +241,8 @@ fn outline(ui: &mut egui::Ui, values: &[f32]) {
     ui.painter().line(points.collect(), stroke);
 }
 
-/// Returns a number with a few digits; other text is unchanged.
-fn shortened(cell: &str) -> String {
-    let number = cell.parse::<f64>().ok().filter(|_| cell.len() > 8);
-    number.map_or_else(|| cell.to_owned(), |number| significant(number, 5))
-}
-
-fn label(text: &str) -> egui::WidgetInfo {
-    egui::WidgetInfo::labeled(egui::Role::SpinButton, true, text)
-}
-
 fn text_cell(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     used: bool,
     [name, hint, explanation]: [&str; 3],
     text: &mut Option<String>,
@@ -260,7 +250,7 @@ fn text_cell(
     let mut written = text.clone().unwrap_or_default();
     let field = TextEdit::singleline(&mut written).hint_text(hint).desired_width(f32::INFINITY);
     let response = ui.add_enabled(used, field).on_hover_text(explanation);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, used, name));
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, used, name));
     if response.changed() {
         *text = (!written.trim().is_empty()).then_some(written);
     }

@@ -1,23 +1,24 @@
-//! Summary of the recordings that would be loaded, the problems, and the buttons.
+//! Foot of the import window: the recordings that would be loaded, the problems, and the buttons.
 
 use egui::{RichText, TextEdit};
 
-use super::{ImportFields, send};
+use super::ImportFields;
 use crate::engine::{ImportCommand, Importing};
 use crate::finding::Face;
 use crate::import::inspect::Inspection;
 use crate::recording::Axis;
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::status_line::busy;
 
-pub(super) fn foot(
+pub fn foot(
     ui: &mut egui::Ui,
     importing: &Importing,
     inspection: &Inspection,
     fields: &mut ImportFields,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let check = &inspection.check;
     ui.add_space(4.0);
@@ -41,40 +42,39 @@ pub(super) fn foot(
         });
         let can_load = check.error.is_none() && !importing.is_detecting && open.is_none();
         let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
-        let load = load.on_hover_text("Reads the whole file with this map, and remembers the map for files with the same columns");
+        let load = load.on_hover_text("Reads the whole file with this column map, and stores the map for files with the same columns");
         let why = open.map_or_else(|| "The problem is listed above".to_owned(), |open| {
             format!("Answer this question first: {open}")
         });
         if load.on_disabled_hover_text(why).clicked() {
-            send(out, ImportCommand::Load);
+            out.send(ImportCommand::Load);
         }
 
         let next = match importing.waiting.is_empty() {
             true => "Loads nothing; the open recordings stay",
-            false => "Skips this file and goes on to the next one that needs a map",
+            false => "Skips this file and shows the next file that needs a column map",
         };
 
         if ui.press("Cancel import", next) {
-            send(out, ImportCommand::Cancel);
+            out.send(ImportCommand::Cancel);
         }
         if !importing.waiting.is_empty() {
             let n_left = importing.waiting.len() + 1;
-
             let explanation =
                 "Skips all files that still need a map; the open recordings stay. Escape does the same";
             if ui.press(format!("Cancel all ({n_left} left)"), explanation) {
-                send(out, ImportCommand::CancelAll);
+                out.send(ImportCommand::CancelAll);
             }
         }
         ui.separator();
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.field("Column map", field, "JSON file with the roles of the columns, for files with the same columns");
+        ui.field("Column map", field, "Path of a column map: a JSON file with the roles of the columns, for all files with the same columns");
         let path = fields.map_path.trim().to_owned();
-        if ui.press("Write map", "Writes the map to this file, also for --columns on the command line") && !path.is_empty() {
-            send(out, ImportCommand::WriteMap(path.clone().into()));
+        if ui.press("Write map", "Writes the column map to this file. The command line reads the file with --columns") && !path.is_empty() {
+            out.send(ImportCommand::WriteMap(path.clone().into()));
         }
-        if ui.press("Read map", "Reads the map from this file") && !path.is_empty() {
-            send(out, ImportCommand::ReadMap(path.into()));
+        if ui.press("Read map", "Reads the column map from this file") && !path.is_empty() {
+            out.send(ImportCommand::ReadMap(path.into()));
         }
         if importing.is_detecting {
             busy(ui);
@@ -89,10 +89,9 @@ fn would_load(inspection: &Inspection) -> String {
     let rate = check.recordings.first().and_then(|recording| recording.rate_hz);
     let axes = Axis::symbols(&check.axes);
     format!(
-        "Would load {}{} recording{}, {samples} samples{}, gauges {}, {}",
+        "Would load {}{}, {samples} samples{}, gauges {}, {}",
         if check.is_sample { "from the start of the file " } else { "" },
-        check.recordings.len(),
-        if check.recordings.len() == 1 { "" } else { "s" },
+        counted(check.recordings.len(), "recording"),
         rate.map_or_else(String::new, |rate| format!(" at {} Hz", significant(rate, 3))),
         check.gauges.join(" "),
         if axes.is_empty() {

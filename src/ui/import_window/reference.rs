@@ -1,4 +1,4 @@
-//! Reference load with its own clock: in a file of its own, or joined from the same file.
+//! Controls of a reference load with its own clock, in a separate file or in the same file.
 
 use egui::TextEdit;
 
@@ -9,12 +9,12 @@ use crate::import::map::{ColumnMap, JoinMethod, ReferenceFile, TableMap};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 
-pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
+pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
     let mut own_file = map.reference.is_some();
     if ui.tick(
         &mut own_file,
         "The reference load is in a file of its own",
-        "Two loggers, two clocks: the times of both files are joined",
+        "For two loggers with two clocks. Gauges and reference are joined by their times",
     ) {
         map.reference =
             own_file.then(|| ReferenceFile { file: String::new(), table: TableMap::default() });
@@ -27,12 +27,12 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
             ui.explained_field(
                 "File",
                 field,
-                "Path from the folder of the gauge file; {stem} stands for the gauge file's name without its ending",
+                "Path relative to the folder of the gauge file; {stem} stands for the name of the gauge file without its ending",
             );
         });
         if let Some(table) = &inspection.reference {
             if reference.table == TableMap::default() {
-                // The layout of the gauge file is the first guess.
+                // The default is the layout by which the preview was read.
                 reference.table.text = table.text.clone();
                 reference.table.shape.columns = table.columns.len();
             }
@@ -46,13 +46,22 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     ui.horizontal_wrapped(|ui| {
         ui.label("Between reference samples");
         for (method, label, explanation) in [
-            (JoinMethod::Interpolate, "interpolate", "Interpolates linearly between two samples"),
-            (JoinMethod::Nearest, "take the nearest", "Takes the sample whose time is nearest"),
-            (JoinMethod::Hold, "hold the last", "Holds each sample until the next sample"),
+            (
+                JoinMethod::Interpolate,
+                "interpolate",
+                "Interpolates linearly between two reference samples",
+            ),
+            (
+                JoinMethod::Nearest,
+                "take the nearest",
+                "Takes the reference sample whose time is nearest",
+            ),
+            (JoinMethod::Hold, "hold the last", "Holds each reference sample until the next one"),
         ] {
             ui.select_radio(&mut map.join.method, method, label, explanation);
         }
-        let explanation = "Time by which the reference's clock is behind the gauges' clock";
+        let explanation =
+            "Time by which the clock of the reference is behind the clock of the gauges";
         number(
             ui,
             ["add to the reference's times", " s", explanation],
@@ -62,10 +71,10 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {
             ui.label(format!(
-                "The reference fits the gauges best with a shift of {} s. Slow gauges look the same as a clock offset: apply it only if the clocks differ.",
+                "The reference fits the gauges best with a shift of {} s. Slow gauges look the same as a clock offset, so apply this shift only if the clocks differ.",
                 significant(offset.offset_secs, 4)
             ));
-            if ui.press("Apply", "Adds it to the reference's times") {
+            if ui.press("Apply", "Adds this shift to the times of the reference") {
                 map.join.clock_offset_secs = offset.offset_secs;
             }
         });

@@ -1,6 +1,6 @@
-//! Settings of the text layout, and of rows to recordings: rate, bursts, gaps, tare.
+//! Settings of the text layout, and of the conversion from rows to recordings: rate, bursts, gaps, tare.
 
-use egui::{ComboBox, DragValue};
+use egui::{ComboBox, DragValue, Ui};
 
 use crate::formats::FilePart;
 use crate::formats::text::{Decimal, Delimiter, TextLayout, Thousands};
@@ -9,40 +9,36 @@ use crate::recording::Tare;
 use crate::ui::choice::choice;
 use crate::ui::controls::Controls as _;
 
-pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
+pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
-        let button =
-            ComboBox::from_label("delimiter").selected_text(text.delimiter.name()).width(90.0);
-        let items = Delimiter::ALL.into_iter();
-        let items = items.map(|delimiter| (delimiter, delimiter.name().into(), ""));
-        choice(ui, button, &mut text.delimiter, items)
-            .on_hover_text("Character between the cells of a line");
+        let button = ComboBox::from_label("delimiter").width(90.0);
+        choice(ui, button, &mut text.delimiter, Delimiter::ALL, |own| (own.name(), ""))
+            .on_hover_text("Character between the cells of a line in the file");
         let mut comma = text.decimal == Decimal::Comma;
-        if ui.tick(&mut comma, "decimal comma", "1,5 is one and a half") {
-            text.decimal = match comma {
-                true => Decimal::Comma,
-                false => Decimal::Point,
-            };
+        if ui.tick(
+            &mut comma,
+            "decimal comma",
+            "The decimal sign is a comma: 1,5 means one and a half",
+        ) {
+            text.decimal = if comma { Decimal::Comma } else { Decimal::Point };
         }
-        let name = |own: Option<Thousands>| own.map_or("none", Thousands::name);
-        let button =
-            ComboBox::from_label("thousands").selected_text(name(text.thousands)).width(90.0);
-        let items = [None].into_iter().chain(Thousands::ALL.map(Some));
-        let items = items.map(|own| (own, name(own).into(), ""));
-        choice(ui, button, &mut text.thousands, items)
+        let button = ComboBox::from_label("thousands").width(90.0);
+        let all = [None].into_iter().chain(Thousands::ALL.map(Some));
+        let described = |own: Option<Thousands>| (own.map_or("none", Thousands::name), "");
+        choice(ui, button, &mut text.thousands, all, described)
             .on_hover_text("Character between groups of three digits, as in 1,234.5");
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
-        ui.field("skip lines", lines, "Number of lines before the table");
+        ui.field("skip lines", lines, "Number of lines in the file before the table");
         ui.tick(
             &mut text.header,
             "header row",
             "The first line of the table holds the names of the columns",
         );
-        ui.tick(&mut text.units_row, "units row", "The next line holds the units");
+        ui.tick(&mut text.units_row, "units row", "The line after the header holds the units");
     });
 }
 
-pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
+pub fn parts(ui: &mut Ui, parts: &[FilePart], text: &mut TextLayout) {
     if parts.is_empty() {
         return;
     }
@@ -52,15 +48,14 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
             let mut is_used = part.is_used;
 
             let explanation = format!(
-                "{}. One topic of gauges and one of the reference are joined; tables with the same columns are read one after the other",
+                "{}. A table of gauges and a table of the reference are joined by their times; tables with the same columns are read one after the other",
                 part.what
             );
-            if ui.tick(&mut is_used, &part.name, explanation) { let used = parts.iter().filter(|own| match own.name == part.name {
-                    true => is_used,
-                    false => own.is_used,
+            if ui.tick(&mut is_used, &part.name, explanation) {
+                let used = parts.iter().filter(|own| {
+                    if own.name == part.name { is_used } else { own.is_used }
                 });
                 let used: Vec<String> = used.map(|own| own.name.clone()).collect();
-                // One table stays selected.
                 if !used.is_empty() {
                     text.parts = used;
                 }
@@ -69,69 +64,37 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
     });
 }
 
-pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
+pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
     ui.horizontal_wrapped(|ui| {
-        optional(
-            ui,
-            [
-                "sample rate",
-                " Hz",
-                "Sample rate, if no column is the time or the time counts samples",
-            ],
-            100.0,
-            &mut map.table.sample_rate_hz,
-        );
-        let stamps = &mut map.table.stamps;
-        let named = Stamps::ALL.into_iter().find(|(own, ..)| own == stamps);
-        let button = ComboBox::from_label("times")
-            .selected_text(named.map_or("", |(_, name, _)| name))
-            .width(150.0);
-        let items = Stamps::ALL.map(|(own, name, explanation)| (own, name.into(), explanation));
-        choice(ui, button, stamps, items)
-            .on_hover_text("For rows that are out of order or share one time");
-        optional(
-            ui,
-            [
-                "average bursts within",
-                " s",
-                "Averages successive gauge samples that are no further apart than this",
-            ],
-            0.001,
-            &mut map.average_bursts_secs,
-        );
-        optional(
-            ui,
-            [
-                "new recording after a pause of",
-                " s",
-                "A longer step in time starts a new recording; without a number, the limit follows from the steps",
-            ],
-            2.0,
-            &mut map.gap_secs,
-        );
+        let about = "Sample rate, needed if there is no time column or if the time column counts samples";
+        optional(ui, ["sample rate", " Hz", about], 100.0, &mut map.table.sample_rate_hz);
+        let button = ComboBox::from_label("times").width(150.0);
+        let described = |stamps| {
+            let named = Stamps::ALL.into_iter().find(|(own, ..)| *own == stamps);
+            named.map_or(("", ""), |(_, name, explanation)| (name, explanation))
+        };
+        choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(own, ..)| own), described)
+            .on_hover_text("Treatment of rows whose times are out of order or equal");
+        let about = "Replaces gauge samples that are no further apart than this time by their mean";
+        let bursts = ["average bursts within", " s", about];
+        optional(ui, bursts, 0.001, &mut map.average_bursts_secs);
+        let about = "A longer step in time starts a new recording. Without a tick, the limit follows from the steps in the file";
+        optional(ui, ["new recording after a pause of", " s", about], 2.0, &mut map.gap_secs);
         tare(ui, &mut map.tare);
     });
 }
 
-fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
-    let text = match tare {
-        None => "none",
-        Some(Tare::Auto) => "first quiet half second without load",
-        Some(Tare::Interval(..)) => "a segment",
+fn tare(ui: &mut Ui, tare: &mut Option<Tare>) {
+    let described = |tare| match tare {
+        None => ("none", ""),
+        Some(Tare::Auto) => ("first quiet half second without load", ""),
+        Some(Tare::Interval(..)) => ("a segment", ""),
     };
-    let button = ComboBox::from_label("tare").selected_text(text).width(150.0);
-    let segment = match *tare {
-        Some(segment @ Tare::Interval(..)) => segment,
-        _ => Tare::Interval(0.0, 1.0),
-    };
-    let items = [
-        (None, "none".into(), ""),
-        (Some(Tare::Auto), "first quiet half second without load".into(), ""),
-        (Some(segment), "a segment".into(), ""),
-    ];
-    choice(ui, button, tare, items).on_hover_text(
-        "Subtracts the mean gauges of this interval. The sensor must be unloaded there",
-    );
+    let button = ComboBox::from_label("tare").width(150.0);
+    let segment = tare.filter(|own| *own != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
+    let all = [None, Some(Tare::Auto), Some(segment)];
+    choice(ui, button, tare, all, described)
+        .on_hover_text("Subtracts the mean gauges of an interval in which the sensor is unloaded");
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let field = DragValue::new(value).range(0.0..=1e9).speed(0.01).suffix(" s");
@@ -140,21 +103,19 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     }
 }
 
-pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
+pub fn number(ui: &mut Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
     let field = DragValue::new(value).speed(0.001).max_decimals(6).suffix(suffix);
     ui.field(name, field, explanation);
 }
 fn optional(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     [name, suffix, explanation]: [&str; 3],
     default: f64,
     value: &mut Option<f64>,
 ) {
     let mut on = value.is_some();
     let tick = ui.checkbox(&mut on, name).on_hover_text(explanation);
-    if tick.changed() {
-        *value = on.then_some(default);
-    }
+    *value = on.then_some(value.unwrap_or(default));
     if let Some(value) = value {
         let speed = 0.01 * *value;
         let field =

@@ -1,20 +1,19 @@
 //! Controls of a load that is computed from the sensor's pose and a known weight.
 
-use egui::TextEdit;
+use egui::{TextEdit, Ui};
 
-use super::send;
 use super::settings::number;
 use crate::engine::ImportCommand;
 use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 
-pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
+pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
     let mut used = map.weight.is_some();
     if ui.tick(
         &mut used,
         "Computes the load of a known weight from the pose columns",
-        format!("Choose the columns of the pose: {}", Attitude::listed()),
+        format!("Needs the columns of the pose: {}", Attitude::listed()),
     ) {
         map.weight = used.then(|| WeightMap {
             mass_kg: Some(1.0),
@@ -31,14 +30,12 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
         }
         if let Some(centre) = &mut weight.centre_m {
             for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
-                let explanation = "The centre of mass, in the sensor's frame";
-                number(ui, [name, " m", explanation], value);
+                number(ui, [name, " m", "Centre of mass in the frame of the sensor"], value);
             }
         }
         let names = ["gravity x", "gravity y", "gravity z"];
         for (name, value) in names.into_iter().zip(&mut weight.gravity) {
-            let explanation = "Gravity in the frame of the pose";
-            number(ui, [name, " m/s²", explanation], value);
+            number(ui, [name, " m/s²", "Acceleration of gravity in the frame of the pose"], value);
         }
         ui.select_radio(
             &mut weight.angles,
@@ -53,23 +50,19 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             "Each angle turns about an axis that the previous angles have turned",
         );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
-            "Adds the force that accelerates the weight, from the position columns of the pose",
+            "Adds the force that accelerates the weight, computed from the position columns of the pose",
         );
-        let explanation = "Time window of the estimated accelerations";
-        number(
-            ui,
-            ["smoothed over", " s", explanation],
-            &mut weight.smoothing_secs,
-        );
+        let smoothing = ["smoothed over", " s", "Window of time in which each acceleration is estimated"];
+        number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
-            "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
+            "Estimates mass and centre by least squares from the pose and a measured load. The mass needs Fx, Fy and Fz; the centre also needs Mx, My and Mz",
         ) {
-            send(out, ImportCommand::FindWeight);
+            out.send(ImportCommand::FindWeight);
         }
         if ui.press(
             "Add a mount",
-            "One of several weights or places, chosen by the column \"mount\", or by a part of the file's name",
+            "Adds one of several weights or mounting places. The column \"mount\", or a part of the file name, chooses the mount of a sample",
         ) {
             weight.mounts.push(Mount {
                 name: format!("mount{}", weight.mounts.len() + 1),
@@ -78,21 +71,16 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             });
         }
     });
-    let mut at = 0;
-    while at < weight.mounts.len() {
-        let kept = ui.push_id(at, |ui| mount(ui, at + 1, &mut weight.mounts[at])).inner;
-        if kept {
-            at += 1;
-        } else {
-            weight.mounts.remove(at);
-        }
-    }
+    let mut nth = 0;
+    weight.mounts.retain_mut(|own| {
+        nth += 1;
+        ui.push_id(nth, |ui| mount(ui, nth, own)).inner
+    });
 }
 
-/// Draws one of several weights. Returns false if the user removed it.
-fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
-    let mut kept = true;
-    ui.horizontal_wrapped(|ui| {
+/// Draws one of several weights. Returns false if the user removed this weight.
+fn mount(ui: &mut Ui, nth: usize, mount: &mut Mount) -> bool {
+    let row = ui.horizontal_wrapped(|ui| {
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
         ui.field(format!("Mount {nth}"), name, "Name in the column \"mount\", or in the file name");
         let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
@@ -100,10 +88,17 @@ fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
         let centre = ["x", "y", "z"].into_iter().zip(centre);
         let centre = centre.map(|(axis, value)| (axis, " m", value));
         for (what, suffix, value) in mass.into_iter().chain(centre) {
-            let explanation = "Mass of this mount, and its centre in the sensor's frame";
-            number(ui, [what, suffix, explanation], value);
+            number(
+                ui,
+                [
+                    what,
+                    suffix,
+                    "Mass of this mount, and its centre of mass in the frame of the sensor",
+                ],
+                value,
+            );
         }
-        kept = !ui.press_small("×", "Removes this mount");
+        !ui.press_small("×", "Removes this mount")
     });
-    kept
+    row.inner
 }

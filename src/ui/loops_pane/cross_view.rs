@@ -1,17 +1,16 @@
-//! Draws any channel over any other channel.
+//! Draws the cross-plot of two channels.
 
 use super::{LoopsPane, channel_name, channel_unit};
 use crate::engine::Engine;
 use crate::questions::loops::{Channel, CrossPlot, Inks};
-use crate::ui::command::Command;
-use crate::ui::palette::inks;
+use crate::ui::command::Out;
 
-pub(super) fn show(
+pub fn show(
     ui: &mut egui::Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &CrossPlot,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let label = |channel: Channel| {
         let name = channel_name(channel, engine);
@@ -19,14 +18,16 @@ pub(super) fn show(
     };
     let question = &picture.question;
     let labels = [question.across, question.up].map(label);
-    let zoom = *pane.zoom();
-    let drawing = picture.figure(labels.clone(), &inks(ui.visuals()), zoom);
-    let print = picture.figure(labels, &Inks::PRINT, zoom);
-    pane.lay_out(ui, &drawing, &print, out, |ui, _, _| {
-        ui.strong(format!("{} against {}", drawing.up.label, drawing.across.label));
+    let zoom = pane.zoom();
+    let figure = |inks: &Inks| picture.figure(labels.clone(), inks, zoom);
+    pane.lay_out(ui, (None, &figure), out, |ui, _, _| {
+        let [across, up] = &labels;
+        ui.strong(format!("{up} against {across}"));
         ui.weak(format!("{} samples", picture.n_samples));
         if [picture.question.across, picture.question.up].contains(&Channel::Time) {
-            ui.weak("Each recording's time starts on its own clock, so recordings overlap.");
+            ui.weak(
+                "Each recording has its own clock, so the times of different recordings overlap.",
+            );
         }
     });
 }

@@ -1,11 +1,14 @@
-//! Draws the list of dwells, the error of the chosen dwell, and its fitted exponential.
+//! Draws the list of dwells, and for the chosen dwell the error and the fitted exponential.
 
-use super::{LoopsPane, for_print, rgb};
+use egui::Ui;
+
+use super::LoopsPane;
 use crate::engine::Engine;
-use crate::questions::loops::{DwellCurve, DwellPlot, drifts};
+use crate::questions::loops::{DwellCurve, DwellPlot, Inks, drifts};
 use crate::report::figure::{Figure, Line, Scale};
-use crate::report::{Cell, Column, Table, Trace};
-use crate::ui::command::Command;
+use crate::report::{Table, Trace};
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
@@ -13,14 +16,14 @@ use crate::ui::table;
 
 const LIST_HEIGHT: f32 = 170.0;
 
-pub(super) fn show(
-    ui: &mut egui::Ui,
+pub fn show(
+    ui: &mut Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &DwellPlot,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
-    // Skips an answer that was computed for another shortest dwell than the present one.
+    // Skips an answer that was computed for another minimum time of a dwell.
     if picture.hold_secs != engine.project().measuring.hold_secs {
         return;
     }
@@ -32,19 +35,16 @@ pub(super) fn show(
             return;
         }
     };
-    let shown: Vec<Trace> =
-        (Trace::OUTPUTS.into_iter()).filter(|output| pane.is_shown(*output)).collect();
-    let zoom = *pane.zoom();
-    let drawing = drawing(picture, curve, &shown, &ui.visuals().clone(), zoom);
-    let print = self::drawing(picture, curve, &shown, &for_print(), zoom);
-    pane.lay_out(ui, &drawing, &print, out, |ui, pane, _| {
+    let (zoom, shown) = (pane.zoom(), pane.shown);
+    let figure = |inks: &Inks| drawing(picture, curve, shown, inks, zoom);
+    pane.lay_out(ui, (None, &figure), out, |ui, pane, _| {
         figures(ui, picture, curve);
         ui.separator();
         list(ui, pane, picture);
     });
 }
 
-fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
+fn list(ui: &mut Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     let n = picture.dwells.len();
     let axis = picture.question.axis;
     let level = |at: usize| match picture.dwells[at].level {
@@ -53,17 +53,17 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
         None => "–".to_owned(),
     };
     ui.horizontal(|ui| {
-        ui.label(format!("{n} dwell{}", if n == 1 { "" } else { "s" }));
-        if ui.press_small("Copy list", "Copies the list as tab-separated text") {
+        ui.label(counted(n, "dwell"));
+        ui.copies("list", || {
             let place = |at: &usize| &picture.dwells[*at].place;
-            let list = Table::of(0..picture.dwells.len())
+            Table::of(0..n)
                 .words("recording", |at| &place(at).name)
-                .column(Column::words("from [s]"), |at| Cell::digits(Some(place(at).from_secs), 5))
-                .column(Column::words("to [s]"), |at| Cell::digits(Some(place(at).to_secs), 5))
+                .digits("from [s]", 5, |at| Some(place(at).from_secs))
+                .digits("to [s]", 5, |at| Some(place(at).to_secs))
                 .words("level", |at| level(*at))
-                .table("", "");
-            ui.copy_text(list.tab_separated());
-        }
+                .table("", "")
+                .tab_separated()
+        });
     });
     egui::ScrollArea::vertical()
         .id_salt("dwells")
@@ -78,13 +78,13 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
                 let row = ui.add(row).on_hover_text(&words);
                 if row.clicked() {
                     pane.rest = Some(at);
-                    *pane.zoom_mut() = None;
+                    pane.show_all();
                 }
             }
         });
 }
 
-fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
+fn figures(ui: &mut Ui, picture: &DwellPlot, curve: &DwellCurve) {
     let place = &picture.dwells[picture.chosen].place;
     ui.strong(&place.name);
     ui.weak(format!(
@@ -94,29 +94,27 @@ fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
     ));
     let figures = drifts(picture.question.axis, curve);
     table::show(ui, &figures);
-    if ui.press("Copy figures", "Copies the figures as tab-separated text") {
-        ui.copy_text(figures.tab_separated());
-    }
+    ui.copies("figures", || figures.tab_separated());
 }
 
 fn drawing<'a>(
     picture: &DwellPlot,
     curve: &'a DwellCurve,
-    shown: &[Trace],
-    visuals: &egui::Visuals,
+    shown: [bool; 2],
+    inks: &Inks,
     zoom: Zoom,
 ) -> Figure<'a> {
     let axis = picture.question.axis;
     let frame = zoom.unwrap_or(curve.whole);
     let lines = Trace::OUTPUTS.into_iter().zip(&curve.outputs);
-    let lines = lines.filter(|(output, _)| shown.contains(output));
+    let lines = lines.zip([inks.conventional, inks.compensated]).zip(shown);
     Figure {
         title: axis.label_of("drift"),
         across: Scale::new("dwell time [s]", frame.loads),
         up: Scale::new(axis.label_of("error"), frame.outputs),
         lines: lines
-            .flat_map(|(output, own)| {
-                let color = rgb(output.color(visuals));
+            .filter(|(_, is_shown)| *is_shown)
+            .flat_map(|(((output, own), color), _)| {
                 let name = output.label();
                 [
                     Line { opacity: 0.45, width: 1.0, ..Line::new(name, color, [&own.points[..]]) },

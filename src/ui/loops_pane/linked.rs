@@ -1,8 +1,8 @@
-//! Links the loop with the traces: the sample under the pointer in one of them is marked in both.
+//! Links the loops with the traces: the sample under the pointer is marked in both panes.
 
 use std::ops::Range;
 
-use egui::{Pos2, Stroke};
+use egui::{Pos2, Stroke, Ui};
 
 use crate::engine::Engine;
 use crate::questions::loops::{self, LoopPlot, LoopView, Up};
@@ -10,30 +10,31 @@ use crate::questions::{AxisTraces, Segment, TraceSet};
 use crate::recording::Recording;
 use crate::report::Trace;
 use crate::scoring::Series;
+use crate::shown::counted;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;
 use crate::ui::plots::Drawn;
 use crate::ui::time_view::TimeView;
 
-/// Largest distance between the pointer and the line it points at (points).
+/// Maximum distance (points) between the pointer and the sample that is marked.
 const NEAR: f32 = 12.0;
-/// Maximum number of samples that are searched in a frame.
+/// Maximum number of samples whose distance to the pointer is computed in a frame.
 const MAX_SAMPLES: usize = 200_000;
-/// Number of characters of a recording's name that fit.
+/// Maximum number of characters of a recording's name in the tooltip.
 const NAME_LENGTH: usize = 44;
 
-/// Samples of a loop that are also in the traces.
-pub(super) struct Shared<'a> {
+/// Samples of the loops that are also in the traces.
+pub struct Shared<'a> {
     plot: &'a LoopPlot,
     traces: &'a TraceSet,
     axis: &'a AxisTraces,
-    /// The parts of the loop, one for each recording. Empty if a recording in the traces has no reference.
+    /// Parts of the loops, one for each recording. Empty if a recording in the traces has no reference.
     parts: Vec<Part<'a>>,
 }
 
 struct Part<'a> {
     segment: &'a Segment,
-    /// Counted over all traces.
+    /// Indices of the samples in the traces.
     samples: Range<usize>,
     calculated: &'a Series,
     recording: &'a Recording,
@@ -42,16 +43,14 @@ struct Part<'a> {
 
 /// A cycle that contains the sample under the pointer.
 struct Found {
-    /// Number of the cycle, counted from one.
     number: usize,
-    /// Number of smaller cycles inside this cycle.
     n_within: usize,
-    /// Counted over all traces.
+    /// Indices of the samples in the traces.
     samples: Range<usize>,
 }
 
 impl<'a> Shared<'a> {
-    pub(super) fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
+    pub fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
         let analysis = engine.analysis()?;
         let traces = &*analysis.traces;
         let axis = traces.axes.iter().find(|own| own.axis == plot.question.axis)?;
@@ -72,8 +71,8 @@ impl<'a> Shared<'a> {
         Some(Self { parts: plot.parts.iter().filter_map(part).collect(), plot, traces, axis })
     }
 
-    /// Returns the reason why a part of the loop is not in the traces.
-    pub(super) fn missing(&self) -> Option<String> {
+    /// Returns the reason why a part of the loops is not in the traces.
+    pub fn missing(&self) -> Option<String> {
         let symbol = self.axis.axis.symbol();
         match (self.parts.len(), self.plot.parts.len()) {
             (n, all) if n == all => None,
@@ -91,7 +90,7 @@ impl<'a> Shared<'a> {
         self.parts.iter().find(|part| part.samples.contains(&k))
     }
 
-    /// Returns the place of a sample of the traces in the loop.
+    /// Returns the point of the loops that belongs to a sample of the traces.
     fn point(&self, part: &Part<'_>, output: Option<Trace>, k: usize) -> Option<[f64; 2]> {
         let up = match (self.plot.question.up, output) {
             (Up::Gauge(gauge), _) => {
@@ -100,14 +99,13 @@ impl<'a> Shared<'a> {
                 let row = part.recording.gauges().chunks_exact(n_gauges).nth(sample)?;
                 *row.get(gauge)?
             }
-            (Up::Error, Some(output)) => self.axis.error(output)?.value(k),
-            (Up::Load, Some(output)) => self.axis.load(output)?.value(k),
-            (_, None) => return None,
+            (Up::Error, output) => self.axis.error(output?)?.value(k),
+            (Up::Load, output) => self.axis.load(output?)?.value(k),
         };
         Some([part.calculated.value(k), up])
     }
 
-    /// Returns the drawn sample nearest to the pointer, and its output.
+    /// Returns the index and the output of the drawn sample that is nearest to the pointer.
     fn nearest(
         &self,
         drawn: &Drawn,
@@ -145,17 +143,17 @@ impl<'a> Shared<'a> {
         };
         Some(Found {
             number: at + 1,
-            // The cycle counts itself, so one is subtracted.
+            // The count includes the cycle itself.
             n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
             samples: first + samples.start..first + samples.end,
         })
     }
 }
 
-/// Marks the sample of the traces in the loop. Marks and describes the sample under the pointer in both. Returns the samples
-/// of its cycle if the mouse was pressed.
-pub(super) fn link(
-    ui: &egui::Ui,
+/// Marks the sample of the traces in the loops. Marks the sample under the pointer in the loops and in the traces, and shows a
+/// tooltip about the sample. Returns the samples of its cycle after a click.
+pub fn link(
+    ui: &Ui,
     drawn: &Drawn,
     view: &LoopView<'_>,
     shared: &Shared<'_>,
@@ -192,7 +190,7 @@ fn color(output: Option<Trace>, visuals: &egui::Visuals) -> egui::Color32 {
 }
 
 fn tell(
-    ui: &egui::Ui,
+    ui: &Ui,
     drawn: &Drawn,
     view: &LoopView<'_>,
     shared: &Shared<'_>,
@@ -220,7 +218,7 @@ fn tell(
         if let Some(Found { number, n_within, .. }) = cycle {
             let within = match n_within {
                 0 => String::new(),
-                n => format!("with {n} smaller cycles inside"),
+                n => format!(" with {} inside", counted(*n, "smaller cycle")),
             };
             let n_cycles = shared.plot.cycles.len();
             ui.label(format!(

@@ -1,4 +1,6 @@
-//! Draws the loops of one axis, the width over the load, and the table of figures.
+//! Draws the loops of one axis, the plot of the width against the load, and the table of figures.
+
+use egui::Ui;
 
 use super::{LoopsPane, linked};
 use crate::engine::Engine;
@@ -7,22 +9,22 @@ use crate::questions::loops::{
 };
 use crate::questions::metrology::Reason;
 use crate::report::figure::Figure;
-use crate::ui::command::Command;
+use crate::shown::counted;
+use crate::ui::command::Out;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
-use crate::ui::palette::inks;
 use crate::ui::time_view::TimeView;
 use crate::ui::{plots, table};
 
 const WIDTHS_HEIGHT: f32 = 150.0;
 
-pub(super) fn show(
-    ui: &mut egui::Ui,
+pub fn show(
+    ui: &mut Ui,
     pane: &mut LoopsPane,
     engine: &Engine,
     picture: &LoopPlot,
     time: &mut TimeView,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let recordings = &engine.project().recordings;
     let gauge = match picture.question.up {
@@ -36,24 +38,21 @@ pub(super) fn show(
     let mut view = LoopView::of_all(picture, gauge, pane.figures_of);
     view.shown.retain(|curve| curve.output.is_none_or(|output| pane.is_shown(output)));
     let has_mean = picture.curves.iter().any(|curve| curve.mean.is_ok());
-    let colors = inks(ui.visuals());
-    let zoom = *pane.zoom();
-    let drawing = Figure { title: view.title(), ..view.figure(&colors, zoom) };
-    let print = view.figure(&Inks::PRINT, zoom);
+    let zoom = pane.zoom();
+    let figure = |inks: &Inks| view.figure(inks, zoom);
     let shared = linked::Shared::of(picture, engine);
-    let drawn = pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
+    let drawn = pane.lay_out(ui, (Some(view.title()), &figure), out, |ui, pane, out| {
         ui.horizontal(|ui| {
             for (of, label, explanation) in [
                 (
                     FiguresOf::Mean,
                     "Mean loop",
-                    "Mean of the cycles that cover at least 80 % of the largest cycle's range, over their common loads. Needs three \
-                     cycles or more, and more than half of all loads",
+                    "Shows the mean of the cycles that cover at least 80 % of the range of the largest cycle. Needs three or more cycles, which cover more than half of the range of all loads",
                 ),
                 (
                     FiguresOf::Largest,
                     "Largest cycle",
-                    "Figures of the cycle whose branches share the largest range of loads",
+                    "Shows the cycle whose branches have the largest common range of loads",
                 ),
             ] {
                 let can = has_mean || of == FiguresOf::Largest;
@@ -81,24 +80,20 @@ pub(super) fn show(
             pane.span = Span::All;
         }
         if !view.found().is_empty() {
-            let widths = view.widths(&colors);
-            let print = view.widths(&Inks::PRINT);
-            let mut zoom = None; // always all of it
-            plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
+            whole_plot(ui, "loop widths", |inks| view.widths(inks), out);
             by_rate(ui, &view, out);
         }
     });
     if let Some(shared) = shared
         && let Some(samples) = linked::link(ui, &drawn, &view, &shared, time)
     {
-        // The cycle is shown alone by making it the visible time.
+        // The traces show the cycle alone, and the loops show the interval of the traces.
         pane.span = Span::Visible;
         time.show_samples(samples);
     }
 }
 
-/// Draws the time lag and the switch that removes it from the loops.
-fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
+fn lag(ui: &mut Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     let words = lag_in_words(&picture.lag);
     match picture.lag.is_worth_removing() && !pane.lag_removed {
         true => ui.warn(words),
@@ -106,32 +101,29 @@ fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     };
     let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
     ui.add_enabled(picture.lag.is_removable() || picture.question.lag_removed, switch).on_hover_text(
-        "Delays the reference like the gauges, by the same delay or low-pass, and fits the gains of both outputs again. \
-         The remaining width is hysteresis, without the effect of an amplifier's filter. Each output has its own lag",
+        "Delays the reference by the delay or low-pass of the gauges, and fits the gains of both outputs again. The remaining width is hysteresis, without the effect of an amplifier's filter. Each output has its own lag",
     );
 }
 
-/// Draws the width over the rate of the cycles. A width that grows with the rate shows lag; a constant width, hysteresis.
-fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
-    const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width proportional to the rate is lag, \
-                         a constant width is hysteresis";
-    match view.widths_by_rate(&inks(ui.visuals())) {
-        Some(widths) => {
-            let print = view.widths_by_rate(&Inks::PRINT).unwrap_or_default();
-            let mut zoom = None; // always all of it
-            plots::plot(ui, "widths by rate", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
-            ui.weak("Width against rate").on_hover_text(ABOUT);
-        }
-        None => {
-            ui.weak(
-                "The full cycles have about the same rate, so their widths alone do not distinguish lag from hysteresis.",
-            )
-            .on_hover_text(ABOUT);
-        }
-    }
+/// Draws the width of the cycles against the rate of the load. A width that grows with the rate shows a lag; a constant width
+/// shows hysteresis.
+fn by_rate(ui: &mut Ui, view: &LoopView<'_>, out: &mut Out) {
+    const ABOUT: &str = "Width of the full cycles against the mean rate of the load. A width proportional to the rate shows a lag, a constant width shows hysteresis";
+    let figure = |inks: &Inks| view.widths_by_rate(inks);
+    let text = if figure(&Inks::PRINT).is_some() {
+        whole_plot(ui, "widths by rate", |inks| figure(inks).unwrap_or_default(), out);
+        "Width against rate"
+    } else {
+        "The full cycles have about the same rate, so their widths alone do not distinguish lag from hysteresis."
+    };
+    ui.weak(text).on_hover_text(ABOUT);
 }
 
-fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
+fn whole_plot<'a>(ui: &mut Ui, id: &str, figure: impl Fn(&Inks) -> Figure<'a>, out: &mut Out) {
+    plots::plot(ui, (id, None), WIDTHS_HEIGHT, figure, &mut None, out);
+}
+
+fn counts(ui: &mut Ui, view: &LoopView<'_>) {
     let picture = view.plot;
     let unit = picture.question.axis.unit();
     let of = view.found().first().map_or_else(String::new, |(_, figures)| {
@@ -141,26 +133,23 @@ fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
             FiguresOf::Largest => "One cycle".to_owned(),
         };
         let share = significant(100.0 * basis.range_share, 2);
-        format!("{what}, {share} % of the load range\n")
+        format!("{what}, which covers {share} % of the range of the loads\n")
     });
     let words = format!(
-        "{of}{} cycles, {} full · {} samples of {} recording{}",
+        "{of}{} cycles, {} full · {} samples of {}",
         picture.cycles.len(),
         picture.n_full_cycles,
         picture.n_samples,
-        picture.parts.len(),
-        if picture.parts.len() == 1 { "" } else { "s" },
+        counted(picture.parts.len(), "recording"),
     );
     ui.weak(words).on_hover_text(format!(
-            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches, falling ones paler. If there are \
-             too many lines, their density is drawn: rising branches in the colour of the load, falling ones in a colour \
-             closer to that of text. Thick lines: the loop of the figures, its falling branch dashed",
+            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches; falling branches are paler. If there are too many lines, their density is drawn. Rising branches have the colour of the load; falling branches have a colour closer to the colour of text. Thick lines: the loop that the figures describe; its falling branch is dashed",
             significant(picture.reversal_threshold, 3),
             significant(picture.full_scale, 4),
         ));
 }
 
-fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
+fn figures(ui: &mut Ui, view: &LoopView<'_>) {
     let mut reasons: Vec<&Reason> = Vec::new();
     for curve in &view.shown {
         if let Err(reason) = view.figures(curve)
@@ -177,8 +166,6 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
     }
     let figures = loop_figures(view);
     egui::ScrollArea::horizontal().id_salt("loop figures").show(ui, |ui| table::show(ui, &figures));
-    if ui.press("Copy figures", "Copies the figures as tab-separated text") {
-        ui.copy_text(figures.tab_separated());
-    }
+    ui.copies("figures", || figures.tab_separated());
     ui.add_space(4.0);
 }

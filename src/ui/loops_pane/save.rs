@@ -1,46 +1,36 @@
-//! Saves a plot to a typed path: SVG with the lines as vectors, PNG as on screen.
+//! Saves a plot to a path that the user types: SVG with the lines as vectors, or PNG as on screen.
 
-use std::path::Path;
-
+use super::InInks;
 use crate::engine::{Action, Existing, Level};
-use crate::report::figure::Figure;
-use crate::ui::command::{Command, ImageTo};
+use crate::questions::loops::Inks;
+use crate::ui::command::{Command, ImageTo, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::picture::svg;
 
-/// Draws the field for the path and its button. `picture` is the plot's rectangle on screen.
-pub(super) fn row(
+/// Draws the field for the path and the button Save. `picture` is the area of the plot on screen.
+pub fn row(
     ui: &mut egui::Ui,
     path: &mut String,
-    print: &Figure<'_>,
+    figure: InInks<'_, '_>,
     picture: egui::Rect,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
-    ui.horizontal(|ui| {
-        let field = egui::TextEdit::singleline(path).desired_width(150.0);
-        ui.field("Figure", field, "Path of the figure; ends in .svg or .png");
-        let save =
-            ui.press("Save", ".svg saves the lines as vectors, .png saves the plot as on screen");
-        let path = path.trim();
-        if !save || path.is_empty() {
-            return;
-        }
-        match ending(Path::new(path)).as_deref() {
-            Some("svg") => out.push(Action::Save(svg(print), path.into(), Existing::Ask).into()),
-            Some("png") => {
-                let to = ImageTo::Path(path.into());
-                out.push(Command::Image(picture, to));
-            }
-            _ => {
-                let told = format!(
-                    "{path}: figures are saved as .svg or .png; choose one of these endings"
-                );
-                out.push(Command::tell(Level::Error, told));
-            }
+    let about = [
+        "Path of the figure; ends in .svg or .png",
+        "Save",
+        ".svg saves the lines as vectors, .png saves the plot as on screen",
+    ];
+    let path = ui.horizontal(|ui| ui.path_field("Figure", path, (150.0, ""), about)).inner;
+    let Some(path) = path else { return };
+    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    out.send(match ending.as_ref().and_then(|ending| ending.to_str()) {
+        Some("svg") => Action::Save(svg(&figure(&Inks::PRINT)), path, Existing::Ask).into(),
+        Some("png") => Command::Image(picture, ImageTo::Path(path)),
+        _ => {
+            let path = path.display();
+            let text =
+                format!("{path}: figures are saved as .svg or .png; choose one of these endings");
+            Command::tell(Level::Error, text)
         }
     });
-}
-
-fn ending(path: &Path) -> Option<String> {
-    Some(path.extension()?.to_str()?.to_lowercase())
 }

@@ -1,4 +1,5 @@
-//! Plots of the model on screen: predicted over reference load, and residual over load, on recordings outside the fit.
+//! Plots of the model on screen, on recordings outside the fit: compensated against reference load, and error against reference
+//! load.
 
 use crate::questions::loops::asked::{AskPredicted, AskResidual, LookAt};
 use crate::questions::loops::{
@@ -7,31 +8,29 @@ use crate::questions::loops::{
 };
 use crate::recording::Axis;
 use crate::report::Trace;
-use crate::report::figure::Figure;
 use crate::ui::controls::Controls as _;
-use crate::ui::palette::inks;
 use crate::ui::pane::Cx;
 use crate::ui::plots::{self, Zoom};
 
-/// Minimum size of a plot (points).
 const SMALLEST: f32 = 80.0;
 
 #[derive(Debug, Default)]
-pub(super) struct ModelPlots {
+pub struct ModelPlots {
     axis: Option<Axis>,
     zooms: [Zoom; 2],
 }
 
 impl ModelPlots {
-    pub(super) fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    pub fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let engine = cx.engine;
         let axes = engine.project().axes();
         let chosen = self.axis.filter(|own| axes.contains(own));
         let Some(mut axis) = chosen.or(axes.first().copied()) else { return };
         ui.horizontal_wrapped(|ui| {
-            ui.strong("Model on screen").on_hover_text("\"Use\" shows another model");
+            ui.strong("Model on screen")
+                .on_hover_text("The button Use of another row shows that model");
             for own in axes {
-                ui.select(&mut axis, *own, own.symbol(), "Draws this axis");
+                ui.select(&mut axis, *own, own.symbol(), "Shows this axis");
             }
         });
         if self.axis.is_some_and(|own| own != axis) {
@@ -49,31 +48,23 @@ impl ModelPlots {
         let loops =
             LoopQuestion { axis, up: Up::Error, span, lag_removed: false, frame: second, pixels };
         ui.horizontal_top(|ui| {
-            let colors = inks(ui.visuals());
-            let labels = || {
-                ["Reference", "Compensated"]
-                    .map(|name| format!("{name} {} [{}]", axis.symbol(), axis.unit()))
-            };
-            let mut one = |ui: &mut egui::Ui,
-                           id: &str,
-                           drawing: &Figure<'_>,
-                           print: &Figure<'_>,
-                           zoom: &mut Zoom| {
-                ui.allocate_ui(egui::vec2(width, height), |ui| {
-                    plots::plot(ui, id, height, [drawing, print], zoom, cx.out);
-                });
-            };
+            let [first_zoom, second_zoom] = &mut self.zooms;
+            let size = egui::vec2(width, height);
             if let Some(Look::Cross(plot)) = engine.lane::<AskPredicted>().answer() {
-                let drawing = plot.figure(labels(), &colors, first);
-                let print = plot.figure(labels(), &Inks::PRINT, first);
-                one(ui, "predicted", &drawing, &print, &mut self.zooms[0]);
+                let labels = || ["Reference", "Compensated"].map(|name| axis.label_of(name));
+                let figure = |inks: &Inks| plot.figure(labels(), inks, first);
+                ui.allocate_ui(size, |ui| {
+                    plots::plot(ui, ("predicted", None), height, figure, first_zoom, cx.out);
+                });
             }
             if let Some(Look::Loops(plot)) = engine.lane::<AskResidual>().answer() {
                 let mut view = LoopView::of_all(plot, ("", ""), FiguresOf::Largest);
                 view.shown.retain(|curve| curve.output == Some(Trace::Compensated));
-                let drawing = Figure { title: view.title(), ..view.figure(&colors, second) };
-                let print = view.figure(&Inks::PRINT, second);
-                one(ui, "residual", &drawing, &print, &mut self.zooms[1]);
+                let (name, figure) = (view.title(), |inks: &Inks| view.figure(inks, second));
+                ui.allocate_ui(size, |ui| {
+                    let id = ("residual", Some(name));
+                    plots::plot(ui, id, height, figure, second_zoom, cx.out);
+                });
             }
         });
         if engine.gesture.is_some() {

@@ -1,8 +1,10 @@
-//! Draws the limits of the gauges and the samples that look faulty.
+//! Draws the limits of the gauges, the overload tolerance, and the number of samples that look faulty.
+
+use egui::Ui;
 
 use super::*;
 
-pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+pub fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
         let mut entered = project.gauge_range.clone();
@@ -11,14 +13,14 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
             &mut knows,
             "Gauge limits",
             "Minimum and maximum that the logger can write, such as -32768 and 32767. A gauge at a limit is clipped. \
-             Without limits, a gauge counts as clipped if it stays at its extreme while the load changes",
+             Without limits, a gauge counts as clipped if the gauge stays at its extreme value while the load changes",
         ) {
             let extremes = || gauge_extremes(project.recordings.entries(), None);
             entered = knows.then(|| GaugeRange::All(extremes()));
         }
         gauge_range(ui, project, &mut entered);
         if entered != project.gauge_range {
-            out.push(Edit::GaugeRange(entered.filter(GaugeRange::rises)).into());
+            out.send(Edit::GaugeRange(entered.filter(GaugeRange::rises)));
         }
         if project.settings.full_scale.iter().any(Option::is_some) {
             let tolerance = project.overload_tolerance.unwrap_or(ValidRange::RATED_TOLERANCE);
@@ -26,8 +28,8 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
             ui.label("Overload above rated by");
             let field = egui::DragValue::new(&mut percent).range(0.0..=100.0).speed(0.1).suffix(" %");
             let field = ui.add(field);
-            if field.on_hover_text("Part of the rated load by which a load may exceed it before it counts as overload").changed() {
-                out.push(Edit::OverloadTolerance(percent / 100.0).into());
+            if field.on_hover_text("A load counts as overload if it exceeds the rated load by more than this share").changed() {
+                out.send(Edit::OverloadTolerance(percent / 100.0));
             }
         }
         let entries = project.recordings.entries();
@@ -51,18 +53,17 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         if (n_faulty > 0 || project.gauge_range.is_some())
             && ui.press(
                 "Leave out",
-                "Removes the faulty samples from the recordings; history does not cross a removed part longer than a \
-                 gap. Exported code then reports clipped gauges. Undo restores the samples",
+                "Removes the faulty samples from the recordings. Features with memory start anew after a removed interval that is longer than a gap. Exported code then reports clipped gauges. Undo restores the samples",
             ) {
-                out.push(Action::LeaveOutFaulty.into());
+                out.send(Action::LeaveOutFaulty);
             }
     });
 }
 
-fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeRange>) {
+fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>) {
     let Some(range) = entered else { return };
     let names = &project.recordings.layout().gauge_names;
-    let ends = |ui: &mut egui::Ui, (low, high): &mut (f64, f64), of: &str| {
+    let ends = |ui: &mut Ui, (low, high): &mut (f64, f64), of: &str| {
         for (value, what) in [(low, "Minimum value"), (high, "Maximum value")] {
             let speed = (0.001 * value.abs()).max(1e-6);
             let field = egui::DragValue::new(value).speed(speed);
@@ -76,7 +77,7 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
     if ui.tick(
         &mut by_gauge,
         "by gauge",
-        "Sets limits for each gauge, for gauges on different amplifiers",
+        "Sets separate limits for each gauge, for gauges on different amplifiers",
     ) {
         let own = |gauge: usize| range.of(gauge);
         *range = match by_gauge {
@@ -115,7 +116,7 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
             });
         });
     });
-    response.on_hover_text("Limits of each gauge; gauges without limits get limits from the data");
+    response.on_hover_text("Shows the limits of each gauge. For a gauge without a tick, the data show where the gauge clips");
 }
 
 /// Returns the minimum and maximum value of all gauges or of one gauge, including zero.

@@ -1,106 +1,90 @@
-//! Draws one recording of the list: role, name with its menu, group and errors.
+//! Draws the cells of one recording: role, name with its menu, group and errors.
+
+use egui::Ui;
 
 use super::*;
 
-/// Returns the group of a recording: the one set by the user, else the detected one.
-pub(super) fn group_of(engine: &Engine, at: usize) -> Option<&str> {
+/// Returns the group of a recording that the user set, or else the detected group.
+pub fn group_of(engine: &Engine, at: usize) -> Option<&str> {
     let entry = engine.entries().get(at)?;
     let found = || engine.result_of(at)?.group.as_deref();
     entry.group.as_deref().or_else(found)
 }
 
-pub(super) fn group_button(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    at: usize,
-    typed: &mut (usize, String),
-    out: &mut Vec<Command>,
-) {
+pub fn group_button(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let group = group_of(engine, at);
     let button = egui::Button::new(group.unwrap_or("–")).truncate();
     let response = ui.menu_of_fields(button, |ui| group_menu(ui, engine, at, typed, out));
     response.on_hover_text(match group {
-        Some(group) => format!("{group}: left out together with the others of this group"),
-        None => "Left out on its own in cross-validation".to_owned(),
+        Some(group) => format!("{group}: cross-validation leaves out all recordings of this group together. Press to change the group"),
+        None => "No group: cross-validation leaves out this recording alone. Press to set a group".to_owned(),
     });
 }
 
-fn group_menu(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    at: usize,
-    (of, text): &mut (usize, String),
-    out: &mut Vec<Command>,
-) {
+fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let entries = engine.entries();
-    if *of != at {
-        *of = at;
-        *text = group_of(engine, at).unwrap_or_default().to_owned();
-    }
-
+    let text = text_of(typed, at, || group_of(engine, at).unwrap_or_default().to_owned());
     let field = egui::TextEdit::singleline(text).hint_text("detected; Enter sets it");
     let field =
-        ui.labelled("Group: recordings that repeat a programme, a day or a mounting", field);
-    let set = |group: Option<String>| {
+        ui.labelled("Group: recordings that repeat a load programme, a day or a mounting", field);
+    let text = text.trim().to_owned();
+    let entered = ui.entered(&field).then_some((!text.is_empty()).then_some(text));
+    let cleared = ui.button("As found").clicked().then_some(None);
+    let mut chosen = cleared.or(entered).map(|group: Option<String>| {
         let mut groups: Vec<_> = entries.iter().map(|entry| entry.group.clone()).collect();
         groups[at] = group;
         groups
-    };
-    let entered = ui.entered(&field);
-    let mut chosen = entered.then(|| {
-        let text = text.trim();
-        set((!text.is_empty()).then(|| text.to_owned()))
     });
-    if ui.button("As found").clicked() {
-        chosen = Some(set(None));
-    }
     ui.separator();
     ui.label("All recordings");
-    let pattern = |text: &str| text.parse::<GroupPattern>().ok();
-    for (label, pattern) in
-        [("As found", None), ("By file", pattern("{file}")), ("By folder", pattern("{folder}"))]
-    {
+    let by = |text: &'static str| {
+        let pattern = text.parse::<GroupPattern>().ok();
+        move |(_, entry): (usize, &Entry)| pattern.as_ref()?.group_of(&entry.recording)
+    };
+    let own = |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
+    type GroupOf<'a> = &'a dyn Fn((usize, &Entry)) -> Option<String>;
+    let all: [(&str, GroupOf<'_>); 4] = [
+        ("As found", &|_| None),
+        ("By file", &by("{file}")),
+        ("By folder", &by("{folder}")),
+        ("Each on its own", &own),
+    ];
+    for (label, group) in all {
         if ui.button(label).clicked() {
-            let group = |entry: &Entry| pattern.as_ref()?.group_of(&entry.recording);
-            chosen = Some(entries.iter().map(group).collect());
+            chosen = Some(entries.iter().enumerate().map(group).collect());
         }
     }
-    if ui.button("Each on its own").clicked() {
-        let own =
-            |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
-        chosen = Some(entries.iter().enumerate().map(own).collect());
-    }
     if let Some(groups) = chosen {
-        out.push(Edit::Groups(groups).into());
-        *of = usize::MAX;
+        out.send(Edit::Groups(groups));
+        *typed = None;
         ui.close();
     }
 }
 
-fn day_menu(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    at: usize,
-    (of, text): &mut (usize, String),
-    out: &mut Vec<Command>,
-) {
+/// Returns the text of a field about a recording; `first` returns the text before the user types.
+fn text_of(typed: &mut Typed, at: usize, first: impl FnOnce() -> String) -> &mut String {
+    if typed.as_ref().is_none_or(|(of, _)| *of != at) {
+        *typed = Some((at, first()));
+    }
+    &mut typed.get_or_insert_default().1
+}
+
+fn day_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let entries = engine.entries();
     let recording = &entries[at].recording;
-    if *of != at {
-        *of = at;
-        *text = recording.dated().map_or_else(String::new, |dated| dated.day.to_string());
-    }
-
+    let text = text_of(typed, at, || {
+        recording.dated().map_or_else(String::new, |dated| dated.day.to_string())
+    });
     let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets it");
-    let field = ui.labelled("Date of its file's recordings: days are compared by it", field);
+    let field = ui.labelled("Date of all recordings of this file, for comparing days", field);
     let entered = ui.entered(&field);
     let day = text.trim().parse::<Day>();
     if let (false, Err(error)) = (text.trim().is_empty(), &day) {
         ui.warn(error.to_string());
     }
     let cleared = ui.press(
-        "As its file says",
-        "Takes the day from the file's header, from its clock, or from a date in its name",
+        "From the file",
+        "Takes the date from the header of the file, from its clock, or from its name",
     );
     let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
         (true, _) => None,
@@ -115,29 +99,29 @@ fn day_menu(
         true => chosen,
         false => entries[other].recording.entered_day(),
     });
-    out.push(Edit::Days(days.collect()).into());
-    *of = usize::MAX;
+    out.send(Edit::Days(days.collect()));
+    *typed = None;
     ui.close();
 }
 
-pub(super) fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {
+pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
     let roles = [
         ("Train", Role::Train, "Used by the fit"),
         ("Test", Role::Test, "Used only to score the fit"),
         ("Off", Role::Off, "Used neither by the fit nor for scores"),
     ];
-    let label = (roles.iter()).find_map(|(label, role, _)| (*role == entry.role).then_some(*label));
+    let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |own| own.0);
     if !entry.recording.has_reference() {
         ui.weak("–").on_hover_text(
-            "No reference load: a calibration can be applied to it, but it can be neither fitted nor scored",
+            "This recording has no reference load. A calibration can be applied to the recording, but neither fitted nor scored",
         );
         return;
     }
-    ui.menu_button(label.unwrap_or_default(), |ui| {
+    ui.menu_button(label, |ui| {
         for (label, role, explanation) in roles {
             let radio = ui.radio(entry.role == role, label);
             if radio.on_hover_text(explanation).clicked() {
-                out.push(Edit::Role(at, role).into());
+                out.send(Edit::Role(at, role));
                 ui.close();
             }
         }
@@ -146,27 +130,15 @@ pub(super) fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut V
     .on_hover_text("Role of this recording: train, test or off");
 }
 
-pub(super) fn name_button(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    at: usize,
-    fields: &mut View,
-    out: &mut Vec<Command>,
-) {
+pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, out: &mut Out) {
     let recording = &engine.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
-    let button = egui::Button::selectable(engine.project().view == questions::View::One(at), name)
-        .truncate();
+    let is_shown = engine.project().view == questions::View::One(at);
+    let button = egui::Button::selectable(is_shown, name).truncate();
     let response = ui.add(button);
     response.widget_info(|| {
-        let (role, name) = (egui::Role::Button, recording.name());
-        egui::WidgetInfo::selected(
-            role,
-            true,
-            engine.project().view == questions::View::One(at),
-            name,
-        )
+        egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, recording.name())
     });
     let response = response.on_hover_ui(|ui| {
         ui.strong(recording.name());
@@ -202,11 +174,11 @@ pub(super) fn name_button(
             if reference.is_empty() { "none".to_owned() } else { reference.join(" ") },
         ));
         for channel in recording.auxiliary().in_words() {
-            ui.label(format!("auxiliary: {channel}"));
+            ui.label(format!("auxiliary channel: {channel}"));
         }
     });
     if response.clicked() {
-        out.push(Action::Show(questions::View::One(at)).into());
+        out.send(Action::Show(questions::View::One(at)));
     }
     context_menu(&response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
@@ -218,8 +190,8 @@ pub(super) fn name_button(
     });
 }
 
-/// Returns a name that fits into this width.
-fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
+/// Returns the name, shortened to this width (points).
+fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
         let galley = (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE);
@@ -228,7 +200,7 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     if fits(name) {
         return name.to_owned();
     }
-    // Bisection, because a name may be long and every row is drawn in every frame.
+    // Bisection, because measuring a long name at every length would make each frame slow.
     let (mut most, mut too_many) = (1, name.chars().count());
     while too_many - most > 1 {
         let middle = most.midpoint(too_many);
@@ -240,41 +212,32 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     elided(name, most)
 }
 
-fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -> egui::Response {
+fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Over its first quiet half second").on_hover_text(
         "Subtracts the mean gauges of the first quiet half second in which the reference is zero. Undo restores the values",
     );
-    if quiet.clicked() {
-        out.push(Action::Tare(vec![at], Tare::Auto).into());
-        ui.close();
-    }
+    let tare = |tare| Action::Tare(vec![at], tare).into();
+    let mut chosen: Option<Command> = quiet.clicked().then(|| tare(Tare::Auto));
     for secs in [0.5, 1.0, 2.0, 5.0] {
-        if ui
-            .press(format!("Over its first {secs} s"), "Subtracts the mean gauges of this interval")
-        {
-            out.push(Action::Tare(vec![at], Tare::Interval(0.0, secs)).into());
-            ui.close();
+        let label = format!("Over its first {secs} s");
+        if ui.press(label, "Subtracts the mean gauges of this interval") {
+            chosen = Some(tare(Tare::Interval(0.0, secs)));
         }
     }
-    if ui.press(
-        "Over the interval between the cursors",
-        "Subtracts the mean gauges between cursor A and cursor B",
-    ) {
-        out.push(Command::TareBetweenCursors(at));
+    let about = "Subtracts the mean gauges between cursor A and cursor B";
+    if ui.press("Over the interval between the cursors", about) {
+        chosen = Some(Command::TareBetweenCursors(at));
+    }
+    if let Some(chosen) = chosen {
+        out.send(chosen);
         ui.close();
     }
     quiet
 }
 
-/// Returns the sample rate after decimation by `step`, as text.
-pub(super) fn rate_text(entry: &Entry, step: usize) -> String {
-    let rate = entry.recording.rate_hz();
-    rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
-}
-
-pub(super) fn rmse_label(
-    ui: &mut egui::Ui,
+pub fn rmse_label(
+    ui: &mut Ui,
     group: Group,
     axes: &[Axis],
     rmse: Option<&[f64]>,

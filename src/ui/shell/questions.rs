@@ -1,17 +1,20 @@
 //! Modal questions of the window to the user.
 
-use std::path::Path;
+use std::borrow::Cow;
+
+use egui::Context;
 
 use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::finding::Face;
 use crate::questions::page::utc;
-use crate::shown::first;
-use crate::ui::command::Command;
+use crate::shown::{file_name, first};
+use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, file_size};
 
+const WIDTH: f32 = 420.0;
 const LIST_HEIGHT: f32 = 320.0;
-/// Number of characters of a missing file's path that fit.
+/// Maximum number of characters shown of a missing file's path.
 const LOST_CHARS: usize = 70;
 /// Maximum number of file names listed for each unsaved session.
 const LEFT_FILES: usize = 4;
@@ -19,14 +22,13 @@ const LEFT_FILES: usize = 4;
 struct Naming {
     content: FileContent,
     path: String,
-    /// True until the field was drawn once.
+    /// True until the path field has been drawn and has the focus.
     is_new: bool,
 }
 
 #[derive(Default)]
 pub struct Questions {
     naming: Option<Naming>,
-    /// Folder that now holds the files of the session.
     found: String,
 }
 
@@ -35,12 +37,12 @@ impl Questions {
         self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
     }
 
-    /// Takes the content that waits for a path, which ends the question.
+    /// Returns the content that waits for a path, and closes the question for the path.
     pub fn take_content(&mut self) -> Option<FileContent> {
         Some(self.naming.take()?.content)
     }
 
-    pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+    pub fn show(&mut self, context: &Context, engine: &Engine, out: &mut Out) {
         naming(context, &mut self.naming, out);
         replacing(context, engine, out);
         leaving(context, engine, self.naming.is_some(), out);
@@ -49,53 +51,68 @@ impl Questions {
     }
 }
 
-/// Asks before a file is replaced, and before a calibration is exported that is undetermined or differs from the screen.
-fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
-    let Some((_, path, doubt)) = &engine.replacing else {
-        return;
-    };
-    let (title, reason, yes) = match doubt {
-        Doubt::IsThere => (
-            "The file already exists",
-            None,
-            ("Replace it", "The present contents of the file are lost"),
-        ),
-        Doubt::Undetermined(undetermined, _) => (
-            "The samples do not determine this calibration",
-            Some(undetermined.finding().text(Face::Window)),
-            ("Export anyway", "The errors of its loads are unknown"),
-        ),
-    };
-    let no = ("Leave it", "Nothing is written");
-    let modal = egui::Modal::new(egui::Id::unique("replace")).show(context, |ui| {
-        ui.set_width(420.0);
+/// Draws a modal question. Each answer has a label, an explanation and a command. Escape chooses the last answer.
+fn ask(
+    context: &Context,
+    id: &str,
+    [title, text]: [&str; 2],
+    answers: &[(&str, &str, Command)],
+    out: &mut Out,
+) {
+    let modal = egui::Modal::new(egui::Id::unique(id)).show(context, |ui| {
+        ui.set_width(WIDTH);
         ui.strong(title);
-        ui.label(path.display().to_string());
-        if let Some(reason) = reason {
-            ui.label(reason);
-        }
+        ui.label(text);
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            for ((label, explanation), answer) in [(yes, true), (no, false)] {
-                if ui.press(label, explanation) {
-                    out.push(Action::Replace(answer).into());
+            for (label, explanation, command) in answers {
+                if ui.press(*label, *explanation) {
+                    out.send(command.clone());
                 }
             }
         });
     });
     if modal.should_close() {
-        out.push(Action::Replace(false).into());
+        out.0.extend(answers.last().map(|(.., command)| command.clone()));
     }
 }
 
-/// Lets the user type a path if the machine has no file dialog.
-fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Command>) {
+/// Asks before an existing file is replaced, and before a calibration is exported that the samples do not determine.
+fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
+    let Some((_, path, doubt)) = &engine.replacing else {
+        return;
+    };
+    let mut text = path.display().to_string();
+    let (title, yes, about) = match doubt {
+        Doubt::IsThere => (
+            "The file already exists",
+            "Replace it",
+            "Overwrites the file; its present contents are lost",
+        ),
+        Doubt::Undetermined(undetermined, _) => {
+            text += "\n";
+            text += &undetermined.finding().text(Face::Window);
+            (
+                "The samples do not determine this calibration",
+                "Export anyway",
+                "Writes the calibration, although the errors of its loads are unknown",
+            )
+        }
+    };
+    let answers = [
+        (yes, about, Action::Replace(true).into()),
+        ("Leave it", "Nothing is written", Action::Replace(false).into()),
+    ];
+    ask(context, "replace", [title, &text], &answers, out);
+}
+
+fn naming(context: &Context, naming: &mut Option<Naming>, out: &mut Out) {
     let Some(Naming { path, is_new, .. }) = naming else {
         return;
     };
     let is_new = std::mem::take(is_new);
     let modal = egui::Modal::new(egui::Id::unique("naming")).show(context, |ui| {
-        ui.set_width(420.0);
+        ui.set_width(WIDTH);
         let label = ui.strong("Save as");
         let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
         let field = ui.add(field).labelled_by(label.id);
@@ -107,23 +124,23 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Co
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let chosen = path.trim();
-            if (ui.press("Save", "Writes this file; Enter does too") || entered)
+            if (ui.press("Save", "Writes the file; Enter does the same") || entered)
                 && !chosen.is_empty()
             {
-                out.push(Command::PathTyped(Some(chosen.into())));
+                out.send(Command::PathTyped(Some(chosen.into())));
             }
             if ui.press("Cancel", "Nothing is written") {
-                out.push(Command::PathTyped(None));
+                out.send(Command::PathTyped(None));
             }
         });
     });
     if modal.should_close() {
-        out.push(Command::PathTyped(None));
+        out.send(Command::PathTyped(None));
     }
 }
 
 /// Asks whether to save before the window closes or another session is opened.
-fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut Vec<Command>) {
+fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
     let Some(leaving) = &engine.leaving else {
         return;
     };
@@ -133,74 +150,63 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
     }
     let (save, discard, cancel) = match leaving {
         Leaving::Close => (
-            "Saves the session, then closes; asks for a path if it has no file yet",
-            "Closes; changes since the last save are lost",
+            "Saves the session, then closes the window; asks for a path if the session has no file yet",
+            "Closes the window; changes since the last save are lost",
             "The window stays open",
         ),
         Leaving::Open(_) | Leaving::Restore(..) => (
-            "Saves, then opens the other session; asks for a path if this one has no file yet",
+            "Saves this session, then opens the other session; asks for a path if this session has no file yet",
             "Opens the other session; changes since the last save are lost",
             "The other session is not opened",
         ),
     };
-    let mut say = |command: Command| out.push(command);
-    let modal = egui::Modal::new(egui::Id::unique("leaving")).show(context, |ui| {
-        ui.set_width(420.0);
-        ui.strong("The session is not saved");
-        ui.label("The session holds the list of files, their roles and all settings. The recordings themselves are not changed.");
-        if !matches!(leaving, Leaving::Close) {
-            ui.label("Another session is about to be opened in its place.");
-        }
-        ui.add_space(8.0);
-        ui.horizontal(|ui| {
-            for (label, explanation, command) in [
-                ("Save", save, Command::SaveSession),
-                ("Discard", discard, Action::Discard.into()),
-                ("Cancel", cancel, Action::Stay.into()),
-            ] {
-                if ui.press(label, explanation) {
-                    say(command);
-                }
-            }
-        });
-    });
-    if modal.should_close() {
-        say(Action::Stay.into());
+    let mut text = "The session holds the list of files, their roles and all settings. The files of the recordings are not changed.".to_owned();
+    if !matches!(leaving, Leaving::Close) {
+        text += "\nAnother session is about to be opened.";
     }
+    let answers = [
+        ("Save", save, Command::SaveSession),
+        ("Discard", discard, Action::Discard.into()),
+        ("Cancel", cancel, Action::Stay.into()),
+    ];
+    ask(context, "leaving", ["The session is not saved", &text], &answers, out);
 }
 
 /// Offers the unsaved sessions of windows that did not close properly, newest first.
-fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+fn recovering(context: &Context, engine: &Engine, out: &mut Out) {
     if engine.recoverable.is_empty() || !engine.shows_left {
         return;
     }
-    let mut say = |command: Command| out.push(command);
     let mut open = true;
-    egui::Window::new("Recover")
-        .open(&mut open)
-        .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
-        .collapsible(false)
-        .resizable(false)
-        .show(context, |ui| {
-            ui.set_width(460.0);
-            ui.label("LoopScope did not close properly. Its unsaved work was stored, and stays stored until you discard it.");
-            egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
-                for (at, left) in engine.recoverable.iter().enumerate().rev() {
-                    ui.separator();
-                    ui.push_id(at, |ui| one_left(ui, left, &mut say));
-                }
-            });
-            ui.separator();
-            if ui.press("Later", "Keeps the unsaved sessions; File > Recover sessions lists them again") {
-                say(Action::ShowLeft(false).into());
+    window("Recover").open(&mut open).show(context, |ui| {
+        ui.set_width(460.0);
+        ui.label(
+            "LoopScope did not close properly. The unsaved work is stored until you discard it.",
+        );
+        egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
+            for (at, left) in engine.recoverable.iter().enumerate().rev() {
+                ui.separator();
+                ui.push_id(at, |ui| one_left(ui, left, out));
             }
         });
+        ui.separator();
+        if ui.press("Later", "Keeps the unsaved sessions; File > Recover sessions lists them again")
+        {
+            out.send(Action::ShowLeft(false));
+        }
+    });
     if !open {
-        say(Action::ShowLeft(false).into());
+        out.send(Action::ShowLeft(false));
     }
 }
 
-fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
+/// Returns a dialog of fixed size at the upper edge of the window.
+fn window(title: impl Into<egui::WidgetText>) -> egui::Window<'static> {
+    let window = egui::Window::new(title).anchor(egui::Align2::CENTER_TOP, [0.0, 60.0]);
+    window.collapsible(false).resizable(false)
+}
+
+fn one_left(ui: &mut egui::Ui, left: &LeftSession, out: &mut Out) {
     ui.horizontal(|ui| {
         ui.strong(utc(left.written));
         ui.weak(file_size(left.bytes));
@@ -213,41 +219,37 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
             ui.label(files_of(session)).on_hover_text(paths);
         }
         Err(reason) => {
-            let reason = format!("It cannot be read: {reason}");
+            let reason = format!("This session cannot be read: {reason}");
             ui.warn(reason).on_hover_text(left.path.display().to_string());
         }
     }
     ui.horizontal(|ui| {
         let restore = ui.add_enabled(left.session.is_ok(), egui::Button::new("Restore"));
         let restore = restore
-            .on_hover_text("Opens its files with all settings; the other sessions stay listed")
+            .on_hover_text(
+                "Opens the files of this session with all settings; the other sessions stay listed",
+            )
             .on_disabled_hover_text("The stored session cannot be read");
         if restore.clicked() {
-            say(Action::Restore(left.path.clone()).into());
+            out.send(Action::Restore(left.path.clone()));
         }
         if ui.press("Discard", "Deletes this unsaved session; the recordings stay") {
-            say(Action::DropLeft(left.path.clone()).into());
+            out.send(Action::DropLeft(left.path.clone()));
         }
     });
 }
 
-/// Returns the names of a session's files, as many as fit.
+/// Returns the names of the first files of a session.
 fn files_of(session: &Session) -> String {
-    let names = session.files.iter().map(|file| {
-        let path = &file.absolute;
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        name.to_string_lossy().into_owned()
-    });
-    let built_in = session.built_in.then(|| "built-in sensor".to_owned());
+    let names = session.files.iter().map(|file| file_name(&file.absolute));
+    let built_in = session.built_in.then_some(Cow::Borrowed("built-in sensor"));
     let max = LEFT_FILES + usize::from(session.built_in);
-    match first(max, built_in.into_iter().chain(names)) {
-        none if none.is_empty() => "no files".to_owned(),
-        names => names,
-    }
+    let names = first(max, built_in.into_iter().chain(names));
+    if names.is_empty() { "no files".to_owned() } else { names }
 }
 
 /// Asks for the folder of the session's files that were moved.
-fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut Vec<Command>) {
+fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
     let lost = &engine.project().lost;
     if lost.is_empty() {
         return;
@@ -256,53 +258,40 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
         1 => "A file of the session was not found".to_owned(),
         n => format!("{n} files of the session were not found"),
     };
-    egui::Window::new(title)
+    window(title)
         .id(egui::Id::unique("lost"))
-        .anchor(egui::Align2::CENTER_TOP, [0.0, 60.0])
-        .collapsible(false)
-        .resizable(false)
         .show(context, |ui| {
             ui.set_width(520.0);
             let list = egui::ScrollArea::vertical().max_height(LIST_HEIGHT);
             list.show(ui, |ui| {
                 for (at, file) in lost.iter().enumerate() {
-                    ui.push_id(at, |ui| one_lost(ui, at, &file.absolute, out));
+                    ui.horizontal(|ui| {
+                        if ui.press_small("×", "Removes this file from the session") {
+                            out.send(Action::Forget(at));
+                        }
+                        let path = file.absolute.display().to_string();
+                        ui.label(elided(&path, LOST_CHARS)).on_hover_text(path);
+                    });
                 }
             });
             ui.separator();
             ui.horizontal(|ui| {
-                let field = egui::TextEdit::singleline(found).desired_width(380.0);
-                let field = ui.field(
-                    "Now in the folder",
-                    field,
-                    "Present folder of the files, or of one of them; the others are found by their names and \
-                     relative folders",
-                );
-                let entered =
-                    ui.entered(&field);
-                let look = ui.press("Look there", "Reads the files found in this folder; Enter does the same");
-                let path = found.trim().to_owned();
-                if (look || entered) && !path.is_empty() {
-                    out.push(Action::Locate(path.into()).into());
+                let about = [
+                    "Present folder of the files, or present path of one file; all files are found by their names and relative folders",
+                    "Search folder",
+                    "Reads the files found in this folder",
+                ];
+                if let Some(path) = ui.path_field("Now in the folder", found, (380.0, ""), about) {
+                    out.send(Action::Locate(path));
                 }
             });
             ui.horizontal(|ui| {
                 if ui.press("Choose a folder…", "Chooses the folder to search") {
-                    out.push(Command::ChooseLost);
+                    out.send(Command::ChooseLost);
                 }
-                if ui.press("Go on without", "Opens the session without the missing files") {
-                    out.extend(lost.iter().map(|_| Action::Forget(0).into()));
+                if ui.press("Continue without files", "Opens the session without the missing files") {
+                    lost.iter().for_each(|_| out.send(Action::Forget(0)));
                 }
             });
         });
-}
-
-fn one_lost(ui: &mut egui::Ui, at: usize, path: &Path, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
-        if ui.press_small("×", "Removes this file from the session") {
-            out.push(Action::Forget(at).into());
-        }
-        let path = path.display().to_string();
-        ui.label(elided(&path, LOST_CHARS)).on_hover_text(path);
-    });
 }

@@ -1,10 +1,10 @@
-//! Histogram of the look-back ages; ages above t_th have another colour.
+//! Histogram of the look-back ages. Ages above t_th have another colour.
 
 use egui_plot::{Bar, BarChart, VLine};
 
 use crate::engine::Engine;
 use crate::questions::thresholds::PastAges;
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
@@ -13,7 +13,7 @@ pub fn ages(
     engine: &Engine,
     past_ages: &PastAges,
     size: [f32; 2],
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let t_th_secs = engine.project().thresholds().t_th_secs;
     let visuals = ui.visuals().clone();
@@ -38,7 +38,7 @@ pub fn ages(
         .response;
     plots::finish(&response, name, None, out);
     response.on_hover_text(format!(
-        "Time since the load differed by F_th. Green: used; grey: not used, older than t_th. {} % are older than the last bar",
+        "Time since the load differed by F_th. Green: the past sample is used. Grey: the past sample is older than t_th and not used. {} % of the samples have a past sample older than the last bar",
         significant(share(past_ages.n_beyond), 2)
     ));
 }

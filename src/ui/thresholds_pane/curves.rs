@@ -1,26 +1,20 @@
-//! Curves of the error through the present pair of thresholds, over F_th and over t_th, separately for forces and moments.
+//! Curves of the error through the present pair of thresholds, against F_th and against t_th, separately for forces and
+//! moments.
 
 use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
 use crate::features::Thresholds;
-use crate::questions::thresholds::{Along, Measure, ScoreSet, ThresholdMap};
-use crate::questions::thresholds::{ShownFTh, threshold_curve};
+use crate::questions::thresholds::{
+    Along, Measure, ScoreSet, ShownFTh, ThresholdMap, threshold_curve,
+};
 use crate::report::figure::{Figure, color};
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
-pub fn curves(
-    ui: &mut egui::Ui,
-    engine: &Engine,
-    map: &ThresholdMap,
-    height: f32,
-    out: &mut Vec<Command>,
-) {
-    let groups = [Measure::Forces, Measure::Moments]
-        .into_iter()
-        .filter(|group| group.weights(&map.scale).is_some())
-        .collect::<Vec<_>>();
+pub fn curves(ui: &mut egui::Ui, engine: &Engine, map: &ThresholdMap, height: f32, out: &mut Out) {
+    let groups = [Measure::Forces, Measure::Moments].into_iter();
+    let groups: Vec<_> = groups.filter(|group| group.weights(&map.scale).is_some()).collect();
     let height = (height - 26.0) / groups.len().max(1) as f32 - 6.0;
     let width = 0.5 * ui.available_width() - 6.0;
     ui.horizontal(|ui| {
@@ -30,14 +24,17 @@ pub fn curves(
                 ScoreSet::LeftOut => {
                     ("solid", "Held-out errors: choose the thresholds by this curve")
                 }
-                ScoreSet::Train => ("dotted", "Errors on the fitted samples, which are too small"),
+                ScoreSet::Train => (
+                    "dotted",
+                    "Errors on the fitted samples, which are smaller than errors on new samples",
+                ),
                 ScoreSet::Test => {
                     ("dashed", "Errors on the test recordings: do not choose by this curve")
                 }
             };
             ui.colored_label(color, format!("{} ({name})", set.label())).on_hover_text(about);
         }
-        ui.weak("click or drag to set the threshold");
+        ui.weak("Click or drag in a plot to set the threshold");
     });
     for group in groups {
         ui.horizontal(|ui| {
@@ -55,7 +52,7 @@ fn curve(
     group: Measure,
     along: Along,
     size: [f32; 2],
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     let present = engine.project().thresholds();
     let (factor, all) = match along {
@@ -83,14 +80,14 @@ fn curve(
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
         let x = response.transform.value_from_position(pointer).x / factor;
-        // The precision of pointing: three digits.
+        // The pointer selects a value with a precision of about three digits.
         let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
         let wanted = match along {
             Along::F => Thresholds { f_th: value, ..present },
             Along::T => Thresholds { t_th_secs: value, ..present },
         };
         if wanted != present {
-            out.push(Edit::Thresholds(wanted).into());
+            out.send(Edit::Thresholds(wanted));
         }
     }
 }

@@ -1,52 +1,49 @@
-//! Map of the errors over F_th and t_th: one texture pixel for each pair, t_th on a logarithmic axis.
+//! Map of the error for pairs of F_th and t_th: one pixel of a texture for each pair, with t_th on a logarithmic axis.
 
 use std::sync::Arc;
 
-use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Vec2};
+use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Ui, Vec2};
 use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
 use crate::calibration::NoCrossValidation;
 use crate::engine::{Edit, Engine};
 use crate::features::Thresholds;
-use crate::questions::thresholds::ShownFTh;
-use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
+use crate::questions::thresholds::{Measure, ScoreSet, ShownFTh, ThresholdMap};
 use crate::report::figure::color::shade;
-use crate::ui::command::Command;
+use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::plots;
 
+/// The image of a map, with the inputs of the image: map, number of computed rows, measure and set of samples.
 #[derive(Default)]
 pub struct MapTexture {
     made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
-    texture: Option<TextureHandle>,
-    range: Option<(f64, f64)>,
-    is_cut_off: bool,
+    /// Image, range of the errors that the colours cover, and whether an error is above the range.
+    image: Option<(TextureHandle, (f64, f64), bool)>,
 }
 
 const SCALE_WIDTH: f32 = 14.0;
 
 pub fn map(
-    ui: &mut egui::Ui,
+    ui: &mut Ui,
     engine: &Engine,
     map: &Arc<ThresholdMap>,
     measure: Measure,
     set: ScoreSet,
     texture: &mut MapTexture,
-    out: &mut Vec<Command>,
+    out: &mut Out,
 ) {
     texture.update(ui.ctx(), map, measure, set);
-    let (Some(image), Some((least, greatest))) = (&texture.texture, texture.range) else {
+    let Some((image, (least, greatest), is_cut_off)) = &texture.image else {
         ui.weak(match map.n_rows_done() {
-            0 => "The first rows are being computed.".to_owned(),
+            0 => "The first rows of the map are being computed.".to_owned(),
             _ => format!("No errors: {}", set.missing(Some(NoCrossValidation::FewSamples))),
         });
         return;
     };
     let (low, high) = corners(map);
-    let size = Vec2::new((high[0] - low[0]) as f32, (high[1] - low[1]) as f32);
-    let center = PlotPoint::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]));
     let present = engine.project().thresholds();
     let minimum = map.minimum(set, measure);
     let shown = ShownFTh::of(map.distance);
@@ -63,27 +60,25 @@ pub fn map(
             .y_grid_spacer(move |_| decades(low[1], high[1]))
             .y_axis_formatter(|mark, _| significant(10_f64.powf(mark.value), 1))
             .show(ui, |plot| {
-                let center = PlotPoint::new(center.x * shown_as, center.y);
-                let size = Vec2::new(size.x * shown_as as f32, size.y);
+                let center =
+                    PlotPoint::new(0.5 * shown_as * (low[0] + high[0]), 0.5 * (low[1] + high[1]));
+                let size = [shown_as * (high[0] - low[0]), high[1] - low[1]];
+                let size = size.map(|side| side as f32);
                 plot.image(PlotImage::new("", image.id(), center, size).allow_hover(false));
                 let mark = |pair: Thresholds| {
                     PlotPoints::from([pair.f_th * shown_as, log(pair.t_th_secs, map)])
                 };
-                if let Some((at, _)) = minimum {
-                    plot.points(
-                        Points::new("minimum", mark(map.thresholds(at.0, at.1)))
-                            .shape(MarkerShape::Diamond)
-                            .radius(6.0)
-                            .color(Color32::WHITE),
-                    );
+                let minimum = minimum.map(|(at, _)| map.thresholds(at.0, at.1));
+                for (name, pair, shape, radius) in [
+                    ("minimum", minimum, MarkerShape::Diamond, 6.0),
+                    ("present", Some(present), MarkerShape::Circle, 7.0),
+                ] {
+                    if let Some(pair) = pair {
+                        let points = Points::new(name, mark(pair)).shape(shape).radius(radius);
+                        let is_filled = shape == MarkerShape::Diamond;
+                        plot.points(points.filled(is_filled).color(Color32::WHITE));
+                    }
                 }
-                plot.points(
-                    Points::new("present", mark(present))
-                        .shape(MarkerShape::Circle)
-                        .filled(false)
-                        .radius(7.0)
-                        .color(Color32::WHITE),
-                );
             });
         plots::finish(&response.response, "Map of F_th and t_th", None, out);
         let pointer =
@@ -100,18 +95,18 @@ pub fn map(
                 pair_text(map.distance, thresholds)
             ));
             if pressed(&response.response) && thresholds != present {
-                out.push(Edit::Thresholds(thresholds).into());
+                out.send(Edit::Thresholds(thresholds));
             }
         }
         let unit = measure.unit(&map.scale);
-        let least = format!("{} {unit}", significant(least, 3));
-        let above = if texture.is_cut_off { "≥ " } else { "" };
-        let greatest = format!("{above}{} {unit}", significant(greatest, 3));
+        let least = format!("{} {unit}", significant(*least, 3));
+        let above = if *is_cut_off { "≥ " } else { "" };
+        let greatest = format!("{above}{} {unit}", significant(*greatest, 3));
         scale_of_colors(ui, height, &least, &greatest);
     });
 }
 
-/// Returns grid lines at 1, 2 and 5 times powers of ten between two powers.
+/// Returns grid lines at 1, 2 and 5 times powers of ten. `low` and `high` are logarithms to base 10.
 fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
     (-3..5)
         .flat_map(|power| [1.0, 2.0, 5.0].map(|digit: f64| digit.log10() + f64::from(power)))
@@ -120,20 +115,18 @@ fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
         .collect()
 }
 
-/// Returns the place of t_th on the logarithmic axis; zero is at its lower end.
+/// Returns the place of t_th on the logarithmic axis. A t_th of zero is at the lower end of the axis.
 fn log(t_th_secs: f64, map: &ThresholdMap) -> f64 {
     let lowest = corners(map).0[1];
     if t_th_secs > 0.0 { t_th_secs.log10().max(lowest) } else { lowest }
 }
 
-/// Returns the outer corners of the cells of the first and the last pair: F_th, log₁₀ t_th.
+/// Returns the lower left and the upper right corner of the map, as F_th and log₁₀ t_th.
 fn corners(map: &ThresholdMap) -> ([f64; 2], [f64; 2]) {
     let ends = |values: &[f64], place: fn(f64) -> f64| {
-        let (first, last) = (place(values[0]), place(values[values.len() - 1]));
-        let half = match values.len() {
-            0 | 1 => 0.5,
-            n => 0.5 * (last - first) / (n - 1) as f64,
-        };
+        let n = values.len();
+        let (first, last) = (place(values[0]), place(values[n - 1]));
+        let half = if n > 1 { 0.5 * (last - first) / (n - 1) as f64 } else { 0.5 };
         (first - half, last + half)
     };
     let (left, right) = ends(&map.grid.f_ths, |f_th| f_th);
@@ -149,47 +142,40 @@ impl MapTexture {
         measure: Measure,
         set: ScoreSet,
     ) {
-        let key = (Arc::clone(map), map.n_rows_done(), measure, set);
+        let n_rows = map.n_rows_done();
         let same = self.made.as_ref().is_some_and(|(own, rows, m, s)| {
-            Arc::ptr_eq(own, &key.0) && (*rows, *m, *s) == (key.1, key.2, key.3)
+            Arc::ptr_eq(own, map) && (*rows, *m, *s) == (n_rows, measure, set)
         });
         if same {
             return;
         }
         let values = map.values(set, measure);
-        let range = map.shades(set, measure);
-        let greatest = values.iter().flatten().copied().reduce(f64::max);
-        self.is_cut_off = range.zip(greatest).is_some_and(|((_, high), most)| most > high);
-        self.range = range;
-        self.texture = range.map(|range| {
+        self.image = map.shades(set, measure).map(|range| {
             let image = picture(map, &values, range);
-            context.load_texture("threshold map", image, TextureOptions::NEAREST)
+            let image = context.load_texture("threshold map", image, TextureOptions::NEAREST);
+            (image, range, values.iter().flatten().any(|value| *value > range.1))
         });
-        self.made = Some(key);
+        self.made = Some((Arc::clone(map), n_rows, measure, set));
     }
 }
 
-/// Returns the image: one pixel for each pair, F_th to the right, t_th upwards. A missing row shows its nearest neighbour.
+/// Returns the image with one pixel for each pair: F_th increases to the right, t_th upwards. A row that is not computed yet
+/// shows the nearest computed row.
 fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) -> ColorImage {
     let (n_f, n_t) = (map.grid.f_ths.len(), map.grid.t_ths_secs.len());
     let has_row = |f_at: usize| values[f_at * n_t].is_some();
-    let mut pixels = vec![Color32::TRANSPARENT; n_f * n_t];
-    for f_at in 0..n_f {
-        let near = (0..n_f).filter(|at| has_row(*at)).min_by_key(|at| at.abs_diff(f_at));
-        let Some(near) = near else {
-            continue;
-        };
-        for t_at in 0..n_t {
-            if let Some(value) = values[near * n_t + t_at] {
-                let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
-                pixels[(n_t - 1 - t_at) * n_f + f_at] = rgb(shade(share));
-            }
-        }
-    }
-    ColorImage::new([n_f, n_t], pixels)
+    let near = |f_at: usize| {
+        (0..n_f).filter(|at| has_row(*at)).min_by_key(|at| at.abs_diff(f_at)).unwrap_or(f_at)
+    };
+    let near: Vec<usize> = (0..n_f).map(near).collect();
+    let color = |value: f64| rgb(shade((value - low) / (high - low).max(f64::MIN_POSITIVE)));
+    let row = |t_at: usize| near.iter().map(move |f_at| values[f_at * n_t + t_at]);
+    let pixels = (0..n_t).rev().flat_map(row);
+    let pixels = pixels.map(|value| value.map_or(Color32::TRANSPARENT, color));
+    ColorImage::new([n_f, n_t], pixels.collect())
 }
 
-fn scale_of_colors(ui: &mut egui::Ui, height: f32, least: &str, greatest: &str) {
+fn scale_of_colors(ui: &mut Ui, height: f32, least: &str, greatest: &str) {
     ui.vertical(|ui| {
         ui.small(greatest);
         let size = Vec2::new(SCALE_WIDTH, (height - 60.0).max(20.0));

@@ -1,4 +1,4 @@
-//! Two cursors in time: the values at each cursor, their differences, and statistics of the interval between them.
+//! Two cursors in time, and the table of the values at both cursors, their differences and the statistics between the cursors.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,22 +11,21 @@ use crate::report::{Cell, Column, Table};
 use crate::scoring::Series;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
-use crate::ui::palette;
-use crate::ui::palette::Trace;
+use crate::ui::palette::{self, Trace};
 use crate::ui::status_line::busy;
 
-/// Maximum number of values summed in one frame, so that a frame does not wait for millions of values.
+/// Maximum number of values that are summed in one frame, so that no frame waits for millions of values.
 const VALUES_PER_FRAME: usize = 400_000;
 
-/// The two cursors (s on the time axis) and the statistics between them.
+/// Times of the two cursors (s), and the statistics between the cursors.
 #[derive(Debug, Default)]
 pub struct Cursors {
     at: [Option<f64>; 2],
     span: Option<Span>,
-    table: bool,
+    pub table: bool,
 }
 
-/// Statistics of one series between the cursors, as far as they are summed.
+/// Statistics of the values of one series that are summed so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Figures {
     n: usize,
@@ -69,18 +68,12 @@ struct Row {
 #[derive(Debug)]
 struct Span {
     samples: Range<usize>,
-    /// Index of the next sample to sum.
     next: usize,
     rows: Vec<Row>,
 }
 
 impl Span {
-    fn over(traces: &TraceSet, samples: Range<usize>, engine: &Engine) -> Self {
-        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
-        Self { next: samples.start, samples, rows: shown.flat_map(rows).collect() }
-    }
-
-    /// Sums a part of the missing values. Returns true if all are summed.
+    /// Sums the next values. Returns true if all values are summed.
     fn go_on(&mut self) -> bool {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
         let end = (self.next + n).min(self.samples.end);
@@ -90,13 +83,6 @@ impl Span {
         }
         self.next = end;
         end == self.samples.end
-    }
-
-    /// Returns true if the statistics belong to these series and samples.
-    fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, engine: &Engine) -> bool {
-        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
-        let series = shown.flat_map(rows).map(|row| Arc::as_ptr(&row.series));
-        self.samples == *samples && series.eq(self.rows.iter().map(|row| Arc::as_ptr(&row.series)))
     }
 }
 
@@ -123,14 +109,6 @@ impl Cursors {
         *self = Self { table: self.table, ..Self::default() };
     }
 
-    pub fn toggle_table(&mut self) {
-        self.table = !self.table;
-    }
-
-    pub fn has_table(&self) -> bool {
-        self.table
-    }
-
     pub fn both(&self) -> Option<(f64, f64)> {
         self.at[0].zip(self.at[1])
     }
@@ -150,7 +128,6 @@ impl Cursors {
         }
     }
 
-    /// Draws the table, if it is open and a cursor is set.
     pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
         if !self.table {
             return;
@@ -160,10 +137,17 @@ impl Cursors {
             return;
         };
         let samples = a.min(b.unwrap_or(a))..a.max(b.unwrap_or(a)) + 1;
-        if !self.span.as_ref().is_some_and(|span| span.is_of(traces, &samples, engine)) {
-            self.span = Some(Span::over(traces, samples, engine));
-        }
-        let Some(span) = &mut self.span else { return };
+        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
+        let rows: Vec<Row> = shown.flat_map(rows).collect();
+        let is_of_these = |span: &Span| {
+            let series =
+                |rows: &[Row]| rows.iter().map(|row| Arc::as_ptr(&row.series)).collect::<Vec<_>>();
+            span.samples == samples && series(&span.rows) == series(&rows)
+        };
+        let span = match self.span.take().filter(is_of_these) {
+            Some(known) => self.span.insert(known),
+            None => self.span.insert(Span { next: samples.start, samples, rows }),
+        };
         let complete = span.go_on();
         if !complete {
             ui.ctx().request_repaint();
@@ -189,11 +173,9 @@ impl Cursors {
                             significant(traces.times[b] - traces.times[a], 6),
                             span.samples.len()
                         ),
-                        None => format!("A {}; Shift and click puts cursor B", time(a)),
+                        None => format!("A {}; Shift+click sets cursor B", time(a)),
                     });
-                    if ui.press("Copy table", "Copies the table as tab-separated text") {
-                        ui.copy_text(figures.tab_separated());
-                    }
+                    ui.copies("table", || figures.tab_separated());
                     if !complete {
                         busy(ui);
                     }
@@ -205,11 +187,11 @@ impl Cursors {
     }
 }
 
-/// Returns the table of values at A and B, their differences and the statistics; of A alone without B.
+/// Returns the table of the values at A and B, their differences and the statistics. Without cursor B, only the values at A are
+/// filled in.
 fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
-    let number = |number: Option<f64>| match number {
-        Some(_) => Cell::digits(number, 4),
-        None => Cell::words(""),
+    let number = |number: Option<f64>| {
+        number.map_or_else(|| Cell::words(""), |own| Cell::digits(Some(own), 4))
     };
     let at_b = |row: &Row| b.map(|b| row.series.value(b));
     type OfSpan = fn(&Figures) -> f64;

@@ -1,7 +1,8 @@
-//! Plays through a recording as if it were being measured.
+//! Plays through the recording on screen at a selectable speed.
 
 use crate::questions::TraceSet;
 use crate::ui::choice::choice;
+use crate::ui::controls::Controls as _;
 
 /// Selectable speeds: seconds of the recording per second.
 const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
@@ -10,9 +11,10 @@ const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
 pub struct Playing {
     /// Time on the time axis (s); `None` before playing started.
     time: Option<f64>,
-    running: bool,
-    /// True if a key moved the position after the pointer last moved.
-    stepped: bool,
+    pub running: bool,
+    /// True if a key moved the playing position after the last move of the pointer. Then the sample at the playing position is
+    /// the present sample.
+    pub stepped: bool,
     speed: f64,
 }
 
@@ -23,10 +25,6 @@ impl Default for Playing {
 }
 
 impl Playing {
-    pub fn toggle(&mut self) {
-        self.running = !self.running;
-    }
-
     pub fn clear(&mut self) {
         (self.time, self.running, self.stepped) = (None, false, false);
     }
@@ -35,34 +33,22 @@ impl Playing {
         (self.time, self.running, self.stepped) = (Some(time), false, true);
     }
 
-    /// Makes the sample under the pointer the present one, because the pointer moved.
-    pub fn let_pointer_lead(&mut self) {
-        self.stepped = false;
-    }
-
-    /// Returns true if the present sample is the playing position, not the sample under the pointer.
-    pub fn leads(&self) -> bool {
-        self.stepped
-    }
-
     pub fn controls(&mut self, ui: &mut egui::Ui) {
         let label = if self.running { "Stop" } else { "Play" };
-        let button = ui.button(label).on_hover_text(
+        if ui.press(
+            label,
             "Plays from cursor A, or from the start of the visible time; draws the look-back at each sample (Space)",
-        );
-        if button.clicked() {
-            self.toggle();
+        ) {
+            self.running = !self.running;
         }
         let about = "Speed: seconds of the recording per second";
-        let button = egui::ComboBox::from_id_salt("speed")
-            .selected_text(format!("{}×", self.speed))
-            .width(48.0);
-        let items = SPEEDS.into_iter();
-        let items = items.map(|speed| (speed, format!("{speed}×").into(), about));
-        choice(ui, button, &mut self.speed, items).on_hover_text(about);
+        let button = egui::ComboBox::from_id_salt("speed").width(48.0);
+        choice(ui, button, &mut self.speed, SPEEDS, |speed| (format!("{speed}×"), about))
+            .on_hover_text(about);
     }
 
-    /// Advances the position by `passed` seconds of clock time. Returns the sample there and its time.
+    /// Advances the playing position by `passed` seconds of clock time. Returns the index and the time (s) of the sample at the
+    /// position.
     pub fn go_on(&mut self, passed: f64, from: f64, traces: &TraceSet) -> Option<(usize, f64)> {
         let last = *traces.times.last()?;
         if self.running {
@@ -75,9 +61,5 @@ impl Playing {
         }
         let time = self.time?;
         Some((traces.sample_at(time)?, time))
-    }
-
-    pub fn is_running(&self) -> bool {
-        self.running
     }
 }

@@ -1,25 +1,25 @@
-//! The shapes of a trace, which are kept while nothing about them changes, because most frames only follow the pointer.
+//! Draws traces. The shapes of a trace are kept until its samples, range or style change, because most frames only follow the
+//! pointer.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::ops::RangeInclusive;
 use std::sync::{Arc, Weak};
 
 use egui::epaint::Tessellator;
-use egui::{Color32, Mesh, Shape, Stroke, Ui};
-use egui_plot::{PlotBounds, PlotGeometry, PlotItem, PlotItemBase, PlotTransform};
+use egui::{Mesh, Shape, Stroke};
+use egui_plot::{PlotBounds, PlotItem, PlotTransform};
 
 use crate::recording::Axis;
 use crate::scoring::Series;
 use crate::scoring::series::Columns;
 use crate::ui::palette::Trace;
-use crate::ui::plots;
+use crate::ui::plots::{Shapes, piece_shapes};
 use crate::ui::time_view::Kind;
 
-/// The lines of the last frame, by pane and trace.
+/// The lines of the last frame, by axis, kind of plot and load.
 pub type DrawnLines = RefCell<HashMap<(Axis, Kind, Trace), Drawn>>;
 
-/// A drawn line with the inputs it was drawn from. The inputs are held by weak references.
+/// A drawn line and the inputs of the drawing. Weak references to the inputs do not keep old samples in memory.
 #[derive(Debug)]
 pub struct Drawn {
     series: Weak<Series>,
@@ -32,99 +32,63 @@ pub struct Drawn {
 struct Look {
     bounds: PlotBounds,
     frame: egui::Rect,
-    stroke: Stroke,
-    dash: Option<[f32; 2]>,
+    style: (Stroke, Option<[f32; 2]>),
     pixels_per_point: f32,
 }
 
-pub struct TraceLine<'a> {
-    pub base: PlotItemBase,
-    pub at: (Axis, Kind, Trace),
-    pub series: &'a Arc<Series>,
-    pub columns: &'a Arc<Vec<Columns>>,
-    pub times: &'a [f64],
-    pub stroke: Stroke,
-    pub dash: Option<[f32; 2]>,
-    pub drawn: &'a DrawnLines,
+pub fn trace_line<'a>(
+    at @ (.., trace): (Axis, Kind, Trace),
+    (series, columns, times): (&'a Arc<Series>, &'a Arc<Vec<Columns>>, &'a [f64]),
+    style: (Stroke, Option<[f32; 2]>),
+    drawn: &'a DrawnLines,
+) -> impl PlotItem + use<'a> {
+    Shapes::new(trace.label(), style.0.color, move |ui, transform, shapes| {
+        let look = Look {
+            bounds: *transform.bounds(),
+            frame: *transform.frame(),
+            style,
+            pixels_per_point: ui.pixels_per_point(),
+        };
+        let is_same = |drawn: &Drawn| {
+            std::ptr::eq(drawn.series.as_ptr(), Arc::as_ptr(series))
+                && std::ptr::eq(drawn.columns.as_ptr(), Arc::as_ptr(columns))
+                && drawn.look == look
+        };
+        let mut drawn = drawn.borrow_mut();
+        if !drawn.get(&at).is_some_and(is_same) {
+            let pieces = columns.iter().map(|columns| piece(series, times, columns));
+            let mesh = Arc::new(mesh(ui, transform, look, pieces));
+            let (series, columns) = (Arc::downgrade(series), Arc::downgrade(columns));
+            drawn.insert(at, Drawn { series, columns, look, mesh });
+        }
+        shapes.push(Shape::Mesh(Arc::clone(&drawn[&at].mesh)));
+    })
 }
 
-impl TraceLine<'_> {
-    fn mesh(&self, ui: &Ui, transform: &PlotTransform, look: Look) -> Mesh {
-        let pixel = look.pixels_per_point.recip();
-        let mut shapes = Vec::new();
-        for columns in &**self.columns {
-            let piece = piece(self.series, self.times, columns);
-            let style = (self.stroke, self.dash);
-            plots::piece_shapes(&piece, style, transform, pixel, &mut shapes);
-        }
-        let options = ui.ctx().tessellation_options(|options| *options);
-        // The shapes contain neither text nor discs.
-        let mut tessellator = Tessellator::new(look.pixels_per_point, options, [1, 1], Vec::new());
-        tessellator.set_clip_rect(look.frame);
-        let mut mesh = Mesh::default();
-        for shape in shapes {
-            tessellator.tessellate_shape(shape, &mut mesh);
-        }
-        mesh
+fn mesh(
+    ui: &egui::Ui,
+    transform: &PlotTransform,
+    look: Look,
+    pieces: impl Iterator<Item = Vec<[f64; 2]>>,
+) -> Mesh {
+    let pixel = look.pixels_per_point.recip();
+    let mut shapes = Vec::new();
+    for piece in pieces {
+        piece_shapes(&piece, look.style, transform, pixel, &mut shapes);
     }
+    let options = ui.ctx().tessellation_options(|options| *options);
+    // The shapes contain neither text nor discs, so the tessellator needs no textures.
+    let mut tessellator = Tessellator::new(look.pixels_per_point, options, [1, 1], Vec::new());
+    tessellator.set_clip_rect(look.frame);
+    let mut mesh = Mesh::default();
+    for shape in shapes {
+        tessellator.tessellate_shape(shape, &mut mesh);
+    }
+    mesh
 }
 
 pub fn piece(series: &Series, times: &[f64], columns: &Columns) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     series.draw_in(columns, times, |time, value| points.push([time, value]));
     points
-}
-
-impl PlotItem for TraceLine<'_> {
-    fn shapes(&self, ui: &Ui, transform: &PlotTransform, shapes: &mut Vec<Shape>) {
-        let look = Look {
-            bounds: *transform.bounds(),
-            frame: *transform.frame(),
-            stroke: self.stroke,
-            dash: self.dash,
-            pixels_per_point: ui.pixels_per_point(),
-        };
-        let is_same = |drawn: &Drawn| {
-            std::ptr::eq(drawn.series.as_ptr(), Arc::as_ptr(self.series))
-                && std::ptr::eq(drawn.columns.as_ptr(), Arc::as_ptr(self.columns))
-                && drawn.look == look
-        };
-        let mut drawn = self.drawn.borrow_mut();
-        if !drawn.get(&self.at).is_some_and(is_same) {
-            let now = Drawn {
-                series: Arc::downgrade(self.series),
-                columns: Arc::downgrade(self.columns),
-                look,
-                mesh: Arc::new(self.mesh(ui, transform, look)),
-            };
-            drawn.insert(self.at, now);
-        }
-        shapes.push(Shape::Mesh(Arc::clone(&drawn[&self.at].mesh)));
-    }
-
-    fn initialize(&mut self, _x_range: RangeInclusive<f64>) {}
-
-    fn color(&self) -> Color32 {
-        self.stroke.color
-    }
-
-    fn allow_hover(&self) -> bool {
-        false
-    }
-
-    fn geometry(&self) -> PlotGeometry<'_> {
-        PlotGeometry::None
-    }
-
-    fn bounds(&self) -> PlotBounds {
-        PlotBounds::NOTHING
-    }
-
-    fn base(&self) -> &PlotItemBase {
-        &self.base
-    }
-
-    fn base_mut(&mut self) -> &mut PlotItemBase {
-        &mut self.base
-    }
 }

@@ -1,25 +1,23 @@
-//! The look-back of the sample under the pointer: the searched interval and the past sample.
+//! Draws the look-back of the sample under the pointer: the searched interval of time and the past sample.
 
-use egui::{Color32, Stroke};
+use egui::{Align2, Color32, Stroke, Ui};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
 
 use crate::features::Thresholds;
 use crate::questions::thresholds::ShownFTh;
 use crate::questions::{AxisTraces, TraceSet};
 use crate::ui::numbers::{elided, significant};
-use crate::ui::palette;
-use crate::ui::palette::Trace;
+use crate::ui::palette::{self, Trace};
 
-/// Number of characters of a recording's name that fit.
+/// Maximum number of characters of a recording's name in the tooltip.
 const NAME_LENGTH: usize = 44;
-/// Size of the figure of the look-back rule (points).
+/// Size of the small plot of the look-back rule in the tooltip (points).
 const STRIP: egui::Vec2 = egui::Vec2::new(270.0, 96.0);
 const STRIP_TEXT: f32 = 11.0;
-/// Maximum number of samples that the figure reads in a frame.
+/// Maximum number of samples that the small plot reads in a frame.
 const STRIP_SAMPLES: usize = 50_000;
 
-/// Draws the searched interval of length t_th. F_th is a distance over several axes, which a box around one axis cannot show;
-/// see [`strip`].
+/// Draws the searched interval of length t_th. F_th is a distance in several axes, so [`strip`] draws F_th.
 pub fn thresholds(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -80,7 +78,7 @@ pub fn samples(
 }
 
 pub fn tooltip(
-    ui: &egui::Ui,
+    ui: &Ui,
     response: &egui::Response,
     traces: &TraceSet,
     axis: &AxisTraces,
@@ -112,32 +110,29 @@ pub fn tooltip(
         });
 }
 
-/// Returns each load at a sample, and its error.
+/// Returns the loads at a sample and their errors, with units.
 fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, String)> {
     let unit = axis.axis.unit();
     Trace::LISTED.into_iter().filter_map(move |trace| {
         let load = axis.load(trace)?.value(k);
-        let error = axis
-            .error(trace)
-            .map_or_else(String::new, |error| format!("error {}", significant(error.value(k), 3)));
-        Some((trace, format!("{} {unit}", significant(load, 4)), error))
+        let error = axis.error(trace).map(|own| format!("error {}", significant(own.value(k), 3)));
+        let load = format!("{} {unit}", significant(load, 4));
+        Some((trace, load, error.unwrap_or_default()))
     })
 }
 
 pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     let loads = loads(axis, k).map(|(trace, load, error)| {
-        let said = format!("{} {load} {error}", trace.label());
-        said.trim_end().to_owned()
+        format!("{} {load} {error}", trace.label()).trim_end().to_owned()
     });
-    let look_back = traces.thresholds;
-    let look_back = look_back.map(|thresholds| look_back_words(traces, thresholds, k));
+    let look_back = traces.thresholds.map(|thresholds| look_back_words(traces, thresholds, k));
     let all: Vec<String> = loads.chain(look_back).collect();
-    let when = traces.when(k, 6);
-    format!("{} at {when}: {}", axis.axis.symbol(), all.join(", "))
+    format!("{} at {}: {}", axis.axis.symbol(), traces.when(k, 6), all.join(", "))
 }
 
-/// Draws the look-back rule: the distance d(k, j) to the present load from `k` back to t_th ago, F_th, and the past sample.
-fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
+/// Draws the look-back rule: the distance d(k, j) of each sample j within t_th to the present sample k, the threshold F_th, and
+/// the past sample.
+fn strip(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let Some(segment) = traces.segment_of(k) else {
         return;
     };
@@ -147,7 +142,7 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     let points = going_back(traces, thresholds.t_th_secs, segment.samples.start, k);
     let reaches = points.iter().fold(0.0, |most: f64, (_, d)| most.max(*d));
     let top = 1.15 * reaches.max(thresholds.f_th).max(f64::MIN_POSITIVE);
-    // If the recording is younger than t_th, the figure shows all of it.
+    // If the recording began less than t_th ago, the plot begins at the first sample.
     let since_start = traces.times[k] - traces.times[segment.samples.start];
     let longest = since_start.min(thresholds.t_th_secs).max(f64::MIN_POSITIVE);
     let at = |age: f64, d: f64| {
@@ -170,29 +165,27 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
         painter.circle_filled(found, 4.0, color);
     }
     let shown = ShownFTh::of(traces.distance);
-    let write = |at: egui::Pos2, align, words: String, color| {
-        painter.text(at, align, words, font.clone(), color);
-    };
-    let (above, below) = (plot.top() - 1.0, plot.bottom() + 1.0);
-    let left = egui::pos2(plot.left(), above);
+    let around = plot.expand(1.0);
     let what = format!("distance d(k, j) to the present load [{}]", shown.unit);
-    write(left, egui::Align2::LEFT_BOTTOM, what, text);
-    let right = egui::pos2(plot.right(), above);
     let f_th = format!("F_th {}", significant(shown.factor * thresholds.f_th, 3));
-    write(right, egui::Align2::RIGHT_BOTTOM, f_th, color);
     let oldest = format!("{} s earlier", significant(longest, 3));
-    write(egui::pos2(plot.left(), below), egui::Align2::LEFT_TOP, oldest, text);
-    let now = "now".to_owned();
-    write(egui::pos2(plot.right(), below), egui::Align2::RIGHT_TOP, now, text);
+    for (at, align, words, color) in [
+        (around.left_top(), Align2::LEFT_BOTTOM, what, text),
+        (around.right_top(), Align2::RIGHT_BOTTOM, f_th, color),
+        (around.left_bottom(), Align2::LEFT_TOP, oldest, text),
+        (around.right_bottom(), Align2::RIGHT_TOP, "now".to_owned(), text),
+    ] {
+        painter.text(at, align, words, font.clone(), color);
+    }
 }
 
-/// Returns age and distance of the samples from `k` back to `t_th_secs` ago, or to the first. Of many samples only the
-/// farthest in each column of the figure is returned.
+/// Returns age (s) and distance of the samples before `k`, back to `t_th_secs` or to the first sample. Returns only the largest
+/// distance in each column of the plot.
 fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<(f64, f64)> {
     let now = traces.times[k];
     let oldest = first + traces.times[first..=k].partition_point(|time| now - time > t_th_secs);
     let n = k - oldest + 1;
-    // Samples close in time have similar loads, so the first sample of each column represents the others.
+    // Of very many samples, only the newest of each column are read, because samples close in time have similar loads.
     let width = n.div_ceil(STRIP.x as usize).max(1);
     let looked_at = width.min(STRIP_SAMPLES / STRIP.x as usize);
     let mut points = Vec::new();
@@ -201,9 +194,8 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
         let start = end.saturating_sub(width).max(oldest);
         let newest = end - looked_at.min(end - start);
         let distances = traces.distances(k, newest..end);
-        let farthest = (newest..end).zip(distances);
-        let farthest = farthest.max_by(|a, b| a.1.total_cmp(&b.1));
-        points.extend(farthest.map(|(j, d)| (now - traces.times[j], d)));
+        let all = (newest..end).zip(distances).map(|(j, d)| (now - traces.times[j], d));
+        points.extend(all.max_by(|a, b| a.1.total_cmp(&b.1)));
         end = start;
     }
     points
