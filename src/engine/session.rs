@@ -197,7 +197,7 @@ impl Session {
             {
                 files[at].groups.insert(name.clone(), group.clone());
             }
-            if let Some(day) = entry.recording.entered_day() {
+            if let Some(day) = entry.recording.entered_day {
                 files[at].days.insert(name.clone(), day);
             }
             files[at].roles.insert(name, entry.role);
@@ -439,12 +439,10 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
         let groups = &file_of(recording)?.groups;
         groups.get(recording.name()).cloned()
     };
-    let dated = |recording: Recording| {
-        let day = file_of(&recording).and_then(|file| file.days.get(recording.name()).copied());
-        match day {
-            Some(_) => recording.with_entered_day(day),
-            None => recording,
-        }
+    let dated = |mut recording: Recording| {
+        let file = file_of(&recording);
+        recording.entered_day = file.and_then(|file| file.days.get(recording.name()).copied());
+        recording
     };
     let read = read
         .into_iter()
@@ -627,7 +625,7 @@ mod tests {
         let back = reopened(&text);
         assert_eq!(Session::of(&back, None), Session::of(&project, None));
         assert_eq!(back.recordings, project.recordings);
-        let day = back.recordings.entries()[0].recording.entered_day();
+        let day = back.recordings.entries()[0].recording.entered_day;
         assert_eq!(day.unwrap().to_string(), "2024-05-04");
         assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
     }

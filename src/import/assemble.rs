@@ -21,14 +21,9 @@ const RECORDING_LIMIT: usize = 50_000;
 
 pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
-    let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
-    let mut culprits = rows
-        .bad_cells
-        .iter()
-        .enumerate()
-        .filter(|(_, n_bad)| is_culprit(n_bad))
-        .map(|(index, _)| index);
-    if let (Some(index), None) = (culprits.next(), culprits.next()) {
+    let is_culprit = |index: &usize| n_full_rows > 0 && rows.bad_cells[*index] == n_full_rows;
+    let culprits: Vec<usize> = (0..rows.bad_cells.len()).filter(is_culprit).collect();
+    if let [index] = culprits[..] {
         return at(path, plan.line)(TableError::NoNumberInColumn {
             what: plan.uses[index].noun(),
             column: plan.column(index),
@@ -146,7 +141,9 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
         let group = plan.group_name(group);
         let mut name = format!("{stem} case {}", case + 1);
         name.extend(group.iter().map(|group| format!(" ({group})")));
-        recording(name, &path, &plan, values).without_times().with_group(group)
+        let mut case = recording(name, &path, &plan, values).without_times();
+        case.group = group;
+        case
     };
     let recordings = rows_of.iter().map(recording).collect();
     (recordings, rows.findings)
@@ -177,7 +174,7 @@ pub(super) fn recordings(
     cuts.starts.sort_unstable();
     cuts.starts.dedup();
     let findings = std::mem::take(&mut rows.findings);
-    let recordings = cut(&path, plan, rows, &cuts);
+    let recordings = cut(&path, &plan, rows, &cuts);
     Ok((recordings, findings))
 }
 
@@ -202,39 +199,33 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Recording> {
-    let starts = &cuts.starts;
+fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<Recording> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let name = |part: usize| {
-        if starts.is_empty() { stem.to_string() } else { format!("{stem} #{part}") }
+    let mut held = held_by_part(plan, &rows, &cuts.starts);
+    let starts = [&[0][..], &cuts.starts].concat();
+    let part = |(at, start): (usize, &usize)| {
+        let [times, gauges, auxiliary, loads, _] = rows.lists().map(|(width, values)| {
+            let mut part = match start {
+                0 => std::mem::take(values),
+                _ => values.split_off(start * width),
+            };
+            values.shrink_to_fit();
+            part.shrink_to_fit();
+            part
+        });
+        let name = match starts.len() {
+            1 => stem.to_string(),
+            _ => format!("{stem} #{}", at + 1),
+        };
+        let mut part = recording(name, path, plan, [times, gauges, loads, auxiliary]);
+        part.auxiliary.held = std::mem::take(&mut held[at]);
+        part.group = plan.group_name(rows.group_of(*start));
+        (part.gap_secs, part.zero_secs) = (Some(cuts.gap_secs), rows.zero_secs);
+        part
     };
-    let parts = |values, width| {
-        let starts: Vec<usize> = starts.iter().map(|start| start * width).collect();
-        let mut parts = Vec::with_capacity(starts.len() + 1);
-        cut_values(values, 0, &starts, &mut parts);
-        parts
-    };
-    let mut held = held_by_part(&plan, &rows, starts).into_iter();
-    let groups = [0].iter().chain(starts).map(|start| plan.group_name(rows.group_of(*start)));
-    let mut groups = groups.collect::<Vec<_>>().into_iter();
-    // One list after the other, so that at most half of one list is in memory twice.
-    let times = parts(rows.times, 1);
-    let gauges = parts(rows.gauges, plan.gauge_names.len());
-    let loads = parts(rows.loads, plan.axes.len());
-    let auxiliary = parts(rows.auxiliary, plan.auxiliary_names.len());
-    let mut recordings: Vec<Recording> = Vec::with_capacity(times.len());
-    for (((times, gauges), loads), auxiliary) in
-        times.into_iter().zip(gauges).zip(loads).zip(auxiliary)
-    {
-        let values = [times, gauges, loads, auxiliary];
-        recordings.push(
-            recording(name(recordings.len() + 1), path, &plan, values)
-                .with_held_auxiliary(held.next().unwrap_or_default())
-                .with_group(groups.next().flatten())
-                .with_gap(cuts.gap_secs)
-                .with_zero(rows.zero_secs),
-        );
-    }
+    // The last recording is cut off first, so that at most one recording is in memory twice.
+    let mut recordings: Vec<Recording> = starts.iter().enumerate().rev().map(part).collect();
+    recordings.reverse();
     recordings
 }
 
@@ -268,30 +259,6 @@ fn recording(
         .with_gauge_units(plan.gauge_units.clone())
         .with_auxiliary(names, units, auxiliary)
         .expect("missing values were held, so each row has a number for each channel")
-}
-
-/// Cuts `values` before each index in `starts`; the first value has the index `offset`. To need little memory, only the
-/// shorter side of a cut is copied, and free memory is returned.
-fn cut_values(mut values: Vec<f64>, offset: usize, starts: &[usize], parts: &mut Vec<Vec<f64>>) {
-    let middle = starts.len() / 2;
-    let Some(start) = starts.get(middle) else {
-        values.shrink_to_fit();
-        parts.push(values);
-        return;
-    };
-    let at = start - offset;
-    let (first, rest) = if at > values.len() / 2 {
-        let rest = values.split_off(at);
-        values.shrink_to_fit();
-        (values, rest)
-    } else {
-        let first = values[..at].to_vec();
-        values.drain(..at);
-        values.shrink_to_fit();
-        (first, values)
-    };
-    cut_values(first, offset, &starts[..middle], parts);
-    cut_values(rest, *start, &starts[middle + 1..], parts);
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::join::Series;
 use crate::dot::dot;
+use crate::min_max::MinMax;
 use crate::recording::gap::median_step;
 
 /// Minimum number of samples on each clock.
@@ -40,18 +41,22 @@ pub struct ClockOffset {
 /// If the series overlap by less than half of the shorter one, their starts are aligned first. From there, offsets up to a
 /// fifth of the common time are tried. A gauge that lags behind its load also looks like an offset: the result is no proof.
 pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
-    let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
-    let shorter = gauge_span.length().min(reference_span.length());
-    let is_apart = gauge_span.common(reference_span, 0.0).length() < 0.5 * shorter;
-    let base = if is_apart { gauge_span.start - reference_span.start } else { 0.0 };
-    let common = gauge_span.common(reference_span, base);
+    let (of_gauges, of_reference) = (span(gauges.times)?, span(reference.times)?);
+    let common = |later: f64| {
+        let MinMax { min, max } = of_reference;
+        MinMax::common([of_gauges, MinMax { min: min + later, max: max + later }].into_iter())
+    };
+    let shorter = of_gauges.span().min(of_reference.span());
+    let is_apart = common(0.0).span() < 0.5 * shorter;
+    let base = if is_apart { of_gauges.min - of_reference.min } else { 0.0 };
+    let common = common(base);
     let step = median_step(gauges.times)?.max(median_step(reference.times)?);
-    let coarse_step = step.max(common.length() / COARSE_POINTS);
-    let reach = (LARGEST_SHARE * common.length() / coarse_step) as usize;
+    let coarse_step = step.max(common.span() / COARSE_POINTS);
+    let reach = (LARGEST_SHARE * common.span() / coarse_step) as usize;
     let coarse = Grids::new(gauges, reference, base, common, coarse_step, reach)?;
     let best = coarse.nearest_good_lag();
 
-    let fine_step = step.max(common.length() / FINE_POINTS);
+    let fine_step = step.max(common.span() / FINE_POINTS);
     let ratio = coarse_step / fine_step;
     let centre = (best as f64 * ratio).round() as isize;
     let around = (2.0 * ratio).ceil() as isize;
@@ -66,28 +71,11 @@ pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     })
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Span {
-    start: f64,
-    end: f64,
-}
-
-impl Span {
-    /// Returns the span from the first to the last time; `None` if there are too few or they go back.
-    fn of(times: &[f64]) -> Option<Self> {
-        let (start, end) = (*times.first()?, *times.last()?);
-        let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && end > start;
-        is_usable.then_some(Self { start, end })
-    }
-
-    fn length(self) -> f64 {
-        self.end - self.start
-    }
-
-    /// Returns the common span with another one shifted `later`; its length is negative if there is none.
-    fn common(self, other: Self, later: f64) -> Self {
-        Self { start: self.start.max(other.start + later), end: self.end.min(other.end + later) }
-    }
+/// Returns the span from the first to the last time; `None` if there are too few times, or a time goes back.
+fn span(times: &[f64]) -> Option<MinMax> {
+    let (min, max) = (*times.first()?, *times.last()?);
+    let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && max > min;
+    is_usable.then_some(MinMax { min, max })
 }
 
 /// Gauges and reference on one grid of times.
@@ -105,15 +93,15 @@ impl Grids {
         gauges: Series,
         reference: Series,
         base: f64,
-        common: Span,
+        common: MinMax,
         step: f64,
         reach: usize,
     ) -> Option<Self> {
-        let n = (common.length() / step).floor() as usize + 1;
+        let n = (common.span() / step).floor() as usize + 1;
         let n_middle = n.checked_sub(2 * reach).filter(|n| *n >= FEWEST_SAMPLES)?;
         let mut orthogonal: Vec<Vec<f64>> = Vec::new();
         for column in 0..gauges.width {
-            let start = common.start + reach as f64 * step;
+            let start = common.min + reach as f64 * step;
             let mut values = on_grid(gauges, column, start, step, n_middle);
             let before = centre(&mut values);
             for known in &orthogonal {
@@ -130,7 +118,7 @@ impl Grids {
         }
         let is_live = |values: &Vec<f64>| values.iter().any(|value| *value != values[0]);
         let axes: Vec<Vec<f64>> = (0..reference.width)
-            .map(|axis| on_grid(reference, axis, common.start - base, step, n))
+            .map(|axis| on_grid(reference, axis, common.min - base, step, n))
             .filter(is_live)
             .collect();
         (!orthogonal.is_empty() && !axes.is_empty()).then_some(Self {

@@ -201,12 +201,10 @@ impl DeviceRows {
         };
         let is_timed = form == RowForm::TimedNumbers;
         let n_cells = source.gauges.len() + source.auxiliary.len() + usize::from(is_timed);
-        let counts = rows.iter().map(|(_, row)| numbers(row).map_or(0, |own| own.len()));
-        let (row, found) = match counts.clone().position(|count| count >= n_cells) {
-            Some(at) => (rows[at].1, n_cells),
-            None => ("", counts.max().unwrap_or(0)),
-        };
-        if form.is_numbers() && found < n_cells {
+        let count = |row: &str| numbers(row).map_or(0, |own| own.len());
+        let whole = rows.iter().map(|(_, row)| *row).find(|row| count(row) >= n_cells);
+        if form.is_numbers() && whole.is_none() {
+            let found = rows.iter().map(|(_, row)| count(row)).max().unwrap_or(0);
             return Err(TableError::FewNumbers { found, needed: n_cells });
         }
         let own = Self {
@@ -217,7 +215,7 @@ impl DeviceRows {
                 (false, None) => "the clock of this computer",
             },
             rate_hz: source.rate_hz,
-            delimiter: delimiter(row).unwrap_or_default(),
+            delimiter: whole.and_then(delimiter).unwrap_or_default(),
             n_cells,
             n_rows: 0.0,
             last_secs: f64::NEG_INFINITY,

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use super::named_column::NamedColumn;
 use crate::finding::{Advice, Finding, Way};
 use crate::formats::FileError;
-use crate::import::map::{ColumnRole, KeyError, MapError};
+use crate::import::map::{KeyError, MapError};
 use crate::progress::Cancelled;
-use crate::recording::{Axis, TareError};
+use crate::recording::TareError;
 use crate::shown::{listed, shown};
 
 /// Fault of a table at one of its lines. Columns are counted from 1.
@@ -29,10 +29,11 @@ pub enum TableError {
     NoGauges { names: Vec<String> },
     #[error("{count} gauge columns, but at most {limit} are supported: {}", listed(names))]
     TooManyGauges { count: usize, limit: usize, names: Vec<String> },
-    #[error("columns {first} and {second} are both gauge {}. Give each its own name", shown(name))]
-    DuplicateGauge { name: String, first: usize, second: usize },
-    #[error("columns {first} and {second} are both {}. Rename the one that is not the reference", axis.symbol())]
-    DuplicateAxis { axis: Axis, first: usize, second: usize },
+    #[error(
+        "columns {first} and {second} are both {}. Rename one of them, or give it another role in a column map",
+        shown(what)
+    )]
+    Twice { what: String, first: usize, second: usize },
     #[error("{column} has the unknown unit {}. Known units: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
@@ -63,8 +64,6 @@ pub enum TableError {
         nearest: &'static str,
         off: f64,
     },
-    #[error("columns {first} and {second} are both \"{role}\" in the column map. Keep one of them")]
-    RoleTwice { role: ColumnRole, first: usize, second: usize },
     #[error(
         "the column map is for files with {expected} columns, but this one has {actual}. Use another map, or none"
     )]
@@ -144,50 +143,39 @@ pub enum ReadError {
 
 impl Advice for ReadError {
     fn ways(&self) -> &'static [Way] {
-        use TableError::{MapKey, MapOtherName, MapShape, NoLoads, NoTimeUnit};
+        use TableError as Of;
         match self {
             Self::NoNames { .. }
             | Self::TooShortForMap { .. }
+            | Self::ManySkipped { .. }
             | Self::Table {
                 source:
-                    NoLoads { .. }
-                    | NoTimeUnit { .. }
-                    | MapShape { .. }
-                    | MapOtherName { .. }
-                    | MapKey(KeyError::Missing { .. }),
+                    Of::HeaderIsNumbers
+                    | Of::NoTime { .. }
+                    | Of::NoGauges { .. }
+                    | Of::TooManyGauges { .. }
+                    | Of::Twice { .. }
+                    | Of::UnknownUnit { .. }
+                    | Of::NoSampleRate { .. }
+                    | Of::NoLoads { .. }
+                    | Of::NoTimeUnit { .. }
+                    | Of::MapShape { .. }
+                    | Of::MapOtherName { .. }
+                    | Of::MapKey(KeyError::Missing { .. }),
                 ..
             } => &[Way::Columns],
             Self::ClocksApart { .. } => &[Way::ClockOffset],
             Self::Tare(why) => why.ways(),
             Self::Map(why) => why.ways(),
-            _ if self.wants_a_map() => &[Way::Columns],
             _ => &[],
         }
     }
 }
 
 impl ReadError {
-    /// Returns true if a column map can resolve the error.
-    pub const fn wants_a_map(&self) -> bool {
-        use TableError::{
-            DuplicateAxis, DuplicateGauge, HeaderIsNumbers, NoGauges, NoSampleRate, NoTime,
-            TooManyGauges, UnknownUnit,
-        };
-        matches!(
-            self,
-            Self::ManySkipped { .. }
-                | Self::Table {
-                    source: HeaderIsNumbers
-                        | NoTime { .. }
-                        | NoGauges { .. }
-                        | TooManyGauges { .. }
-                        | DuplicateGauge { .. }
-                        | DuplicateAxis { .. }
-                        | UnknownUnit { .. }
-                        | NoSampleRate { .. },
-                    ..
-                }
-        )
+    /// Returns true if a table that was read without a column map can be read with one.
+    pub fn wants_a_map(&self) -> bool {
+        self.ways() == [Way::Columns] && !matches!(self, Self::NoNames { .. })
     }
 
     /// Replaces the path of a temporary copy by the path that the user knows.

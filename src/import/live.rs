@@ -22,9 +22,9 @@ use crate::import::error::ReadError;
 use crate::import::error::TableError;
 use crate::import::timeline;
 use crate::progress::Progress;
-use crate::recording::Axis;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::units::TimeUnit;
+use crate::recording::{Axis, places};
 
 /// Maximum number of lines before the first row.
 const MAX_HEAD_LINES: usize = 200;
@@ -69,10 +69,9 @@ impl LiveHead {
     ) -> Result<Option<Begun>, ReadError> {
         self.lines.push(line);
         self.arrived_secs.push(self.start.elapsed().as_secs_f64());
-        let is_table = matches!(source.form, None | Some(RowForm::Table));
-        let begun = match is_table {
-            true => LiveTable::begin(&self.lines, source),
-            false => Ok(None),
+        let begun = match source.form {
+            None | Some(RowForm::Table) => LiveTable::begin(&self.lines, source),
+            _ => Ok(None),
         };
         match begun {
             Ok(None) if source.form.is_none() && self.lines.len() < GUESSED_BY => Ok(None),
@@ -92,9 +91,8 @@ impl LiveHead {
     fn of_device(&self, source: LiveSource<'_>, is_all: bool) -> Result<Option<Begun>, ReadError> {
         let n_needed = source.gauges.len() + source.auxiliary.len();
         let form = match (source.form, source.map) {
-            (Some(form), _) => Some(form),
             (None, None) => RowForm::guess(&self.lines, n_needed),
-            (None, Some(_)) => None,
+            (form, _) => form,
         };
         let Some(form) = form.filter(|form| *form != RowForm::Table && n_needed > 0) else {
             return Ok(None);
@@ -154,15 +152,6 @@ impl Places {
     }
 }
 
-/// Returns the position of each of these names, or the first that is missing.
-fn all_places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
-    let place = |name: &'a String| {
-        let found = among.iter().position(|own| own == name);
-        found.ok_or(name.as_str())
-    };
-    names.iter().map(place).collect()
-}
-
 /// Columns of a live source, known once its head has arrived.
 #[derive(Debug)]
 pub struct LiveTable {
@@ -216,7 +205,7 @@ impl LiveTable {
         let names = self.gauge_names();
         let has_list = self.keys.as_ref().is_some_and(LineKeys::have_list);
         let is_list = has_list && names.len() == gauges.len();
-        let by_name = all_places(gauges, names).ok();
+        let by_name = places(gauges, names).ok();
         let found = by_name.or_else(|| is_list.then(|| (0..names.len()).collect()));
         Ok(Places {
             gauges: found.ok_or_else(|| {
@@ -226,7 +215,7 @@ impl LiveTable {
                     gauges.join(" ")
                 )
             })?,
-            auxiliary: all_places(auxiliary, self.auxiliary_names()).map_err(|missing| {
+            auxiliary: places(auxiliary, self.auxiliary_names()).map_err(|missing| {
                 format!("the rows have no auxiliary channel {missing}, which the calibration needs")
             })?,
         })
@@ -252,28 +241,17 @@ impl LiveTable {
     }
 
     /// Creates the table from the first lines, with the rows among them; `None` if more lines are needed.
-    pub fn begin(
-        lines: &[String],
-        source: LiveSource<'_>,
-    ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
+    pub fn begin(lines: &[String], source: LiveSource<'_>) -> Result<Option<Begun>, ReadError> {
         let begun = Self::begun(lines, source, ROWS_FOR_A_STEP);
-        let has_no_unit = |error: &ReadError| {
-            let ReadError::Table { source, .. } = error else {
-                return false;
-            };
-            matches!(source, TableError::NoTimeUnit { .. })
-        };
         match begun {
-            Err(error) if lines.len() < MAX_HEAD_LINES && !has_no_unit(&error) => Ok(None),
+            Err(ReadError::Table { source: TableError::NoTimeUnit { .. }, .. }) => begun,
+            Err(_) if lines.len() < MAX_HEAD_LINES => Ok(None),
             begun => begun,
         }
     }
 
     /// Creates the table as [`begin`](Self::begin) does, when no further lines follow.
-    pub fn of_all(
-        lines: &[String],
-        source: LiveSource<'_>,
-    ) -> Result<(Self, Vec<LiveRow>), ReadError> {
+    pub fn of_all(lines: &[String], source: LiveSource<'_>) -> Result<Begun, ReadError> {
         Ok(Self::begun(lines, source, 0)?.expect("all rows are available"))
     }
 
@@ -282,7 +260,7 @@ impl LiveTable {
         lines: &[String],
         source: LiveSource<'_>,
         n_needed: usize,
-    ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
+    ) -> Result<Option<Begun>, ReadError> {
         let read = Self::of_first(lines, source.map);
         let (plan, rows, keys) = read.map_err(|error| error.known_as(source.path))?;
         let by_step = source.step_secs.filter(|_| plan.time_scale == TimeScale::ByValues);
@@ -338,7 +316,7 @@ impl LiveTable {
             .head(&map.table.text)
             .ok_or_else(|| ReadError::NoHeader { path: path.clone() })?;
         // A reference on another clock belongs to other times, so only the gauges are read.
-        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
+        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None, false);
         let plan = plan.map_err(at(&path, head.line))?;
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(&path))?;
         if rows.times.is_empty() {
@@ -374,7 +352,7 @@ impl LiveTable {
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
-        let why = rows.findings.skip_cause().cloned();
+        let why = rows.findings.most_skipped().map(|(cause, _)| cause.clone());
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
             // An unusable row still counts where the time is a row number.
@@ -420,17 +398,17 @@ fn by_step_of(
     column: usize,
     plan: &Plan,
 ) -> Result<Option<TimeUnit>, TableError> {
-    let Some(step) = median_step(times) else {
-        return Ok(None);
+    let unit = |step| {
+        let unit = timeline::unit_by_step(step, trained_secs);
+        unit.map_err(|(nearest, off)| TableError::NoTimeUnit {
+            column: plan.column(column),
+            step,
+            trained_secs,
+            nearest: nearest.symbol(),
+            off,
+        })
     };
-    let unit = timeline::unit_by_step(step, trained_secs);
-    unit.map(Some).map_err(|(nearest, off)| TableError::NoTimeUnit {
-        column: plan.column(column),
-        step,
-        trained_secs,
-        nearest: nearest.symbol(),
-        off,
-    })
+    median_step(times).map(unit).transpose()
 }
 
 /// Interval at which a file that does not grow is checked again.

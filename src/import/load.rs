@@ -160,14 +160,14 @@ impl<'a> Reading<'a> {
             ReadError::TooShortForMap { path, what }
         })?;
         let is_bare = !table.has_role(ColumnRole::Date);
-        let plan = match Plan::new(table, &head, side, weight) {
+        let plan = match Plan::new(table, &head, side, weight, false) {
             Err(no_time @ TableError::NoTime { .. }) if side == Side::Both && is_bare => {
                 let has_clock = has_clock(&opened, table, &head);
                 let has_many_rows = opened.about_rows(&head) > LOAD_CASE_ROWS;
                 if has_clock || has_many_rows {
                     Err(no_time)
                 } else {
-                    Plan::of_load_cases(table, &head, weight).map_err(|_| no_time)
+                    Plan::new(table, &head, side, weight, true).map_err(|_| no_time)
                 }
             }
             plan => plan,
@@ -245,13 +245,13 @@ impl Sides {
         if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {
             return Ok(());
         }
-        let first = rows.findings.most_skipped(path);
+        let (cause, place) = rows.findings.most_skipped().expect("a skipped row has a reason");
         Err(ReadError::ManySkipped {
             path: path.to_owned(),
             skipped,
             rows: skipped + used,
             are_largest: rows.skips_largest(&self.gauges.plan),
-            first: Box::new(first.expect("a skipped row has a reason")),
+            first: Box::new(cause.finding(place, path)),
         })
     }
 
@@ -273,8 +273,8 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
-        let finished = |recording: Recording| {
-            let recording = recording.with_file_day(day);
+        let finished = |mut recording: Recording| {
+            recording.file_day = day;
             match map.tare {
                 // Load cases have no interval for taring, so taring them is an error.
                 Some(tare) => Ok(recording.tared(tare)?.0),

@@ -106,7 +106,7 @@ mod tests {
         }
         let guess = names::by_names(&text, &start, &[]);
         let table = guess.table(&text, &start);
-        let plan = plan::Plan::new(&table, &start, plan::Side::Both, None);
+        let plan = plan::Plan::new(&table, &start, plan::Side::Both, None, false);
         Ok((plan.map_err(error::at(path, start.line))?, guess.notes))
     }
 

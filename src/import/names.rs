@@ -1,5 +1,6 @@
 //! Roles of columns derived from their names. The program that wrote the file plays no part.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::map::{
@@ -52,12 +53,11 @@ impl Guess {
             return ColumnMap::of_table(table);
         }
         self.notes.push(Cause::TurnByTurn);
-        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
         let is_of_gauges =
             |rule: &ColumnRule| [ColumnRole::Gauge, ColumnRole::Auxiliary].contains(&rule.is);
         let mut of_loads = table.clone();
         of_loads.columns.retain(|rule| !is_of_gauges(rule));
-        table.columns.retain(|rule| !is_load(rule));
+        table.columns.retain(|rule| !rule.is.is_load());
         let ending = path.extension().unwrap_or_default().to_string_lossy();
         ColumnMap {
             table,
@@ -74,7 +74,7 @@ impl Guess {
             own.map(|(index, _)| *index).collect()
         };
         let gauges = columns(|role| role == ColumnRole::Gauge);
-        let loads = columns(|role| matches!(role, ColumnRole::Load(_)));
+        let loads = columns(ColumnRole::is_load);
         let has = |row: &Vec<Cell<'_>>, columns: &[usize]| {
             let mut cells = columns.iter().filter_map(|index| row.get(*index));
             cells.any(|cell| !cell.is_blank())
@@ -89,6 +89,11 @@ impl Guess {
             }
         }
         counts.iter().all(|count| *count >= FEWEST_ROWS)
+    }
+
+    /// Returns true if the column with this index has no role.
+    pub fn is_free(&self, index: usize) -> bool {
+        self.rules.iter().all(|(own, _)| *own != index)
     }
 
     pub fn has_role(&self, role: ColumnRole) -> bool {
@@ -117,6 +122,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     let others: &[usize] = other_loads.as_deref().unwrap_or_default();
     let mut auxiliaries: Vec<&str> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
+        let mut unit = column.unit.clone().or_else(|| head.unit(index));
         let is = match column.kind {
             _ if head.reference_time == Some(index) => ColumnRole::TimeReference,
             Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
@@ -129,20 +135,20 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
                 ColumnRole::Group
             }
             None if has_gauges && !others.contains(&index) => {
-                let of_units_row = head.unit(index);
-                let unit = column.auxiliary_unit(of_units_row.as_deref());
+                unit = column.auxiliary_unit(head.unit(index).as_deref());
                 let is_new = !auxiliaries.contains(&&*column.name);
-                if let Some(unit) = unit.filter(|_| is_new && auxiliaries.len() < AUXILIARY_LIMIT) {
-                    auxiliaries.push(&column.name);
-                    rules.push((index, auxiliary(&keys, index, column, text, unit)));
+                if unit.is_none() || !is_new || auxiliaries.len() == AUXILIARY_LIMIT {
+                    continue;
                 }
-                continue;
+                auxiliaries.push(&column.name);
+                ColumnRole::Auxiliary
             }
             Some(Kind::Time) | None => continue,
         };
+        let is_channel = [ColumnRole::Gauge, ColumnRole::Auxiliary].contains(&is);
         let rule = ColumnRule {
-            unit: column.unit.clone().or_else(|| head.unit(index)),
-            name: (!text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
+            unit: unit.filter(|unit| !unit.is_empty()),
+            name: (!text.header && is_channel).then(|| column.name.clone()),
             ..ColumnRule::new(keys.key(index), is)
         };
         rules.push((index, rule));
@@ -156,7 +162,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     }
     let reported = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
     let mut notes = notes(text, &rules, names, &times, reported);
-    let has_load = rules.iter().any(|(_, rule)| matches!(rule.is, ColumnRole::Load(_)));
+    let has_load = rules.iter().any(|(_, rule)| rule.is.is_load());
     let is_unnamed_load = |index: &usize| {
         let is_free = rules.iter().all(|(own, _)| own != index);
         is_free && columns[*index].is_unnamed_load(head.unit(*index).as_deref())
@@ -170,20 +176,6 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     notes.extend(several_references);
     notes.extend(date_order(&rules, names, rows));
     Guess { rules, notes, unnamed_loads }
-}
-
-fn auxiliary(
-    keys: &Header<'_>,
-    index: usize,
-    column: &ColumnName,
-    text: &TextLayout,
-    unit: String,
-) -> ColumnRule {
-    ColumnRule {
-        unit: (!unit.is_empty()).then_some(unit),
-        name: (!text.header).then(|| column.name.clone()),
-        ..ColumnRule::new(keys.key(index), ColumnRole::Auxiliary)
-    }
 }
 
 /// If an axis occurs in several topics or structs, keeps the reference in only one of them: by a name for a reference, then
@@ -338,15 +330,10 @@ fn notes(
             others: ignored_times.iter().map(|&index| names[index].clone()).collect(),
         });
     }
-    let mut is_told = vec![false; names.len()];
     let rules = rules.iter().map(|(index, _)| index);
-    for index in rules.chain(ignored_times).chain(other_loads) {
-        is_told[*index] = true;
-    }
-    let ignored: Vec<String> = (0..names.len())
-        .filter(|&index| !is_told[index] && !names[index].is_empty())
-        .map(|index| names[index].clone())
-        .collect();
+    let known: HashSet<&usize> = rules.chain(ignored_times).chain(other_loads).collect();
+    let ignored = (0..names.len()).filter(|at| !known.contains(at) && !names[*at].is_empty());
+    let ignored: Vec<String> = ignored.map(|at| names[at].clone()).collect();
     if !ignored.is_empty() {
         notes.push(Cause::IgnoredColumns { names: ignored });
     }

@@ -176,17 +176,20 @@ pub fn estimate_weight(
     }
     let mass_kg = along / trace;
     let force_offset = difference(&force_mean, &pull_mean.map(|pull| mass_kg * pull));
-    let force_left = pulls.iter().zip(forces).map(|(pull, force)| {
-        let expected = std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]);
-        let left = difference(force, &expected);
-        dot(&left, &left)
-    });
+    let rms = |measured: &[[f64; 3]], expected: &dyn Fn([f64; 3]) -> [f64; 3]| {
+        let squares = pulls.iter().zip(measured).map(|(pull, measured)| {
+            let left = difference(measured, &expected(*pull));
+            dot(&left, &left)
+        });
+        (squares.sum::<f64>() / (3.0 * n)).sqrt()
+    };
+    let force = |pull: [f64; 3]| std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]);
     let mut estimate = WeightEstimate {
         mass_kg,
         centre_m: None,
         force_offset,
         moment_offset: None,
-        force_rms: (force_left.sum::<f64>() / (3.0 * n)).sqrt(),
+        force_rms: rms(forces, &force),
         moment_rms: None,
         n_samples: rotations.len(),
     };
@@ -196,23 +199,9 @@ pub fn estimate_weight(
     if let Some(moments) = moments
         && twice > MIN_TURNING_TWICE * scale * scale
     {
-        estimate.add_centre(&pulls, pull_mean, moments, mean(moments), &spread, trace);
-    }
-    Some(estimate)
-}
-
-impl WeightEstimate {
-    /// Estimates the centre of mass: moments about their mean are `d × p`, with the pulls `p` about their mean and `d = m c`.
-    /// Least squares for `d`: `Σ (|p|² I − p pᵀ) d = Σ p × M`.
-    fn add_centre(
-        &mut self,
-        pulls: &[[f64; 3]],
-        pull_mean: [f64; 3],
-        moments: &[[f64; 3]],
-        moment_mean: [f64; 3],
-        spread: &Rotation,
-        trace: f64,
-    ) {
+        // Moments about their mean are `d × p`, with the pulls `p` about their mean and `d = m c`. Least squares for `d`:
+        // `Σ (|p|² I − p pᵀ) d = Σ p × M`.
+        let moment_mean = mean(moments);
         let mut right = [0.0; 3];
         for (pull, moment) in pulls.iter().zip(moments) {
             let turned = cross(difference(pull, &pull_mean), difference(moment, &moment_mean));
@@ -223,14 +212,15 @@ impl WeightEstimate {
         });
         let first_moment = solve(&matrix, right);
         let offset = difference(&moment_mean, &cross(first_moment, pull_mean));
-        let squares = pulls.iter().zip(moments).map(|(pull, moment)| {
-            let left = difference(&difference(moment, &cross(first_moment, *pull)), &offset);
-            dot(&left, &left)
-        });
-        self.moment_rms = Some((squares.sum::<f64>() / (3.0 * pulls.len() as f64)).sqrt());
-        self.centre_m = Some(first_moment.map(|x| x / self.mass_kg));
-        self.moment_offset = Some(offset);
+        let moment = |pull| {
+            let own = cross(first_moment, pull);
+            std::array::from_fn(|i| own[i] + offset[i])
+        };
+        estimate.moment_rms = Some(rms(moments, &moment));
+        estimate.centre_m = Some(first_moment.map(|x| x / mass_kg));
+        estimate.moment_offset = Some(offset);
     }
+    Some(estimate)
 }
 
 /// Solves a linear system by Cramer's rule. The caller ensures that the symmetric matrix is not singular.

@@ -86,6 +86,5 @@ pub(super) fn join(
 }
 
 fn span(times: &[f64]) -> (f64, f64) {
-    let or_zero = |time: Option<&f64>| time.copied().unwrap_or_default();
-    (or_zero(times.first()), or_zero(times.last()))
+    (times[0], times[times.len() - 1])
 }

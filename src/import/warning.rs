@@ -11,7 +11,7 @@ use crate::shown::{listed, shown};
 /// Cause of a warning. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
-    #[error("{column} {}", trouble.message(&shown(value)))]
+    #[error("{column} {}. Row skipped", trouble.message(&shown(value)))]
     Cell { column: NamedColumn, value: String, trouble: Trouble },
     #[error("{actual} cells, but the table has {expected} columns. Row skipped")]
     TooFewCells { expected: usize, actual: usize },
@@ -126,24 +126,32 @@ impl Cause {
     fn id(&self) -> Id {
         match self {
             Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation => Id::RowsSkipped,
-            Self::TooManyCells { .. } | Self::IgnoredColumns { .. } => Id::PartsIgnored,
-            Self::SkippedPreamble { .. } | Self::LeftOut { .. } | Self::EndsEarly => {
-                Id::PartsIgnored
-            }
-            Self::NoReferenceThen { .. } => Id::PartsIgnored,
-            Self::DecimalComma { .. } | Self::AssumedTimeUnit { .. } => Id::Assumed,
-            Self::AssumedDateOrder { .. } | Self::SeveralTimes { .. } => Id::Assumed,
-            Self::SeveralReferences { .. } | Self::SeveralParts { .. } => Id::Assumed,
-            Self::LoadCases { .. } | Self::Bursts { .. } => Id::Assumed,
-            Self::CoarseStamps | Self::LateRows { .. } => Id::Assumed,
+            Self::TooManyCells { .. }
+            | Self::IgnoredColumns { .. }
+            | Self::SkippedPreamble { .. }
+            | Self::LeftOut { .. }
+            | Self::EndsEarly
+            | Self::NoReferenceThen { .. } => Id::PartsIgnored,
+            Self::DecimalComma { .. }
+            | Self::AssumedTimeUnit { .. }
+            | Self::AssumedDateOrder { .. }
+            | Self::SeveralTimes { .. }
+            | Self::SeveralReferences { .. }
+            | Self::SeveralParts { .. }
+            | Self::LoadCases { .. }
+            | Self::Bursts { .. }
+            | Self::CoarseStamps
+            | Self::LateRows { .. } => Id::Assumed,
             Self::UnnamedLoads { .. } => Id::UnnamedLoads,
-            Self::NewRecording { .. } | Self::WrappedClock { .. } => Id::Stamps,
-            Self::RepeatedTime { .. } | Self::TurnByTurn => Id::Stamps,
+            Self::NewRecording { .. }
+            | Self::WrappedClock { .. }
+            | Self::RepeatedTime { .. }
+            | Self::TurnByTurn => Id::Stamps,
             _ => Id::Values,
         }
     }
 
-    fn finding(&self, place: &Place, path: &Path) -> Finding {
+    pub(super) fn finding(&self, place: &Place, path: &Path) -> Finding {
         let place = Place { path: path.to_owned(), ..place.clone() };
         let found = Finding::new(self.id(), Verdict::Doubtful, self.to_string());
         Finding { place: Some(place), ..found }
@@ -181,20 +189,14 @@ impl Trouble {
 
     fn message(self, value: &str) -> String {
         match self {
-            Self::Empty => "is empty. Row skipped".to_owned(),
-            Self::NotANumber => format!("contains \"{value}\", not a number. Row skipped"),
-            Self::NotFinite => format!("contains {value}, not a finite number. Row skipped"),
-            Self::Overload => {
-                format!("contains {value}, the code of a meter for out of range. Row skipped")
-            }
-            Self::NotATime => {
-                format!("contains \"{value}\", not a time as in the other rows. Row skipped")
-            }
-            Self::StatusError => format!("is {value}, which reports an error. Row skipped"),
-            Self::Dropout => format!("contains {value}, the mark of a missing value. Row skipped"),
-            Self::UnknownMount => {
-                format!("contains \"{value}\", not a mount of the column map. Row skipped")
-            }
+            Self::Empty => "is empty".to_owned(),
+            Self::NotANumber => format!("contains \"{value}\", not a number"),
+            Self::NotFinite => format!("contains {value}, not a finite number"),
+            Self::Overload => format!("contains {value}, the code of a meter for out of range"),
+            Self::NotATime => format!("contains \"{value}\", not a time as in the other rows"),
+            Self::StatusError => format!("is {value}, which reports an error"),
+            Self::Dropout => format!("contains {value}, the mark of a missing value"),
+            Self::UnknownMount => format!("contains \"{value}\", not a mount of the column map"),
         }
     }
 }
@@ -245,14 +247,8 @@ impl Findings {
     }
 
     /// Returns the most frequent cause of a skipped row.
-    pub fn skip_cause(&self) -> Option<&Cause> {
-        self.skipped().max_by_key(|(_, place)| place.count).map(|(cause, _)| cause)
-    }
-
-    /// Returns the finding of the most frequent cause of a skipped row.
-    pub fn most_skipped(&self, path: &Path) -> Option<Finding> {
-        let most = self.skipped().max_by_key(|(_, place)| place.count);
-        most.map(|(cause, place)| cause.finding(place, path))
+    pub fn most_skipped(&self) -> Option<&(Cause, Place)> {
+        self.skipped().max_by_key(|(_, place)| place.count)
     }
 
     /// Returns the number of rows that are skipped because they have too few cells.

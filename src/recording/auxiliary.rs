@@ -2,7 +2,6 @@
 //! shares the numbers of its recording.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use crate::min_max::MinMax;
 use crate::recording::shared::Shared;
@@ -11,30 +10,18 @@ use crate::recording::shared::Shared;
 pub(crate) type Held = Vec<(f64, f64)>;
 
 /// Auxiliary channels of a recording, `n × channels` row-major. An empty table needs no memory for samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AuxiliaryTable {
     names: Vec<String>,
     units: Vec<String>,
     values: Shared,
-    /// Intervals with an outdated value for each channel, in order of time; empty if there are none.
-    held: Arc<[Held]>,
-}
-
-impl Default for AuxiliaryTable {
-    fn default() -> Self {
-        Self::new(Vec::new(), Vec::new(), Vec::new())
-    }
+    /// Intervals with an outdated value for each channel, in order of time; may be empty if there are none.
+    pub(crate) held: Vec<Held>,
 }
 
 impl AuxiliaryTable {
     pub(super) fn new(names: Vec<String>, units: Vec<String>, values: Vec<f64>) -> Self {
-        Self { names, units, values: values.into(), held: Arc::default() }
-    }
-
-    pub(super) fn with_held(self, held: Vec<Held>) -> Self {
-        let is_any = held.iter().any(|own| !own.is_empty());
-        let held = if is_any { held.into() } else { Arc::default() };
-        Self { held, ..self }
+        Self { names, units, values: values.into(), held: Vec::new() }
     }
 
     /// Returns true if, at this time (s), a channel holds a value that was measured more than a gap earlier or later.
@@ -84,25 +71,15 @@ impl AuxiliaryTable {
         words.collect()
     }
 
-    /// Returns the columns of these channels, or the first name that is not in the table.
-    pub(super) fn places<'a>(&self, names: &'a [String]) -> Result<Vec<usize>, &'a str> {
-        let place = |name: &'a String| {
-            let own = self.names.iter().position(|own| own == name);
-            own.ok_or(name.as_str())
-        };
-        names.iter().map(place).collect()
-    }
-
-    pub(super) fn picked(&self, places: &[usize]) -> Self {
+    /// Returns the table with only these channels, or the first name that it lacks.
+    pub(super) fn picked<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
+        let places = places(names, &self.names)?;
         let rows = self.values.chunks_exact(self.len().max(1));
         let values = rows.flat_map(|row| places.iter().map(|at| row[*at]));
         let of = |texts: &[String]| places.iter().map(|at| texts[*at].clone()).collect();
-        let held = if self.held.is_empty() {
-            Vec::new()
-        } else {
-            places.iter().map(|at| self.held[*at].clone()).collect()
-        };
-        Self::new(of(&self.names), of(&self.units), values.collect()).with_held(held)
+        let held = places.iter().filter_map(|at| self.held.get(*at).cloned()).collect();
+        let values = values.collect::<Vec<f64>>().into();
+        Ok(Self { names: of(&self.names), units: of(&self.units), values, held })
     }
 
     /// Returns these ranges of samples, one after another.
@@ -113,6 +90,12 @@ impl AuxiliaryTable {
     pub(super) fn with_values(&self, values: Shared) -> Self {
         Self { values, ..self.clone() }
     }
+}
+
+/// Returns the position of each of these names, or the first name that is missing.
+pub(crate) fn places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
+    let place = |name: &'a String| among.iter().position(|own| own == name).ok_or(&**name);
+    names.iter().map(place).collect()
 }
 
 /// Returns a range or a single value with its unit, such as `21.5 to 24.0 °C`. The ends have enough digits to differ.
@@ -180,7 +163,7 @@ mod tests {
             let bare = recording().with_auxiliary(vec!["T".into()], vec![String::new()], values);
             bare.unwrap_err().to_string()
         };
-        assert!(given(vec![1.0]).contains("auxiliary channel has 1 numbers, but 6"));
+        assert!(given(vec![1.0]).contains("1 auxiliary channel values, but 6"));
         assert!(given(vec![1.0, 1.0, f64::NAN, 1.0, 1.0, 1.0]).contains("sample 2"));
     }
 }

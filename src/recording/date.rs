@@ -7,24 +7,11 @@ use std::str::FromStr;
 
 use jiff::Timestamp;
 use jiff::civil::Date;
+use jiff::fmt::strtime::BrokenDownTime;
 use serde::{Deserialize, Serialize};
 
 /// Years accepted in dates.
-const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
-const MONTHS: [&str; 12] = [
-    "january",
-    "february",
-    "march",
-    "april",
-    "may",
-    "june",
-    "july",
-    "august",
-    "september",
-    "october",
-    "november",
-    "december",
-];
+pub(super) const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
 /// Keys in a file header for the date of the recording, in lower case and without punctuation.
 const KEYS: [&str; 25] = [
     "date",
@@ -150,19 +137,15 @@ impl Day {
 }
 
 /// A run of digits or letters, and the characters before it.
-struct Word<'a> {
+pub(super) struct Word<'a> {
     before: &'a str,
-    text: &'a str,
+    pub text: &'a str,
 }
 
 impl Word<'_> {
-    fn number(&self) -> Option<i16> {
-        self.text.parse().ok()
-    }
-
     fn year(&self) -> Option<i16> {
         let is_year = self.text.len() == 4;
-        self.number().filter(|year| is_year && YEARS.contains(year))
+        self.text.parse().ok().filter(|year| is_year && YEARS.contains(year))
     }
 
     /// Returns the number, if it has one or two digits.
@@ -171,12 +154,8 @@ impl Word<'_> {
     }
 
     fn month(&self) -> Option<i8> {
-        let name = self.text.to_lowercase();
-        let at = MONTHS.iter().position(|month| {
-            let is_short = name == month[..3] || name == "sept";
-            name == *month || is_short && month.starts_with(&name)
-        })?;
-        Some(at as i8 + 1)
+        let name = if self.text.eq_ignore_ascii_case("sept") { "sep" } else { self.text };
+        ["%B", "%b"].iter().find_map(|form| BrokenDownTime::parse(form, name).ok()?.month())
     }
 
     /// Returns true if only a single date separator stands before the word.
@@ -185,7 +164,7 @@ impl Word<'_> {
     }
 }
 
-fn words(text: &str) -> Vec<Word<'_>> {
+pub(super) fn words(text: &str) -> Vec<Word<'_>> {
     let kind = |c: char| (c.is_ascii_digit(), c.is_alphabetic());
     let mut words = Vec::new();
     let mut end = 0;

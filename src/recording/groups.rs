@@ -8,10 +8,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::str::FromStr;
 
+use jiff::civil::Date;
 use serde::{Deserialize, Serialize};
 
 use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
+use crate::recording::date::{self, YEARS};
 use crate::recording::load_cases::load_cases;
 use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
@@ -256,10 +258,7 @@ impl RecordingSet {
             if n_groups >= n || n_groups == 1 && !way.reports_single_group {
                 continue;
             }
-            let lone = match n_groups {
-                1 => None,
-                _ => lone(&keys),
-            };
+            let lone = lone(&keys);
             let are_many = n_groups >= FEWEST_FOUND;
             if is_set && n_groups > 1 {
                 return groups_from_keys(GroupedBy::Group, keys, lone);
@@ -417,24 +416,16 @@ fn words_of(recording: &Recording) -> Vec<String> {
     };
     let folder = recording.source().path().and_then(Path::parent);
     let folder = folder.and_then(last_name).unwrap_or_default();
-    let mut words = Vec::new();
-    for text in [&*folder, name] {
+    let mut words: Vec<String> = Vec::new();
+    for word in date::words(&folder).into_iter().chain(date::words(name)) {
         let mut before = None;
-        for letter in text.chars() {
-            let kind = match letter {
-                _ if letter.is_ascii_digit() => Some(true),
-                _ if letter.is_alphabetic() => Some(false),
-                _ => None,
-            };
-            let is_camel = before.is_some_and(char::is_lowercase) && letter.is_uppercase();
-            let was_digit = before.map(|before| before.is_ascii_digit());
-            before = kind.map(|_| letter);
-            if kind.is_some() && (kind != was_digit || is_camel) {
+        for letter in word.text.chars() {
+            // A capital after a small letter begins a word.
+            if before.is_none_or(|own: char| own.is_lowercase() && letter.is_uppercase()) {
                 words.push(String::new());
             }
-            if let (Some(_), Some(word)) = (kind, words.last_mut()) {
-                word.extend(letter.to_lowercase());
-            }
+            words.last_mut().expect("pushed above").extend(letter.to_lowercase());
+            before = Some(letter);
         }
     }
     words.retain(|word| !ROLES.contains(&&**word));
@@ -475,22 +466,17 @@ fn repetition(words: &[String]) -> Option<usize> {
 
 /// Returns the first date of the form 2024-05-01 or 20240501.
 fn day(words: &[String]) -> Option<String> {
-    let is_day = |year: &str, month: &str, day: &str| {
-        let within = |text: &str, range: std::ops::RangeInclusive<u32>| {
-            text.parse().is_ok_and(|number| range.contains(&number))
-        };
-        within(year, 1990..=2099) && within(month, 1..=12) && within(day, 1..=31)
+    let date = |year: &str, month: &str, day: &str| {
+        let (year, month, day) = (year.parse().ok()?, month.parse().ok()?, day.parse().ok()?);
+        let date = Date::new(year, month, day).ok()?;
+        YEARS.contains(&year).then(|| date.to_string())
     };
     let written_together = words.iter().find_map(|word| {
-        let (year, month, day) = (word.get(..4)?, word.get(4..6)?, word.get(6..)?);
-        (word.len() == 8 && is_day(year, month, day)).then(|| format!("{year}-{month}-{day}"))
+        let (year, month, day) = (word.get(..4)?, word.get(4..6)?, word.get(6..8)?);
+        (word.len() == 8).then(|| date(year, month, day)).flatten()
     });
-    written_together.or_else(|| {
-        let mut threes = words.windows(3);
-        let three =
-            threes.find(|three| three[0].len() == 4 && is_day(&three[0], &three[1], &three[2]))?;
-        Some(three.join("-"))
-    })
+    let mut threes = words.windows(3);
+    written_together.or_else(|| threes.find_map(|own| date(&own[0], &own[1], &own[2])))
 }
 
 fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
@@ -530,9 +516,10 @@ fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
         })
     };
     let trained: BTreeSet<usize> = training.iter().map(|at| programme_of(*at)).collect();
-    let is_repeated = 2 * trained.len() <= training.len();
-    let all: Vec<usize> =
-        if is_repeated { (0..entries.len()).map(programme_of).collect() } else { return None };
+    if 2 * trained.len() > training.len() {
+        return None;
+    }
+    let all: Vec<usize> = (0..entries.len()).map(programme_of).collect();
     let name = |programme: usize| Some(format!("loads of {}", programmes[programme].name()));
     let keys = all.into_iter().map(name).collect();
     Some(Way { by: GroupedBy::Programme, keys, reports_single_group: false })

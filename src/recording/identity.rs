@@ -4,14 +4,28 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use strum::{EnumIter, IntoEnumIterator as _, IntoStaticStr};
+use serde::{Deserialize, Deserializer, Serialize};
+use strum::{EnumIter, EnumString, IntoEnumIterator as _, IntoStaticStr};
 
 use crate::recording::axis::Axis;
 use crate::small_file::{TomlError, read_toml};
 
 /// One item of a sensor's identity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, EnumIter, IntoStaticStr)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    EnumIter,
+    EnumString,
+    IntoStaticStr,
+)]
+#[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "their labels describe them")]
 pub enum Item {
@@ -66,14 +80,10 @@ impl Item {
     pub fn placeholder(self) -> &'static str {
         self.texts()[1]
     }
-
-    fn named(key: &str) -> Option<Self> {
-        Self::all().find(|item| item.key() == key)
-    }
 }
 
 /// Items that the user entered.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Identity(BTreeMap<Item, String>);
 
 impl Identity {
@@ -107,12 +117,6 @@ impl Identity {
     }
 }
 
-impl Serialize for Identity {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(item, text)| (item.key(), text)))
-    }
-}
-
 /// Value of an item in TOML: `serial = 4711` and `date = 2026-03-31` are accepted without quotes.
 #[derive(Deserialize)]
 #[serde(untagged)]
@@ -139,7 +143,7 @@ impl<'de> Deserialize<'de> for Identity {
         let entered = BTreeMap::<String, Entered>::deserialize(deserializer)?;
         let mut identity = Self::default();
         for (key, value) in entered {
-            let item = Item::named(&key).ok_or_else(|| {
+            let item = key.parse().map_err(|_| {
                 let known: Vec<&str> = Item::all().map(Item::key).collect();
                 serde::de::Error::custom(format!(
                     "{key} is not known; use one of {}",
@@ -170,22 +174,18 @@ impl SensorFile {
         // The first line of the parser's message gives the place and the last line the fault.
         let in_words = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
         let mut table: toml::Table = toml::from_str(text).map_err(in_words)?;
-        let rated = table.remove("rated_loads");
-        let rated: BTreeMap<Axis, f64> = match rated {
-            Some(value) => {
-                value.try_into().map_err(|error| format!("rated_loads: {}", in_words(error)))?
-            }
-            None => BTreeMap::new(),
-        };
-        if let Some((axis, load)) =
-            rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0))
-        {
+        let rated = table.remove("rated_loads").map(toml::Value::try_into).transpose();
+        let rated: Option<BTreeMap<Axis, f64>> =
+            rated.map_err(|error| format!("rated_loads: {}", in_words(error)))?;
+        let rated_loads = rated.unwrap_or_default();
+        let is_wrong = |(_, load): &(&Axis, &f64)| !(load.is_finite() && **load > 0.0);
+        if let Some((axis, load)) = rated_loads.iter().find(is_wrong) {
             return Err(format!(
                 "rated_loads: {load} of {axis} is not valid; enter a number above zero"
             ));
         }
-        let identity: Identity = toml::Value::Table(table).try_into().map_err(in_words)?;
-        Ok(Self { identity, rated_loads: rated })
+        let identity = toml::Value::Table(table).try_into().map_err(in_words)?;
+        Ok(Self { identity, rated_loads })
     }
 
     /// Sets the full scale of each axis without an entered full scale to the rated load.

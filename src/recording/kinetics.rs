@@ -15,17 +15,6 @@ pub struct Weight {
     pub centre_m: [f64; 3],
 }
 
-/// Returns the attitude after rotations (rad) by `roll` about x, then by `pitch` about the world's y axis.
-pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
-    let (sin_roll, cos_roll) = roll.sin_cos();
-    let (sin_pitch, cos_pitch) = pitch.sin_cos();
-    [
-        [cos_pitch, sin_pitch * sin_roll, sin_pitch * cos_roll],
-        [0.0, cos_roll, -sin_roll],
-        [-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll],
-    ]
-}
-
 /// Returns the load `[Fx, Fy, Fz, Mx, My, Mz]` (N, N·m) at the sensor's origin in its frame: `F = Rᵀ m g`, `M = r × F`.
 ///
 /// **Source** Koike et al. 2019: the load of Eq. 1, computed from the robot's attitude as in section 4.1.2.
@@ -82,12 +71,15 @@ pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
 
 /// Returns the attitude after rotations (rad) by `roll` about x, `pitch` about the world's y and `yaw` about its z axis.
 pub fn rotation_from_roll_pitch_yaw(roll: f64, pitch: f64, yaw: f64) -> Rotation {
-    let [x, y, z] = rotation_from_roll_pitch(roll, pitch);
+    let (sin_roll, cos_roll) = roll.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch.sin_cos();
+    let x = [cos_pitch, sin_pitch * sin_roll, sin_pitch * cos_roll];
+    let y = [0.0, cos_roll, -sin_roll];
     let (sin, cos) = yaw.sin_cos();
     [
         std::array::from_fn(|i| cos * x[i] - sin * y[i]),
         std::array::from_fn(|i| sin * x[i] + cos * y[i]),
-        z,
+        [-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll],
     ]
 }
 
@@ -110,7 +102,8 @@ mod tests {
         let [x, y, z] = [0.02, 0.015, 0.03];
         let weight = Weight { mass_kg: 2.0, centre_m: [x, y, z] };
         let w = 2.0 * STANDARD_GRAVITY;
-        let load = |roll, pitch| gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight);
+        let load =
+            |roll, pitch| gravity_load(&rotation_from_roll_pitch_yaw(roll, pitch, 0.0), &weight);
         assert_close(load(0.0, 0.0), [0.0, 0.0, -w, -y * w, x * w, 0.0]);
         assert_close(load(FRAC_PI_2, 0.0), [0.0, -w, 0.0, z * w, 0.0, -x * w]);
         assert_close(load(0.0, FRAC_PI_2), [w, 0.0, 0.0, 0.0, z * w, -y * w]);
@@ -119,7 +112,7 @@ mod tests {
     #[test]
     fn attitudes_are_rotations() {
         for (roll, pitch) in [(0.0, 0.0), (0.4, -1.3), (-3.0, 1.5), (2.0, 0.7)] {
-            let r = rotation_from_roll_pitch(roll, pitch);
+            let r = rotation_from_roll_pitch_yaw(roll, pitch, 0.0);
             for i in 0..3 {
                 for j in 0..3 {
                     let dot: f64 = (0..3).map(|k| r[i][k] * r[j][k]).sum();

@@ -6,16 +6,19 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 use crate::recording::axis::Axis;
 use crate::recording::date::Day;
 use crate::recording::median::median;
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
+use crate::shown::listed;
 
 /// Role of a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Role {
     /// The calibration is fitted to the recording.
     Train,
@@ -38,12 +41,8 @@ impl Role {
     }
 
     /// Returns the name of the role, in the window and in files.
-    pub const fn label(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Test => "test",
-            Self::Off => "off",
-        }
+    pub fn label(self) -> &'static str {
+        self.into()
     }
 }
 
@@ -89,8 +88,8 @@ pub struct Layout {
 pub enum LayoutError {
     #[error(
         "{name}: the gauges are {}, but {} in the other recordings; use recordings of one sensor",
-        names(actual),
-        names(expected)
+        listed(actual),
+        listed(expected)
     )]
     Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
     #[error(
@@ -99,15 +98,6 @@ pub enum LayoutError {
         Axis::symbols(expected).join(" ")
     )]
     Axes { name: String, expected: Vec<Axis>, actual: Vec<Axis> },
-}
-
-fn names(names: &[String]) -> String {
-    match names {
-        [first, .., last] if names.len() > 8 => {
-            format!("{first} … {last} ({} channels)", names.len())
-        }
-        _ => names.join(" "),
-    }
 }
 
 /// Loaded recordings, in the order of loading.
@@ -213,10 +203,9 @@ impl RecordingSet {
     /// Sets the day of a recording; with `None` the day follows from the file. An unknown index changes nothing.
     pub fn set_day(&mut self, index: usize, day: Option<Day>) {
         if let Some(entry) = self.entries.get_mut(index)
-            && entry.recording.entered_day() != day
+            && entry.recording.entered_day != day
         {
-            let recording = Recording::clone(&entry.recording);
-            entry.recording = Arc::new(recording.with_entered_day(day));
+            Arc::make_mut(&mut entry.recording).entered_day = day;
         }
     }
 
@@ -250,29 +239,22 @@ impl RecordingSet {
             let before = |n: usize| (fraction * n as f64).floor();
             before(case + 1) > before(case)
         };
-        let entries = self
-            .entries
-            .iter()
-            .enumerate()
-            .flat_map(|(at, entry)| {
-                if entry.recording.is_static() && entry.role != Role::Off {
-                    let is_training = trains(cases.get(at).copied().unwrap_or(at));
-                    let role = if is_training { Role::Train } else { Role::Test };
-                    return vec![Entry { role, ..entry.clone() }];
-                }
-                let halves =
-                    (entry.role != Role::Off).then(|| entry.recording.split(fraction)).flatten();
-                match halves {
-                    Some((first, rest)) => [(first, Role::Train), (rest, Role::Test)]
-                        .map(|(part, role)| Entry {
-                            group: entry.group.clone(),
-                            ..Entry::new(part, role)
-                        })
-                        .to_vec(),
-                    None => vec![entry.clone()],
-                }
-            })
-            .collect();
+        let split = |(at, entry): (usize, &Entry)| -> Vec<Entry> {
+            if entry.role == Role::Off {
+                return vec![entry.clone()];
+            }
+            if entry.recording.is_static() {
+                let role = if trains(cases[at]) { Role::Train } else { Role::Test };
+                return vec![Entry { role, ..entry.clone() }];
+            }
+            let part =
+                |(part, role)| Entry { group: entry.group.clone(), ..Entry::new(part, role) };
+            match entry.recording.split(fraction) {
+                Some((first, rest)) => [(first, Role::Train), (rest, Role::Test)].map(part).into(),
+                None => vec![entry.clone()],
+            }
+        };
+        let entries = self.entries.iter().enumerate().flat_map(split).collect();
         Self { layout: self.layout.clone(), entries }
     }
 }

@@ -26,7 +26,7 @@ const UNLOADED_SHARE: f64 = 0.02;
 impl Advice for TareError {
     fn ways(&self) -> &'static [Way] {
         match self {
-            Self::NeverQuiet { .. } | Self::NeverUnloaded { .. } => &[Way::Tare],
+            Self::NeverUnloaded { .. } => &[Way::Tare],
             _ => &[],
         }
     }
@@ -42,10 +42,6 @@ pub enum TareError {
         "{name}: cannot tare, the samples have no times; subtract the unloaded reading in the table, or fit with the offset"
     )]
     NoTimes { name: String },
-    #[error(
-        "{name}: cannot tare, there is no half second without movement; enter when the sensor was unloaded, in seconds from the start of the recording"
-    )]
-    NeverQuiet { name: String },
     #[error(
         "{name}: cannot tare, {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
     )]
@@ -115,11 +111,10 @@ impl Recording {
 
 /// Returns the samples of the first interval that is quiet on all gauges and unloaded by the reference.
 fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError> {
-    let name = || recording.name().to_owned();
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let (gauges, n) = (recording.gauges(), times.len());
     let ranges: Vec<f64> =
-        (0..n_gauges).map(|gauge| range(gauges, n_gauges, gauge, 0..n).1).collect();
+        (0..n_gauges).map(|gauge| range(gauges, n_gauges, gauge, 0..n).span()).collect();
     let mut intervals = Vec::new();
     let mut start = 0;
     while start < n {
@@ -130,31 +125,26 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError
         }
         let share = |gauge: usize| {
             let all = ranges[gauge];
-            if all > 0.0 { range(gauges, n_gauges, gauge, start..end).1 / all } else { 0.0 }
+            if all > 0.0 { range(gauges, n_gauges, gauge, start..end).span() / all } else { 0.0 }
         };
         let most = (0..n_gauges).map(share).fold(0.0, f64::max);
         intervals.push((start, end, most));
         start = end;
     }
-    let quietest = intervals.iter().map(|interval| interval.2);
-    let quietest = quietest.reduce(f64::min).unwrap_or(f64::INFINITY);
+    let quietest = intervals.iter().map(|interval| interval.2).fold(f64::INFINITY, f64::min);
     let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
-    let mut quiet = intervals
-        .into_iter()
-        .filter(|interval| interval.2 <= limit)
-        .map(|(start, end, _)| start..end)
-        .peekable();
-    if quiet.peek().is_none() {
-        return Err(TareError::NeverQuiet { name: name() });
-    }
-    let why = if recording.axes().is_empty() {
+    let mut quiet = intervals.into_iter().filter(|interval| interval.2 <= limit).peekable();
+    let why = if quiet.peek().is_none() {
+        "there is no half second without movement"
+    } else if recording.axes().is_empty() {
         "there is no reference that shows when the sensor is unloaded"
     } else {
         "the reference is not without load in any quiet half second"
     };
     quiet
+        .map(|(start, end, _)| start..end)
         .find(|samples| is_unloaded(recording, samples.clone()))
-        .ok_or_else(|| TareError::NeverUnloaded { name: name(), why })
+        .ok_or_else(|| TareError::NeverUnloaded { name: recording.name().to_owned(), why })
 }
 
 /// Returns true if the mean reference of these samples is near zero on every axis, or zero lies within its noise.
@@ -163,10 +153,10 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     let n_axes = axes.len();
     let largest = largest_loads(loads, axes);
     let is_near_zero = |(at, axis): (usize, &Axis)| {
-        let (low, width) = range(loads, n_axes, at, samples.clone());
+        let noise = range(loads, n_axes, at, samples.clone());
         let mean = mean(loads, n_axes, at, samples.clone());
         let limit = UNLOADED_SHARE * largest[usize::from(axis.is_force())];
-        mean.abs() <= limit || (low <= 0.0 && low + width >= 0.0)
+        mean.abs() <= limit || noise.contains(0.0)
     };
     n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
 }
@@ -176,11 +166,9 @@ fn mean(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> f64 
     own.take(rows.len()).sum::<f64>() / rows.len() as f64
 }
 
-/// Returns the minimum of a column over these rows, and its range.
-fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
+fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> MinMax {
     let own = values[rows.start * width + column..].iter().step_by(width);
-    let range: MinMax = own.take(rows.len()).collect();
-    (range.min, range.max - range.min)
+    own.take(rows.len()).collect()
 }
 
 #[cfg(test)]
@@ -264,7 +252,8 @@ mod tests {
     #[test]
     fn a_recording_that_is_never_quiet_or_too_short_is_refused() {
         let busy = run().split(0.15).unwrap().0;
-        assert!(matches!(busy.tared(Tare::Auto), Err(TareError::NeverQuiet { .. })));
+        let moving = busy.tared(Tare::Auto).unwrap_err().to_string();
+        assert!(moving.contains("no half second without movement"), "{moving}");
         let beyond = run().tared(Tare::Interval(7.0, 9.0)).unwrap_err().to_string();
         assert!(
             beyond.contains("no sample from 7 s to 9 s") && beyond.contains("5.99 s long"),

@@ -19,38 +19,26 @@ pub(super) fn fill_in(
 ) -> Vec<Question> {
     let mut questions = Vec::new();
     let keys = Header::of(head);
-    let mut is_free = vec![true; reports.len()];
-    for (index, _) in &guess.rules {
-        is_free[*index] = false;
-    }
     let unnamed_loads: Vec<usize> = guess.unnamed_loads.iter().map(|index| index + 1).collect();
     if !unnamed_loads.is_empty() {
         questions.push(Question::LoadAxis(unnamed_loads.clone()));
     }
     let needs_time = !guess.has_role(ColumnRole::Time);
     let needs_gauges = !guess.has_role(ColumnRole::Gauge);
-    let is_load = |(_, rule): &(usize, ColumnRule)| matches!(rule.is, ColumnRole::Load(_));
-    let has_loads = guess.rules.iter().any(is_load);
-    let may_be_load_cases = has_loads && !needs_gauges;
-    let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
-        let is_counter = may_be_load_cases && needs_time && report.counts_rows();
-        report.runs_like_clock && is_free[report.number - 1] && !is_counter
+    let has_loads = guess.rules.iter().any(|(_, rule)| rule.is.is_load());
+    let may_be_load_cases = has_loads && !needs_gauges && needs_time;
+    let is_clock = |guess: &Guess, report: &ColumnReport| {
+        let is_counter = may_be_load_cases && report.counts_rows();
+        report.runs_like_clock && guess.is_free(report.number - 1) && !is_counter
     };
     if needs_time {
-        match reports.iter().find(|report| is_clock(report, &is_free)) {
-            Some(clock) => {
-                let rules = times(&keys, rows, clock.number - 1);
-                rules.iter().for_each(|(index, _)| is_free[*index] = false);
-                guess.rules.extend(rules);
-            }
+        match reports.iter().find(|report| is_clock(guess, report)) {
+            Some(clock) => guess.rules.extend(times(&keys, rows, clock.number - 1)),
             None => questions.push(Question::Time),
         }
     }
-    let clocks: Vec<usize> = reports
-        .iter()
-        .filter(|report| is_clock(report, &is_free))
-        .map(|report| report.number)
-        .collect();
+    let clocks = reports.iter().filter(|report| is_clock(guess, report));
+    let clocks: Vec<usize> = clocks.map(|report| report.number).collect();
     if !clocks.is_empty() {
         questions.push(Question::ReferenceClock(clocks));
     }
@@ -59,7 +47,7 @@ pub(super) fn fill_in(
             let at = report.number - 1;
             let is_load = unnamed_loads.contains(&report.number);
             let is_time = head.names.get(at).is_some_and(|name| is_clock_name(name));
-            may_be_gauge(report) && is_free[at] && !is_load && !is_time
+            may_be_gauge(report) && guess.is_free(at) && !is_load && !is_time
         };
         let proposed = reports.iter().filter(may_be).map(|report| report.number);
         let (gauges, rules) = gauges(head, &keys, proposed.take(GAUGE_LIMIT).collect());

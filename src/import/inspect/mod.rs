@@ -15,14 +15,13 @@ use serde::Serialize;
 pub(crate) use columns::ColumnReport;
 pub use question::Question;
 
-use super::load::{Loaded, Reading};
+use super::load::Reading;
 use super::two_clocks::{self, Table};
 use crate::finding::Finding;
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
 use crate::formats::{Cell, FilePart, Opened, Sample};
-use crate::import::clock_offset;
-use crate::import::clock_offset::ClockOffset;
+use crate::import::clock_offset::{self, ClockOffset};
 use crate::import::error::ReadError;
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
@@ -245,21 +244,11 @@ fn check(
         }
         sides.joined()
     });
-    match loaded {
-        Ok(loaded) => note(&mut check, &loaded),
+    let loaded = match loaded {
+        Ok(loaded) => loaded,
         Err(ReadError::Cancelled) => return Err(ReadError::Cancelled),
-        Err(error) => check.error = Some(error.to_string()),
-    }
-    Ok(check)
-}
-
-fn note(check: &mut Check, loaded: &Loaded) {
-    check.warnings.clone_from(&loaded.warnings);
-    check.assumed_gap_secs = loaded.assumed_gap_secs;
-    if let Some(first) = loaded.recordings.first() {
-        check.gauges = first.gauge_names().to_vec();
-        check.axes = first.axes().to_vec();
-    }
+        Err(error) => return Ok(Check { error: Some(error.to_string()), ..check }),
+    };
     let report = |recording: &Recording| RecordingReport {
         name: recording.name().to_owned(),
         n_samples: recording.n_samples(),
@@ -267,7 +256,15 @@ fn note(check: &mut Check, loaded: &Loaded) {
         rate_hz: recording.rate_hz(),
         auxiliary: recording.auxiliary().in_words(),
     };
-    check.recordings = loaded.recordings.iter().map(report).collect();
+    let first = &loaded.recordings[0];
+    Ok(Check {
+        gauges: first.gauge_names().to_vec(),
+        axes: first.axes().to_vec(),
+        recordings: loaded.recordings.iter().map(report).collect(),
+        warnings: loaded.warnings,
+        assumed_gap_secs: loaded.assumed_gap_secs,
+        ..check
+    })
 }
 
 fn estimated_offset(gauges: &Table, reference: &Table) -> Option<ClockOffset> {

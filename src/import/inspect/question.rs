@@ -35,8 +35,7 @@ impl Question {
     /// Returns the question if it is still open under a map with these columns, else `None`.
     pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
         let role_of = |number: usize| columns.get(number - 1).map(|report| report.is);
-        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
-        let has_loads = map.reference_table().columns.iter().any(is_load)
+        let has_loads = map.reference_table().columns.iter().any(|rule| rule.is.is_load())
             || map.weight.is_some()
             || map.reference.is_some();
         let is_open = match self {
@@ -59,7 +58,7 @@ impl Question {
                 let rules = header.rules(&map.table).unwrap_or_default();
                 let has_no_unit = |index: usize, rule: &ColumnRule| {
                     let in_file = columns.get(index).and_then(|report| report.unit.as_ref());
-                    is_load(rule) && rule.unit.as_ref().or(in_file).is_none()
+                    rule.is.is_load() && rule.unit.as_ref().or(in_file).is_none()
                 };
                 let without = rules.iter().filter(|(index, rule)| has_no_unit(*index, rule));
                 let without: Vec<usize> = without.map(|(index, _)| index + 1).collect();

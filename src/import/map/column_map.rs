@@ -2,7 +2,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::import::map::role::ColumnRole;
-use crate::import::map::table::TableMap;
+use crate::import::map::table::{TableMap, is_default};
 use crate::import::map::weight::WeightMap;
 use crate::recording::{GroupPattern, Tare};
 
@@ -22,7 +22,7 @@ pub struct ColumnMap {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceFile>,
     /// Joining of two clocks; without a second clock it has no effect.
-    #[serde(default, skip_serializing_if = "Join::is_default")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub join: Join,
     /// Weight whose load is computed from the pose.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,19 +62,8 @@ pub struct Join {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_secs: Option<f64>,
     /// Offset added to the reference's times (s), by default 0.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "is_default")]
     pub clock_offset_secs: f64,
-}
-
-impl Join {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 /// Choice of the reference value between two reference samples.

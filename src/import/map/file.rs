@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize as _};
 
 use super::line_per_item::LinePerItem;
 use crate::import::map::column_map::{ColumnMap, FORMAT, VERSION};
-use crate::import::map::error::{MapError, MapFileError, must};
+use crate::import::map::error::{FINITE, MapError, MapFileError, NOT_NEGATIVE, POSITIVE, must};
 use crate::import::map::header::{Header, KeyError};
 use crate::import::map::role::Attitude;
 use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
@@ -30,9 +30,9 @@ struct Start {
 impl ColumnMap {
     /// Reads and checks the map in a file.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
-        let io_error = |source| MapFileError::Io { path: path.to_owned(), source };
-        let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
-        Self::from_json(&text).map_err(|source| MapFileError::Map { path: path.to_owned(), source })
+        let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(MapError::from);
+        let map = text.and_then(|text| Self::from_json(&text));
+        map.map_err(|source| MapFileError { path: path.to_owned(), source })
     }
 
     /// Reads and checks a map in JSON.
@@ -73,27 +73,18 @@ impl ColumnMap {
         if let Some(weight) = &self.weight {
             weight.check(self.reference_table())?;
         }
-        if let Some(limit) = self.join.limit_secs {
-            must("join.limit_secs", limit, "0 or more", |x| x >= 0.0)?;
+        must("join.limit_secs", self.join.limit_secs, NOT_NEGATIVE)?;
+        must("join.clock_offset_secs", self.join.clock_offset_secs, FINITE)?;
+        must("average_bursts_secs", self.average_bursts_secs, NOT_NEGATIVE)?;
+        must("gap_secs", self.gap_secs, POSITIVE)?;
+        match self.tare {
+            Some(tare @ Tare::Interval(_, end)) if !tare.is_valid() => Err(MapError::Number {
+                what: "the end of \"tare\"".to_owned(),
+                value: end,
+                must: "at least its start, and the start 0 or more",
+            }),
+            _ => Ok(()),
         }
-        let offset = self.join.clock_offset_secs;
-        must("join.clock_offset_secs", offset, "finite", f64::is_finite)?;
-        if let Some(Tare::Interval(from, to)) = self.tare {
-            let is_after = |x: f64| 0.0 <= from && from <= x && x.is_finite();
-            must(
-                "the end of \"tare\"",
-                to,
-                "at least its start, and the start 0 or more",
-                is_after,
-            )?;
-        }
-        if let Some(within) = self.average_bursts_secs {
-            must("average_bursts_secs", within, "0 or more", |x| x >= 0.0)?;
-        }
-        if let Some(gap) = self.gap_secs {
-            must("gap_secs", gap, "greater than 0", |x| x > 0.0 && x.is_finite())?;
-        }
-        Ok(())
     }
 }
 
@@ -103,20 +94,15 @@ impl TableMap {
         if names > 0 && names != columns {
             return Err(MapError::ShapeNames { columns, names });
         }
-        if let Some(rate) = self.sample_rate_hz {
-            let is_rate = |x: f64| x > 0.0 && x.is_finite();
-            must("sample_rate_hz", rate, "greater than 0", is_rate)?;
-        }
+        must("sample_rate_hz", self.sample_rate_hz, POSITIVE)?;
         for rule in &self.columns {
             self.check_rule(rule)?;
         }
         // Only the names in the map are checked here; the names in a file are checked when it is read.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
-            Err(KeyError::ListedTwice { column, first, second }) => {
-                Err(MapError::ListedTwice { number: column, first, second })
-            }
-            Ok(_) | Err(KeyError::Missing { .. } | KeyError::SameNames { .. }) => Ok(()),
+            Err(twice @ KeyError::ListedTwice { .. }) => Err(twice.into()),
+            _ => Ok(()),
         }
     }
 
@@ -132,10 +118,8 @@ impl TableMap {
         }
         let of = |what| format!("{what} of column {}", rule.column);
         let is_scale = |x: f64| x != 0.0 && x.is_finite();
-        must(of("\"scale\""), rule.scale, "finite and not 0", is_scale)?;
-        let is_count = |x: f64| x > 0.0 && x.is_finite();
-        let counts = rule.counts_per_unit;
-        must(of("\"counts_per_unit\""), counts, "greater than 0", is_count)
+        must(of("\"scale\""), rule.scale, ("finite and not 0", is_scale))?;
+        must(of("\"counts_per_unit\""), rule.counts_per_unit, POSITIVE)
     }
 }
 

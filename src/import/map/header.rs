@@ -30,7 +30,9 @@ pub enum KeyError {
         shown(name)
     )]
     SameNames { name: String, first: usize, second: usize },
-    #[error("the column map lists column {column} twice, as {first} and as {second}; list it once")]
+    #[error(
+        "column {column} is listed twice, as {first} and as {second}; list it once in the column map"
+    )]
     ListedTwice { column: usize, first: ColumnKey, second: ColumnKey },
 }
 

@@ -90,6 +90,11 @@ impl ColumnRole {
             .chain([Self::Mount])
     }
 
+    /// Returns true for an axis of the reference load.
+    pub const fn is_load(self) -> bool {
+        matches!(self, Self::Load(_))
+    }
+
     /// Returns the name in map files.
     pub fn name(self) -> &'static str {
         match self {

@@ -21,7 +21,7 @@ pub struct TableMap {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_rate_hz: Option<f64>,
     /// Treatment of time stamps that are out of order, or shared by several rows.
-    #[serde(default, skip_serializing_if = "Stamps::is_as_written")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub stamps: Stamps,
     /// Rules of the columns. A column that is not listed is ignored.
     pub columns: Vec<ColumnRule>,
@@ -51,11 +51,6 @@ impl Stamps {
             "For stamps in whole seconds, or of a clock that is coarser than the samples",
         ),
     ];
-
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
-    fn is_as_written(&self) -> bool {
-        *self == Self::AsWritten
-    }
 }
 
 /// Number and names of columns that all files of one map have in common.
@@ -110,6 +105,10 @@ impl ColumnRule {
             dropouts: Vec::new(),
         }
     }
+}
+
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 fn one() -> f64 {

@@ -3,7 +3,6 @@
 use super::super::named_column::NamedColumn;
 use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::formats::text::Head;
-use crate::formats::text::ati::CountedUnit;
 use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
 use crate::import::error::TableError;
 use crate::import::map::{
@@ -13,33 +12,8 @@ use crate::recording::Axis;
 use crate::recording::units;
 use crate::recording::units::TimeUnit;
 
-/// Returns the rules in file order, with the indices of their columns.
-fn resolved<'a>(
-    table: &'a TableMap,
-    head: &Head,
-) -> Result<Vec<(usize, &'a ColumnRule)>, TableError> {
-    let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
-    let (expected, actual) = (table.shape.columns, head.n_columns);
-    if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
-        return Err(TableError::MapShape { expected, actual });
-    }
-    let header = Header::of(head);
-    let columns = header.rules(table)?;
-    let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
-    let mut other_names = by_number.filter_map(|(index, _)| {
-        let expected = table.shape.names.get(*index)?;
-        let actual = head.names.get(*index)?;
-        (expected != actual).then_some((*index, expected, actual))
-    });
-    match other_names.next() {
-        None => Ok(columns),
-        Some((index, expected, actual)) => Err(TableError::MapOtherName {
-            column: index + 1,
-            expected: expected.clone(),
-            actual: actual.clone(),
-        }),
-    }
-}
+/// Conversion of a unit to SI, and the list of known units.
+type Quantity = (fn(&str) -> Option<f64>, &'static str);
 
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
@@ -52,25 +26,41 @@ pub(super) struct Making<'a> {
 impl<'a> Making<'a> {
     /// Finds the columns of a map in a file.
     pub fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
-        let mut columns = resolved(table, head)?;
+        let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
+        let (expected, actual) = (table.shape.columns, head.n_columns);
+        if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
+            return Err(TableError::MapShape { expected, actual });
+        }
+        let mut columns = Header::of(head).rules(table)?;
+        for (index, _) in columns.iter().filter(|(_, rule)| is_by_number(rule)) {
+            if let (Some(expected), Some(actual)) =
+                (table.shape.names.get(*index), head.names.get(*index))
+                && expected != actual
+            {
+                return Err(TableError::MapOtherName {
+                    column: index + 1,
+                    expected: expected.clone(),
+                    actual: actual.clone(),
+                });
+            }
+        }
         columns.retain(|(_, rule)| side.reads(rule.is));
         Ok(Self { table, head, side, columns })
     }
-}
 
-impl Making<'_> {
-    fn with_role(&self, role: ColumnRole) -> impl Iterator<Item = (usize, &ColumnRule)> {
+    fn with_role(&self, role: ColumnRole) -> impl Iterator<Item = (usize, &'a ColumnRule)> {
         let columns = self.columns.iter().copied();
         columns.filter(move |(_, rule)| rule.is == role)
     }
 
     /// Returns the only column with this role, if there is one.
-    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &ColumnRule)>, TableError> {
+    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &'a ColumnRule)>, TableError> {
         let mut columns = self.with_role(role);
         let first = columns.next();
         match (first, columns.next()) {
             (Some((first, _)), Some((second, _))) => {
-                Err(TableError::RoleTwice { role, first: first + 1, second: second + 1 })
+                let what = role.to_string();
+                Err(TableError::Twice { what, first: first + 1, second: second + 1 })
             }
             _ => Ok(first),
         }
@@ -112,7 +102,7 @@ impl Making<'_> {
     }
 
     /// Returns the uses of columns other than time, gauges and loads.
-    fn uses(&self) -> Result<Vec<Use>, TableError> {
+    pub fn uses(&self) -> Result<Vec<Use>, TableError> {
         let mut uses = vec![Use::Ignored; self.head.n_columns];
         for (role, usage) in [(ColumnRole::Status, Use::Status), (ColumnRole::Group, Use::Group)] {
             if let Some((index, _)) = self.single(role)? {
@@ -122,18 +112,13 @@ impl Making<'_> {
         Ok(uses)
     }
 
-    /// Returns the result of [`Self::times`] for a table without times.
-    pub fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
-        Ok((None, TimeScale::PerSecond(1.0), self.uses()?))
-    }
-
-    pub fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
-        let mut uses = self.uses()?;
+    /// Returns the time column and the unit of its times.
+    pub fn times(&self, uses: &mut [Use]) -> Result<(Option<usize>, TimeScale), TableError> {
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
         let Some((index, rule)) = self.single(self.side.time_role())? else {
             return match rate {
-                Some(rate) => Ok((None, TimeScale::PerSecond(rate), uses)),
+                Some(rate) => Ok((None, TimeScale::PerSecond(rate))),
                 None if self.head.ati.is_some() && self.side == Side::Both => {
                     Err(TableError::ReferenceAlone)
                 }
@@ -160,9 +145,8 @@ impl Making<'_> {
                 TimeScale::PerSecond(1.0)
             }
         };
-        self.date(&mut uses)?;
-        let scale = self.time_fraction(scale, &mut uses)?;
-        Ok((Some(index), scale, uses))
+        self.date(uses)?;
+        Ok((Some(index), self.time_fraction(scale, uses)?))
     }
 
     /// Returns the time scale, and marks the column with the fraction of times in whole seconds.
@@ -219,11 +203,8 @@ impl Making<'_> {
         for (index, rule) in self.with_role(ColumnRole::Gauge) {
             let name = self.channel_name(index, rule, "S", names.len());
             if let Some(first) = names.iter().position(|other| *other == name) {
-                return Err(TableError::DuplicateGauge {
-                    name,
-                    first: indices[first] + 1,
-                    second: index + 1,
-                });
+                let (what, first) = (format!("gauge {name}"), indices[first] + 1);
+                return Err(TableError::Twice { what, first, second: index + 1 });
             }
             uses[index] = Use::Gauge { factor: rule.scale / rule.counts_per_unit };
             indices.push(index);
@@ -308,36 +289,40 @@ impl Making<'_> {
         index: usize,
         rule: &ColumnRule,
     ) -> Result<f64, TableError> {
-        let (in_si, known) = match self.unit(index, rule) {
-            None => (Some(1.0), ""),
-            Some(unit) if part.is_angle() => (units::angle_in_radians(&unit), units::ANGLE_UNITS),
-            Some(unit) if PosePart::POSITION.contains(&part) => {
-                (units::length_in_metres(&unit), units::LENGTH_UNITS)
-            }
-            Some(_) => (Some(1.0), ""),
+        let quantity: Option<Quantity> = if part.is_angle() {
+            Some((units::angle_in_radians, units::ANGLE_UNITS))
+        } else {
+            let is_place = PosePart::POSITION.contains(&part);
+            is_place.then_some((units::length_in_metres, units::LENGTH_UNITS))
         };
-        let unit = || self.unit(index, rule).unwrap_or_default();
-        let in_si = in_si.ok_or_else(|| self.unknown_unit(index, rule, &unit(), known))?;
+        self.factor(index, rule, self.unit(index, rule), quantity)
+    }
+
+    /// Returns the factor from the numbers of a column to SI units.
+    fn factor(
+        &self,
+        index: usize,
+        rule: &ColumnRule,
+        unit: Option<String>,
+        quantity: Option<Quantity>,
+    ) -> Result<f64, TableError> {
+        let in_si = match (unit, quantity) {
+            (Some(unit), Some((in_si, known))) => {
+                in_si(&unit).ok_or_else(|| self.unknown_unit(index, rule, &unit, known))?
+            }
+            _ => 1.0,
+        };
         Ok(in_si * rule.scale / rule.counts_per_unit)
     }
 
     pub fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
         let mut axes = Vec::new();
         for axis in Axis::ALL {
-            let mut candidates = self.with_role(ColumnRole::Load(axis));
-            let Some((index, rule)) = candidates.next() else {
-                continue;
-            };
-            if let Some((second, _)) = candidates.next() {
-                return Err(TableError::DuplicateAxis {
-                    axis,
-                    first: index + 1,
-                    second: second + 1,
-                });
+            if let Some((index, rule)) = self.single(ColumnRole::Load(axis))? {
+                let factor = self.load_factor(axis, index, rule)?;
+                uses[index] = Use::Load { slot: axes.len(), factor };
+                axes.push(axis);
             }
-            uses[index] =
-                Use::Load { slot: axes.len(), factor: self.load_factor(axis, index, rule)? };
-            axes.push(axis);
         }
         if axes.is_empty() && !self.side.has_gauges() && !has_pose {
             return Err(TableError::NoLoads { names: self.all_names() });
@@ -346,21 +331,18 @@ impl Making<'_> {
     }
 
     fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, TableError> {
-        let counted = self.counted_unit(axis);
-        let in_preamble = || counted.map(|counted| counted.unit.clone());
-        let in_si = match self.unit(index, rule).or_else(in_preamble) {
-            None => 1.0,
-            Some(unit) => axis_factor(axis, &unit)
-                .map_err(|known| self.unknown_unit(index, rule, &unit, known))?,
+        let (quantity, counted): (Quantity, _) = if axis.is_force() {
+            let counted = self.head.ati.as_ref().map(|ati| &ati.force);
+            ((units::force_in_newtons, units::FORCE_UNITS), counted)
+        } else {
+            let counted = self.head.ati.as_ref().map(|ati| &ati.moment);
+            ((units::moment_in_newton_metres, units::MOMENT_UNITS), counted)
         };
+        // A preamble may give the unit, and the number of counts per unit.
+        let in_preamble = || counted.map(|counted| counted.unit.clone());
+        let unit = self.unit(index, rule).or_else(in_preamble);
         let counts = counted.map_or(1.0, |counted| counted.counts);
-        Ok(in_si * rule.scale / (counts * rule.counts_per_unit))
-    }
-
-    /// Returns the unit of an axis in the preamble.
-    fn counted_unit(&self, axis: Axis) -> Option<&CountedUnit> {
-        let ati = self.head.ati.as_ref()?;
-        Some(if axis.is_force() { &ati.force } else { &ati.moment })
+        Ok(self.factor(index, rule, unit, Some(quantity))? / counts)
     }
 
     pub fn names(&self, gauge_names: &[String], uses: &[Use]) -> Vec<String> {
@@ -389,14 +371,5 @@ impl Making<'_> {
             }
         }
         dropouts
-    }
-}
-
-/// Returns the factor from `unit` to SI units, or the list of known units.
-fn axis_factor(axis: Axis, unit: &str) -> Result<f64, &'static str> {
-    if axis.is_force() {
-        units::force_in_newtons(unit).ok_or(units::FORCE_UNITS)
-    } else {
-        units::moment_in_newton_metres(unit).ok_or(units::MOMENT_UNITS)
     }
 }

@@ -82,37 +82,20 @@ impl Plan {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
 
-    /// Applies a map to the file with this head.
+    /// Applies a map to the file with this head. Without times, rows are load cases, so loads are required.
     pub fn new(
         table: &TableMap,
         head: &Head,
         side: Side,
         weight: Option<&WeightMap>,
-    ) -> Result<Self, TableError> {
-        let making = Making::new(table, head, side)?;
-        Self::made(&making, making.times()?, weight, false)
-    }
-
-    /// Applies a map without a time to the file with this head. Rows are load cases, so loads are required.
-    pub fn of_load_cases(
-        table: &TableMap,
-        head: &Head,
-        weight: Option<&WeightMap>,
-    ) -> Result<Self, TableError> {
-        let making = Making::new(table, head, Side::Both)?;
-        let plan = Self::made(&making, making.no_times()?, weight, true)?;
-        if plan.axes.is_empty() && plan.pose.is_none() {
-            return Err(making.no_time());
-        }
-        Ok(plan)
-    }
-
-    fn made(
-        making: &Making<'_>,
-        (time_column, time_scale, mut uses): (Option<usize>, TimeScale, Vec<Use>),
-        weight: Option<&WeightMap>,
         is_static: bool,
     ) -> Result<Self, TableError> {
+        let making = Making::new(table, head, side)?;
+        let mut uses = making.uses()?;
+        let (time_column, time_scale) = match is_static {
+            true => (None, TimeScale::PerSecond(1.0)),
+            false => making.times(&mut uses)?,
+        };
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
         let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
         let mut pose = making.pose(weight, &mut uses)?;
@@ -121,10 +104,13 @@ impl Plan {
             pose.position = None;
         }
         let axes = making.loads(pose.is_some(), &mut uses)?;
+        if is_static && axes.is_empty() && pose.is_none() {
+            return Err(making.no_time());
+        }
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
-            line: making.head.line,
-            text: making.table.text.clone(),
+            line: head.line,
+            text: table.text.clone(),
             dropouts: making.dropouts(&uses),
             uses,
             names,
@@ -137,7 +123,7 @@ impl Plan {
             auxiliary_units,
             axes,
             pose,
-            may_be_blank: making.side != Side::Both,
+            may_be_blank: side != Side::Both,
             is_static,
         })
     }

@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::random::Random;
-use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
+use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch_yaw};
 
 /// Mass of the paper's weight (section 4.1.2).
 pub(super) const MASS_KG: f64 = 1.128;
@@ -78,7 +78,7 @@ impl Path {
         (0..n_samples)
             .map(|k| {
                 let (roll, pitch) = self.attitude(CYCLES * k as f64 / n_samples as f64);
-                gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight)
+                gravity_load(&rotation_from_roll_pitch_yaw(roll, pitch, 0.0), &weight)
             })
             .collect()
     }

@@ -17,8 +17,6 @@ const LONG_SECS: f64 = 60.0;
 const REST_SECS: f64 = 10.0;
 
 pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
-    let at = Axis::ALL.iter().position(|one| *one == axis);
-    let at = at.expect("the list holds every axis");
     let mut shares = Shares { rate_hz, shares: vec![0.0] };
     shares.hold(REST_SECS);
     for _ in 0..CYCLES {
@@ -39,7 +37,7 @@ pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
     shares.hold(LONG_SECS);
     let load = |share: &f64| {
         let mut load = [0.0; 6];
-        load[at] = share * RATED_LOAD[at];
+        load[axis as usize] = share * RATED_LOAD[axis as usize];
         load
     };
     shares.shares.iter().map(load).collect()

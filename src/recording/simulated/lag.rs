@@ -4,16 +4,18 @@
 
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+use strum::{Display, VariantArray};
+
 use crate::random::Random;
 use crate::recording::axis::Axis;
-use serde::{Deserialize, Serialize};
-
 use crate::recording::recording::{Recording, Source};
 use crate::recording::set::{Entry, RecordingSet, Role};
 
 /// Properties of the gauges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, VariantArray)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Late {
     /// A low-pass of 30 ms, without hysteresis.
     Lag,
@@ -42,37 +44,23 @@ const NOISE: f64 = 0.0004;
 const KEY: u64 = 3700;
 
 impl Late {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Lag, Self::Hysteresis, Self::Both];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Lag => "lag",
-            Self::Hysteresis => "hysteresis",
-            Self::Both => "both",
-        }
-    }
-
     /// Returns the kind of these recordings; `None` for recordings of the built-in six-axis sensor and of real sensors.
     pub fn of(set: &RecordingSet) -> Option<Self> {
         let first = set.is_simulated().then(|| set.entries().first()).flatten()?;
-        Self::ALL.into_iter().find(|late| late.recording_name(1) == first.recording.name())
+        Self::VARIANTS.iter().copied().find(|late| late.recording_name(1) == first.recording.name())
     }
 
     fn recording_name(self, run: u64) -> String {
-        format!("{}_{run}", self.name())
+        format!("{self}_{run}")
     }
 }
 
 /// Returns the recordings of [`late`]: two for training, one for test.
 pub fn late_set(seed: u64, late: Late) -> RecordingSet {
-    let mut set = RecordingSet::default();
-    for (recording, role) in
-        self::late(seed, late).into_iter().zip([Role::Train, Role::Train, Role::Test])
-    {
-        set.push(Entry::new(recording, role)).expect("all have the same columns");
-    }
-    set
+    let roles = [Role::Train, Role::Train, Role::Test];
+    let recordings = self::late(seed, late).into_iter().zip(roles);
+    let entries = recordings.map(|(recording, role)| Entry::new(recording, role)).collect();
+    super::with(RecordingSet::default(), entries)
 }
 
 /// Returns three recordings of one force.

@@ -8,7 +8,7 @@ mod arm;
 mod bench;
 mod lag;
 #[cfg(test)]
-mod mean_hysteresis;
+mod mean_hysteresis_tests;
 mod sensor;
 
 use rayon::prelude::*;
@@ -48,19 +48,13 @@ const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3
 /// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not relate speed to frequency and does not give the
 /// signs of the mounting offsets. Both are our choice, as is the sensor.
 pub fn recordings(seed: u64) -> RecordingSet {
-    let runs: Vec<(u64, usize, usize)> = (1..=N_PATHS)
-        .flat_map(|path| {
-            (0..MOUNTS_M.len())
-                .flat_map(move |mount| (0..SPEEDS.len()).map(move |speed| (path, mount, speed)))
-        })
-        .collect();
-    let entries: Vec<Entry> =
-        runs.into_par_iter().map(|(path, mount, speed)| entry(seed, path, mount, speed)).collect();
-    let mut set = RecordingSet::default();
-    for entry in entries {
-        set.push(entry).expect("all have the same columns");
-    }
-    set
+    let (n_mounts, n_speeds) = (MOUNTS_M.len(), SPEEDS.len());
+    let entry = |run: usize| {
+        let path = 1 + (run / n_speeds / n_mounts) as u64;
+        entry(seed, path, run / n_speeds % n_mounts, run % n_speeds)
+    };
+    let runs = (0..N_PATHS as usize * n_mounts * n_speeds).into_par_iter();
+    with(RecordingSet::default(), runs.map(entry).collect())
 }
 
 /// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off. Each loads one axis alone:
@@ -79,8 +73,11 @@ pub fn bench(seed: u64) -> Vec<Entry> {
 
 /// Returns the [recordings], followed by the recordings of the [`bench()`].
 pub fn demonstration(seed: u64) -> RecordingSet {
-    let mut set = recordings(seed);
-    for entry in bench(seed) {
+    with(recordings(seed), bench(seed))
+}
+
+fn with(mut set: RecordingSet, entries: Vec<Entry>) -> RecordingSet {
+    for entry in entries {
         set.push(entry).expect("all have the same columns");
     }
     set

@@ -113,7 +113,7 @@ fn day_menu(
     };
     let days = (0..entries.len()).map(|other| match is_of_file(other) {
         true => chosen,
-        false => entries[other].recording.entered_day(),
+        false => entries[other].recording.entered_day,
     });
     out.push(Edit::Days(days.collect()).into());
     *of = usize::MAX;
