@@ -1,4 +1,4 @@
-//! Turns rows into recordings: settles the times, reports irregularities, and cuts between recordings.
+//! Turns the rows of a file into recordings: converts the times, reports irregularities, and cuts the rows into recordings.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::recording;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
-/// Maximum number of recordings in a file. More cuts mean that the time column is not a time.
+/// Maximum number of recordings in a file. With more recordings, the chosen time column cannot be a time.
 const RECORDING_LIMIT: usize = 50_000;
 
 pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
@@ -38,18 +38,16 @@ pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
 
 /// Converts the times to seconds. A unit that is derived from the values is reported.
 pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
-    let per_second = match (plan.time_scale, plan.time_column) {
-        (TimeScale::ByValues, Some(column)) => {
+    let per_second = match plan.time_scale {
+        TimeScale::ByValues => {
             let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
             if unit != TimeUnit::Seconds {
-                let column = plan.column(column);
-                let cause = Cause::AssumedTimeUnit { column, unit };
+                let cause = Cause::AssumedTimeUnit { column: plan.time(), unit };
                 rows.findings.note(plan.line, cause);
             }
             unit.per_second()
         }
-        (TimeScale::ByValues, None) => 1.0,
-        (TimeScale::PerSecond(per_second), _) => per_second,
+        TimeScale::PerSecond(per_second) => per_second,
     };
     if per_second != 1.0 {
         for time in &mut rows.times {
@@ -60,12 +58,12 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     if plan.is_time_of_day() {
         count_days(&mut rows.times);
     }
-    // A factor below one makes times larger, so that they may overflow.
+    // Dividing by a number below one makes times larger, possibly too large for a number.
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
         let cause = Cause::Cell {
-            column: plan.column(plan.time_column.unwrap_or_default()),
+            column: plan.time(),
             value: rows.times[row].to_string(),
             trouble: Trouble::NotFinite,
         };
@@ -75,7 +73,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Adds a day at each midnight to a clock without dates, so that times count from the first midnight.
+/// Adds a day to times of day at each midnight, so that times (s) count from the first midnight.
 fn count_days(times: &mut [f64]) {
     const DAY_SECS: f64 = 86_400.0;
     let mut midnight = 0.0;
@@ -89,7 +87,7 @@ fn count_days(times: &mut [f64]) {
     }
 }
 
-/// Replaces the samples of each burst by their mean.
+/// Replaces the samples of each burst by their mean. A burst is a run of samples with time steps of at most `within_secs`.
 pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     let bursts = join::bursts(&rows.times, within_secs, &rows.group_changes());
     let (n_before, n_after) = (rows.times.len(), bursts.len());
@@ -103,7 +101,6 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     rows.findings.note(plan.line, Cause::AveragedBursts { n_before, n_after });
 }
 
-/// Reports a reference whose values repeat for several samples before they change.
 pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     if plan.is_static {
         return;
@@ -114,7 +111,7 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Returns the rows of each load case as a recording without times.
+/// Returns a recording without times for each load case, that is for the rows with one load.
 pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
@@ -149,7 +146,7 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     (recordings, rows.findings)
 }
 
-/// Reports irregularities and cuts the rows into recordings at steps longer than `gap_secs`, or the default gap.
+/// Reports irregularities, and cuts the rows into recordings at time steps longer than `gap_secs`, or than the default gap.
 pub(super) fn recordings(
     table: Table,
     gap_secs: Option<f64>,
@@ -229,7 +226,7 @@ fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<R
     recordings
 }
 
-/// Returns the intervals, per part and auxiliary channel, in which a value is held for too long.
+/// Returns, for each recording and auxiliary channel, the intervals (s) in which the last measured value is too old.
 fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64, f64)>>> {
     let n_channels = plan.auxiliary_names.len();
     let mut parts = vec![vec![Vec::new(); n_channels]; starts.len() + 1];
@@ -345,7 +342,7 @@ mod tests {
         assert_eq!(*repeat, Cause::RepeatedTime { time_secs: 0.0 });
     }
 
-    /// Each change of the value starts a recording; an empty cell skips its row.
+    /// Each change of the value in the group column starts a recording. A row with an empty cell is skipped.
     #[test]
     fn a_group_column_starts_recordings_and_names_their_groups() {
         let text = "t,S1,group\n0,1,a\n0.1,2,a\n0.2,3,b\n0.3,4,\n0.4,5,b\n0.5,6,a\n9,7,a\n";

@@ -167,7 +167,7 @@ fn a_wrong_delimiter_shows_in_the_number_of_columns() {
     );
     let error = read(&file.path, Some(&wrong.unwrap()), &[], &Progress::default()).unwrap_err();
     assert!(error.to_string().contains(
-        "run.csv, line 1: the column map is for files with 3 columns, but this one has 1"
+        "run.csv, line 1: the column map is for files with 3 columns, but this file has 1"
     ));
 }
 

@@ -1,4 +1,4 @@
-//! Errors of reading a file, each with the place and a way out.
+//! Errors of reading a file. Each message names the place and a remedy.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::progress::Cancelled;
 use crate::recording::TareError;
 use crate::shown::{listed, shown};
 
-/// Fault of a table at one of its lines. Columns are counted from 1.
+/// Fault at a line of a table. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error(
@@ -54,7 +54,7 @@ pub enum TableError {
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "{column} has no unit, and its steps of {step} fit none: the calibration expects a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
+        "{column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, but in the nearest unit, {nearest}, the steps differ by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -65,11 +65,11 @@ pub enum TableError {
         off: f64,
     },
     #[error(
-        "the column map is for files with {expected} columns, but this one has {actual}. Use another map, or none"
+        "the column map is for files with {expected} columns, but this file has {actual}. Use another map, or none"
     )]
     MapShape { expected: usize, actual: usize },
     #[error(
-        "the column map is for another kind of file: column {column} is {} instead of {}. Use another map, or none",
+        "the column map is for another kind of file: the name of column {column} is {} instead of {}. Use another map, or none",
         shown(actual),
         shown(expected)
     )]
@@ -77,13 +77,13 @@ pub enum TableError {
     #[error(transparent)]
     MapKey(#[from] KeyError),
     #[error(
-        "the reference's time goes back from {from_secs} s to {to_secs} s, so the two clocks cannot be joined. Cut the files there"
+        "the reference's time goes back from {from_secs} s to {to_secs} s, so it cannot be joined to the gauges. Split both files at this time"
     )]
     ReferenceGoesBack { from_secs: f64, to_secs: f64 },
     #[error("no rows follow the header")]
     NoRows,
     #[error(
-        "{found} numbers in a row, but the calibration needs {needed}: its gauges in order, then its auxiliary channels"
+        "{found} numbers in a row, but the calibration needs {needed}: the gauges in their order, then the auxiliary channels"
     )]
     FewNumbers { found: usize, needed: usize },
     #[error(
@@ -93,12 +93,12 @@ pub enum TableError {
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
     #[error(
-        "{count} places would start a new recording, the first one here, because {column} jumps, goes back or changes. Is its role correct?"
+        "{column} jumps, goes back or changes in {count} rows, and each would start a new recording. This is the first row. Give the column another role if its role is wrong"
     )]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
 
-/// Reason why a file gives no recording. Lines are counted from 1.
+/// Reason why no recording can be read from a file. Lines are counted from 1.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum ReadError {
@@ -114,9 +114,9 @@ pub enum ReadError {
     Tare(#[from] TareError),
     #[error("the column map: {0}")]
     Map(#[from] MapError),
-    #[error("{}: the column map is for another kind of file: it has {what}, but the start of this file does not. Use another map, or none", path.display())]
+    #[error("{}: the column map is for another kind of file: it expects {what}, but the start of this file has none. Use another map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file contains none of the mounts {}, or two of them. Name the file after one mount, or make a column \"mount\"", path.display(), listed(mounts))]
+    #[error("{}: the name of the file contains none of the mounts {}, or two of them. Name the file after one mount, or give a column the role mount", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
     #[error("{}: estimating a weight needs a pose and measured forces. Map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
     NothingToWeigh { path: PathBuf },
@@ -134,7 +134,7 @@ pub enum ReadError {
     #[error(
         "{}: {skipped} of {rows} rows would be skipped, mostly for this reason: {first}{}. Describe the layout of the table in a column map, or correct the file",
         .path.display(),
-        if *are_largest { ". These rows hold the largest values, so the others would give a wrong calibration" } else { "" }
+        if *are_largest { ". The skipped rows have the largest values, so the calibration would be wrong without them" } else { "" }
     )]
     ManySkipped { path: PathBuf, skipped: u64, rows: u64, are_largest: bool, first: Box<Finding> },
     #[error("cancelled")]
@@ -173,21 +173,9 @@ impl Advice for ReadError {
 }
 
 impl ReadError {
-    /// Returns true if a table that was read without a column map can be read with one.
+    /// Returns true if a table that cannot be read without a column map may be read with one.
     pub fn wants_a_map(&self) -> bool {
         self.ways() == [Way::Columns] && !matches!(self, Self::NoNames { .. })
-    }
-
-    /// Replaces the path of a temporary copy by the path that the user knows.
-    pub(super) fn known_as(mut self, known: &Path) -> Self {
-        match &mut self {
-            Self::File { path, .. }
-            | Self::Table { path, .. }
-            | Self::NoNames { path, .. }
-            | Self::NoHeader { path } => *path = known.to_owned(),
-            _ => {}
-        }
-        self
     }
 }
 

@@ -335,10 +335,10 @@ fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
         (
             "1;2;3\n",
             HEADERLESS,
-            "run.csv, line 1: the column map is for files with 4 columns, but this one has 3",
+            "run.csv, line 1: the column map is for files with 4 columns, but this file has 3",
         ),
-        ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, but this one has 1"),
-        ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, but this one has 4"),
+        ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, but this file has 1"),
+        ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, but this file has 4"),
         ("t,X,B\n0,1,2\n", named, "the column map needs a column A, but this file has t, X, B"),
         ("t,A,C\n0,1,2\n", named, "column 3 is C instead of B"),
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strum::{Display, IntoStaticStr};
 
-/// One axis of the applied load: a force (N) or a moment (N·m). The variants are in the order of columns everywhere.
+/// One axis of the applied load: a force (N) or a moment (N·m). Columns of loads are always in the order of the variants.
 #[derive(
     Clone,
     Copy,
@@ -29,7 +29,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All axes in column order.
+    /// All axes in the order of columns.
     pub const ALL: [Self; 6] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz];
 
     /// Returns the symbol of the axis, `Fx` to `Mz`.
@@ -52,7 +52,7 @@ impl Axis {
         if self.is_force() { "N" } else { "N·m" }
     }
 
-    /// Returns symbol and unit, as in the head of a column.
+    /// Returns symbol and unit for the head of a column, such as `Fx [N]`.
     pub fn label(self) -> String {
         format!("{} [{}]", self.symbol(), self.unit())
     }

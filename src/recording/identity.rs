@@ -1,5 +1,5 @@
-//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard. Each item is
-//! described once, in [`Item`], from which files, form, exports and report follow. All items are optional.
+//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard. [`Item`]
+//! describes each item once, for files, the window's form, exports and the report. All items are optional.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -66,17 +66,17 @@ impl Item {
         }
     }
 
-    /// Returns the key in files.
+    /// Returns the name of the item in files.
     pub fn key(self) -> &'static str {
         self.into()
     }
 
-    /// Returns the label.
+    /// Returns the label of the item's field in the window.
     pub fn label(self) -> &'static str {
         self.texts()[0]
     }
 
-    /// Returns the placeholder shown in an empty field.
+    /// Returns the text that an empty field shows as an example.
     pub fn placeholder(self) -> &'static str {
         self.texts()[1]
     }
@@ -91,7 +91,7 @@ impl Identity {
         self.0.get(&item).map_or("", String::as_str)
     }
 
-    /// Sets the text of an item. A blank text removes the item.
+    /// Sets the text of an item, or removes the item if the text is blank.
     pub fn set(&mut self, item: Item, text: impl Into<String>) {
         let text = text.into();
         if text.trim().is_empty() {
@@ -110,7 +110,7 @@ impl Identity {
         self.0.iter().map(|(item, text)| (*item, text.trim()))
     }
 
-    /// Returns these items with those of `other` added or replaced.
+    /// Returns the items of both identities. If both have an item, the text of `other` is used.
     pub fn with(&self, other: &Self) -> Self {
         let both = self.0.iter().chain(&other.0);
         Self(both.map(|(item, text)| (*item, text.clone())).collect())
@@ -171,7 +171,7 @@ impl SensorFile {
     }
 
     fn from_toml(text: &str) -> Result<Self, String> {
-        // The first line of the parser's message gives the place and the last line the fault.
+        // The parser's message has several lines: first the place, last the fault.
         let in_words = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
         let mut table: toml::Table = toml::from_str(text).map_err(in_words)?;
         let rated = table.remove("rated_loads").map(toml::Value::try_into).transpose();
@@ -188,7 +188,7 @@ impl SensorFile {
         Ok(Self { identity, rated_loads })
     }
 
-    /// Sets the full scale of each axis without an entered full scale to the rated load.
+    /// Sets the full scale of each axis to its rated load, if the user entered none.
     pub fn rate(&self, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
         if self.rated_loads.is_empty() {
             return;

@@ -1,7 +1,7 @@
 //! One uninterrupted run of a sensor.
 //!
-//! Guarantees, checked by the constructor: at least one sample and one gauge, finite numbers, times that never go back,
-//! axes in [`Axis`] order without repeats.
+//! Guarantees, checked by the constructor: there is at least one sample and one gauge, numbers are finite, times never go
+//! back, and axes are in the order of [`Axis`] without repeats.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -38,15 +38,18 @@ impl Source {
     }
 }
 
-/// One uninterrupted run: times (s), gauge channels, and the reference load (N, N·m) if it is known.
+/// One uninterrupted run: times (s), gauge readings in the unit of the logger, and the reference load (N, N·m) if it is
+/// known.
 ///
-/// A row of loads is L (Eq. 1), a row of gauges S (Eq. 2). Gauges (`n × n_gauges`) are in the unit of the logger, loads are
-/// `n × n_axes` (`n_axes` is 0 without a reference), both row-major.
+/// The loads of one sample are L in Eq. 1, its gauge readings S in Eq. 2.
+///
+/// **Shapes** gauges and loads have one row for each sample, with `n_gauges` and `n_axes` columns. Without a reference,
+/// `n_axes` is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     name: String,
     source: Source,
-    /// True if the samples are rows of one load case. Their times only count the rows.
+    /// True if the samples were taken under one load and have no times. `times` then only counts the rows.
     is_static: bool,
     times: Shared,
     gauge_names: Vec<String>,
@@ -57,14 +60,13 @@ pub struct Recording {
     pub(crate) auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
-    /// Origin of the times (s since 1970); zero if the file gives no date.
+    /// Whole seconds that were subtracted from the times of the file, on the file's clock.
     pub(crate) zero_secs: f64,
-    /// Step above which samples are missing (s), if the file defines one; otherwise the steps do.
+    /// Minimum length of a gap (s) that was used when the file was read; `None` to compute the length from the times.
     pub(crate) gap_secs: Option<f64>,
-    /// Offsets that taring subtracted; empty without a tare.
+    /// Offset of each gauge that taring subtracted; empty without a tare.
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
-    /// Group in the group column of the file.
     pub(crate) group: Option<String>,
     pub(crate) file_day: Option<Day>,
     /// Day that the user entered.
@@ -88,7 +90,7 @@ pub enum RecordingError {
 }
 
 impl Recording {
-    /// Creates a recording from its parts; [`RecordingError`] if a guarantee of this type does not hold.
+    /// Creates a recording from its parts. Returns [`RecordingError`] if a guarantee of this module does not hold.
     pub fn new(
         name: impl Into<String>,
         source: Source,
@@ -138,8 +140,8 @@ impl Recording {
         })
     }
 
-    /// Returns the recording with labels for the gauge units (`mV/V`, `V`, `counts`, `ohm`), empty where unknown; unchanged if
-    /// their number differs from that of the gauges.
+    /// Returns the recording with labels for the units of its gauges, such as `mV/V`; an unknown unit is empty. Without exactly
+    /// one label for each gauge, the recording is returned unchanged.
     pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
         if units.len() == self.gauge_names.len() {
             self.gauge_units = units;
@@ -147,8 +149,8 @@ impl Recording {
         self
     }
 
-    /// Returns the recording with auxiliary channels, `n × names` row-major, and their units (empty if unknown). The error is
-    /// [`RecordingError`] if a number is missing or not finite.
+    /// Returns the recording with auxiliary channels and their units; an unknown unit is empty. `values` has one row for each
+    /// sample. Returns [`RecordingError`] if a number is missing or not finite.
     pub fn with_auxiliary(
         mut self,
         names: Vec<String>,
@@ -160,7 +162,7 @@ impl Recording {
         Ok(self)
     }
 
-    /// Returns the recording with only these auxiliary channels, in this order, or the first name that it lacks.
+    /// Returns the recording with only the named auxiliary channels, in this order, or the first name that is not a channel.
     pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
         let mut picked = self.clone();
         if names != self.auxiliary.names() {
@@ -183,14 +185,14 @@ impl Recording {
         self
     }
 
-    /// Returns the recording as rows of one load case, without times.
+    /// Returns the recording as samples of one load, without times.
     pub fn without_times(mut self) -> Self {
         self.is_static = true;
         self.rate_hz = None;
         self
     }
 
-    /// Returns the rows of several load cases as one recording; panics without any.
+    /// Returns the samples of several recordings without times as one recording. Panics if there is no recording.
     pub(crate) fn table_of(cases: &[&Self]) -> Self {
         let all = |values: fn(&Self) -> &[f64]| -> Vec<f64> {
             let values = cases.iter().flat_map(|case| values(case));
@@ -208,7 +210,7 @@ impl Recording {
         first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
 
-    /// Returns true if the samples have no times. History, loops and dwells are then undefined.
+    /// Returns true if the samples have no times, so that there are no loops, dwells or past samples.
     pub fn is_static(&self) -> bool {
         self.is_static
     }
@@ -217,27 +219,27 @@ impl Recording {
         self.offsets.get(gauge).copied().unwrap_or(0.0)
     }
 
-    /// Returns the samples that were left out.
+    /// Returns the description of the samples that were left out, if any were.
     pub fn left_out(&self) -> Option<&LeftOut> {
         self.left_out.as_ref()
     }
 
-    /// Returns the time of a sample on the clock of the file (s).
+    /// Returns the time (s) of a sample on the clock of the file.
     pub fn clock_time(&self, sample: usize) -> f64 {
         self.zero_secs + self.times[sample]
     }
 
-    /// Returns the step above which samples are missing (s): the value of the file, else a multiple of the median step.
+    /// Returns the minimum length of a gap (s): the value used when the file was read, else a multiple of the median step.
     pub fn gap_secs(&self) -> f64 {
         self.gap_secs.unwrap_or_else(|| gap_by_steps(&self.times))
     }
 
-    /// Returns the tare of the gauges, or `None` if they are as measured.
+    /// Returns the tare of the gauges, or `None` if the readings are as measured.
     pub fn tare(&self) -> Option<Tare> {
         self.tare
     }
 
-    /// Returns the name: the stem of the file name, with a part number if one file holds several recordings.
+    /// Returns the name: the file name without extension, with a number if the file holds several recordings.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -252,7 +254,7 @@ impl Recording {
         self.times.len()
     }
 
-    /// Returns the sample times (s), which never go back, without the whole seconds that [`Self::clock_time`] adds.
+    /// Returns the sample times (s). They never go back. [`Self::clock_time`] returns times on the clock of the file.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -261,7 +263,7 @@ impl Recording {
         self.times.whole()
     }
 
-    /// Returns the time from the first to the last sample (s); zero for samples without times.
+    /// Returns the time (s) from the first to the last sample; zero for samples without times.
     pub fn duration_secs(&self) -> f64 {
         if self.is_static() {
             return 0.0;
@@ -269,17 +271,17 @@ impl Recording {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Returns the sample rate (Hz), the inverse of the median step. `None` with one sample, or if most steps are zero.
+    /// Returns the sample rate (Hz), the inverse of the median time step. `None` for one sample, or if most steps are zero.
     pub fn rate_hz(&self) -> Option<f64> {
         self.rate_hz
     }
 
-    /// Returns the gauge names in column order.
+    /// Returns the names of the gauges, in the order of columns.
     pub fn gauge_names(&self) -> &[String] {
         &self.gauge_names
     }
 
-    /// Returns the labels of the gauge units in column order, empty where unknown. Gauge values are never converted.
+    /// Returns the labels of the gauges' units; an unknown unit is empty. Gauge readings are never converted.
     pub fn gauge_units(&self) -> &[String] {
         &self.gauge_units
     }
@@ -289,12 +291,12 @@ impl Recording {
         self.gauge_names.len()
     }
 
-    /// Returns all gauge readings, `n × n_gauges` row-major.
+    /// Returns all gauge readings, one row of `n_gauges` readings for each sample.
     pub fn gauges(&self) -> &[f64] {
         &self.gauges
     }
 
-    /// Returns the gauge readings of sample `k`; panics if there is none.
+    /// Returns the gauge readings of sample `k`. Panics if there is no such sample.
     pub fn gauges_at(&self, k: usize) -> &[f64] {
         &self.gauges[k * self.n_gauges()..(k + 1) * self.n_gauges()]
     }
@@ -304,18 +306,18 @@ impl Recording {
         &self.axes
     }
 
-    /// Returns the start of the recording (s since 1970), if its clock shows a date between 2001 and 2286.
+    /// Returns the start of the recording (s since 1970). `None` if the file's clock does not count from 1970.
     pub fn started(&self) -> Option<f64> {
         let first = self.clock_time(0);
         (1e9..1e10).contains(&first).then_some(first)
     }
 
-    /// Returns the group in the group column of the file.
+    /// Returns the name of the group that the group column of the file gives.
     pub fn group(&self) -> Option<&str> {
         self.group.as_deref()
     }
 
-    /// Returns the day of the recording by the first of: the user's entry, file header, clock, name of file or folder.
+    /// Returns the day of the recording from the first source that gives it, in the order of [`DateSource`].
     pub fn dated(&self) -> Option<Dated> {
         let in_name = || {
             let path = self.source.path()?;
@@ -337,7 +339,7 @@ impl Recording {
         !self.axes.is_empty()
     }
 
-    /// Returns the reference load, `n × n_axes` row-major.
+    /// Returns the reference load, one row of `n_axes` loads (N, N·m) for each sample.
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
@@ -351,8 +353,8 @@ impl Recording {
         self.loads.ranges()
     }
 
-    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2); 0 counts as 1. Load cases
-    /// keep all rows, because their rows are not samples of one motion.
+    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2). With a step of 0 or 1, or
+    /// for samples without times, all samples are returned.
     pub fn decimated(&self, step: usize) -> Self {
         if self.is_static || step <= 1 {
             return self.clone();
@@ -363,8 +365,8 @@ impl Recording {
         kept
     }
 
-    /// Splits the recording in time: the first `⌊fraction · n⌋` samples, then the rest. `None` for a load case, or if a side
-    /// would be empty. History does not cross the cut.
+    /// Splits the recording in time. The first part has `⌊fraction · n⌋` of the `n` samples. `None` for samples without times,
+    /// or if a part would be empty. Past samples are never taken across the cut.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
         if self.is_static() {
             return None;
@@ -379,13 +381,13 @@ impl Recording {
         })
     }
 
-    /// Returns a range of samples as a recording of its own. History does not cross its ends.
+    /// Returns a range of samples as a separate recording, without the samples before the range as past samples.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
         self.picked(samples, self.name.clone())
     }
 
-    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. History
-    /// does not cross the cuts.
+    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. Past
+    /// samples are never taken across a cut.
     pub fn segments(&self, count: usize) -> Vec<Self> {
         let n = self.n_samples();
         let at = |segment: usize| segment * n / count;
@@ -399,8 +401,8 @@ impl Recording {
         self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
-    /// Returns the recordings that remain without these samples, which must be in order: none if nothing remains, several if a
-    /// missing interval is longer than a gap, because history must not cross it.
+    /// Returns what remains of the recording without these samples, which must be in order. Where the remaining samples are a
+    /// gap apart, a new recording starts.
     pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
         let (times, gap_secs) = (self.times(), self.gap_secs());
         let mut parts: Vec<Vec<Range<usize>>> = Vec::new();
@@ -438,7 +440,6 @@ impl Recording {
         self.with_samples(name, times, gauges, loads, self.auxiliary.rows(ranges))
     }
 
-    /// Returns other samples of the same sensor, without samples before them.
     fn with_samples(
         &self,
         name: String,
@@ -483,9 +484,9 @@ fn first_not_finite(values: &[f64]) -> Option<usize> {
     })
 }
 
-/// Maximum number of steps that determine the sample rate. In longer recordings, evenly spread runs of steps are used.
+/// Maximum number of time steps for the sample rate. In longer recordings, evenly spread runs of steps are used.
 const RATE_STEPS: usize = 1 << 20;
-/// Number of steps in a run, more than in a burst of samples.
+/// Number of time steps in a run. Loggers that write samples in bursts write fewer samples at once.
 const RATE_RUN: usize = 1 << 12;
 
 fn rate_hz(times: &[f64]) -> Option<f64> {

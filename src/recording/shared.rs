@@ -1,4 +1,4 @@
-//! Numbers that several recordings share: a segment refers to the numbers of its recording.
+//! Numbers that several recordings share without a copy: a segment uses the numbers of the recording from which it was cut.
 
 use std::ops::{Deref, Range};
 use std::sync::{Arc, OnceLock};
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::min_max::MinMax;
 
-/// Number of samples or numbers that one thread processes at a time.
+/// Number of samples that one thread processes at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 
 /// A part of a shared list of numbers.
@@ -26,7 +26,7 @@ impl Shared {
         }
     }
 
-    /// Returns these rows of `width` numbers, one range after another; only a single range stays shared.
+    /// Returns these ranges of rows, each of `width` numbers. A single range is shared, several ranges are copied.
     pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
         let numbers = |range: &Range<usize>| range.start * width..range.end * width;
         match ranges {
@@ -38,7 +38,7 @@ impl Shared {
         }
     }
 
-    /// Returns the numbers as a list, copied only if they are a part of a longer list.
+    /// Returns the numbers as a list. A part of a longer list is copied.
     pub fn whole(&self) -> Arc<Vec<f64>> {
         if self.own.len() == self.all.len() {
             Arc::clone(&self.all)
@@ -47,7 +47,7 @@ impl Shared {
         }
     }
 
-    /// Returns the numbers for writing, copied if another list shares them.
+    /// Returns the numbers for writing. Numbers that others share are copied first.
     pub fn make_mut(&mut self) -> &mut Vec<f64> {
         if self.own.len() < self.all.len() {
             *self = self.to_vec().into();
@@ -77,7 +77,7 @@ impl PartialEq for Shared {
     }
 }
 
-/// Rows of numbers with the range of each column. For a part of other rows, the ranges are computed on first use.
+/// Rows of numbers with the range (minimum and maximum) of each column. The ranges of a segment are computed on first use.
 #[derive(Clone, Debug)]
 pub(super) struct Ranged {
     values: Shared,
@@ -102,7 +102,6 @@ impl Ranged {
         self.ranges.get_or_init(|| ranges(&self.values, self.width))
     }
 
-    /// Returns these ranges of rows, one after another.
     pub fn rows(&self, picked: &[Range<usize>]) -> Self {
         let values = self.values.rows(picked, self.width);
         Self { values, width: self.width, ranges: OnceLock::new() }
@@ -123,7 +122,7 @@ impl PartialEq for Ranged {
     }
 }
 
-/// Extends the ranges of columns by the ranges of other rows.
+/// Extends the range of each column by the same column's range over other rows.
 pub(super) fn join(all: &mut [MinMax], own: &[MinMax]) {
     all.iter_mut().zip(own).for_each(|(all, own)| *all = all.joined(*own));
 }

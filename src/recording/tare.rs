@@ -3,13 +3,13 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Interval over which the gauges are averaged.
+/// Interval of a recording in which the sensor is unloaded. Taring subtracts the mean gauge readings of the interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tare {
     /// First half second in which the gauges are quiet and the reference shows no load.
     Auto,
-    /// From the first to the second time, in seconds from the first sample of the recording.
+    /// Start and end of the interval, in seconds from the first sample of the recording.
     Interval(f64, f64),
 }
 

@@ -1,4 +1,4 @@
-//! Proposes roles of columns from their values, if the names do not give them. The user reviews the proposal.
+//! Proposes roles of columns from their values, if the names of the columns do not give them. The user reviews the proposal.
 
 use super::super::names::{Guess, form_of_column};
 use super::super::plan::{AUXILIARY_LIMIT, GAUGE_LIMIT};
@@ -10,7 +10,7 @@ use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
 
-/// Adds a time and gauges to a map without them, and returns the questions that the user has to decide.
+/// Adds a time and gauges, if the names of the columns gave none. Returns the questions that the user has to decide.
 pub(super) fn fill_in(
     guess: &mut Guess,
     head: &Head,
@@ -45,9 +45,12 @@ pub(super) fn fill_in(
     if needs_gauges {
         let may_be = |report: &&ColumnReport| {
             let at = report.number - 1;
-            let is_load = unnamed_loads.contains(&report.number);
-            let is_time = head.names.get(at).is_some_and(|name| is_clock_name(name));
-            may_be_gauge(report) && guess.is_free(at) && !is_load && !is_time
+            let is_load = unnamed_loads.contains(&report.number)
+                || report.unit.as_deref().is_some_and(is_load_unit);
+            let is_time = report.runs_like_clock
+                || head.names.get(at).is_some_and(|name| is_clock_name(name));
+            let is_live = report.content == Content::Numbers && report.min < report.max;
+            is_live && guess.is_free(at) && !is_load && !is_time
         };
         let proposed = reports.iter().filter(may_be).map(|report| report.number);
         let (gauges, rules) = gauges(head, &keys, proposed.take(GAUGE_LIMIT).collect());
@@ -60,7 +63,8 @@ pub(super) fn fill_in(
     questions
 }
 
-/// Returns which of the proposed columns are gauges, with the rules of all: those with the name of an auxiliary channel are auxiliary.
+/// Divides the proposed columns into gauges and auxiliary channels by their names. Returns the gauge columns, and the rules
+/// of all columns.
 fn gauges(
     head: &Head,
     keys: &Header<'_>,
@@ -75,7 +79,7 @@ fn gauges(
         .filter(|number| auxiliary(number).is_some())
         .take(AUXILIARY_LIMIT)
         .collect();
-    // If all proposed columns are temperatures or voltages, they may be the gauges themselves.
+    // If all proposed columns have names of auxiliary channels, they are more likely the gauges.
     if named.len() == proposed.len() {
         named.clear();
     }
@@ -94,13 +98,7 @@ fn gauges(
     (proposed, rules)
 }
 
-fn may_be_gauge(report: &ColumnReport) -> bool {
-    let changes = report.min < report.max;
-    let is_load = report.unit.as_deref().is_some_and(is_load_unit);
-    report.content == Content::Numbers && changes && !report.runs_like_clock && !is_load
-}
-
-/// Returns the rules that make a column the time, with the date column beside a time of day.
+/// Returns the rule that makes a column the time. For a time of day, also returns the rule of the date in the column before.
 fn times(keys: &Header<'_>, rows: &[Vec<Cell<'_>>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
     let rule = |index, is, form: Option<TimeForm>| {

@@ -5,7 +5,7 @@ use crate::finding::{Advice, Way};
 use crate::import::map::header::KeyError;
 use crate::import::map::role::{Attitude, ColumnRole};
 
-/// Reason why a column map cannot be used for any recording, as one sentence.
+/// Reason why a column map cannot be used for any file.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     #[error("cannot be read: {0}")]
@@ -20,11 +20,13 @@ pub enum MapError {
         "not a column map: its \"format\" is {found} instead of \"{expected}\"; write one from a recording with `inspect --write-map`"
     )]
     Format { found: String, expected: &'static str },
-    #[error("it has version {found}, but this program reads version {known}; update the program")]
-    Version { found: u64, known: u32 },
+    #[error(
+        "the map has version {found}, but this program reads version {known}; update the program"
+    )]
+    Version { found: String, known: u32 },
     #[error("the pose has a position but no orientation; add the columns {}", Attitude::listed())]
     NoAttitude,
-    #[error("the pose has no column \"{missing}\"; list all columns of the pose")]
+    #[error("the pose has no column \"{missing}\"; give roles to all columns of the pose")]
     PoseIncomplete { missing: ColumnRole },
     #[error(
         "\"{first}\" and \"{second}\" both give the orientation of the sensor; keep one of them, and make the columns of the other \"ignore\""
@@ -88,14 +90,14 @@ impl Advice for MapFileError {
     }
 }
 
-/// Requirement on a number, in words and as a test.
+/// Requirement on a number: its wording, and the function that tests it.
 type Rule = (&'static str, fn(f64) -> bool);
 
 pub(super) const FINITE: Rule = ("finite", f64::is_finite);
 pub(super) const POSITIVE: Rule = ("greater than 0", |x| x > 0.0 && x.is_finite());
 pub(super) const NOT_NEGATIVE: Rule = ("0 or more", |x| x >= 0.0);
 
-/// Checks a number of a column map, if there is one.
+/// Returns an error if a number of a column map does not meet a requirement. A missing number is valid.
 pub(super) fn must(
     what: impl Into<String>,
     value: impl Into<Option<f64>>,

@@ -1,10 +1,10 @@
-//! Column maps as JSON, short enough to be edited by hand. A map that is written reads back the same. A map that is read
-//! can be used, or the error names the part to change.
+//! Column maps as JSON that can be edited by hand. A map that is written reads back the same. If a map cannot be used, the
+//! error names the part to change.
 
 use std::io::{self, Write};
 use std::path::Path;
 
-use serde::{Deserialize, Serialize as _};
+use serde::Serialize as _;
 
 use super::line_per_item::LinePerItem;
 use crate::import::map::column_map::{ColumnMap, FORMAT, VERSION};
@@ -15,17 +15,8 @@ use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
 use crate::recording::Tare;
 use crate::small_file::read_small;
 
-/// Maximum length of a map file (bytes). A longer file is not a map and would only fill the memory.
+/// Maximum length of a map file (bytes). A longer file is not a map, and reading it would waste memory.
 const MAP_BYTES_LIMIT: u64 = 4 << 20;
-
-/// Fields at the start of every version of the format.
-#[derive(Deserialize)]
-struct Start {
-    #[serde(default)]
-    format: serde_json::Value,
-    #[serde(default)]
-    version: u64,
-}
 
 impl ColumnMap {
     /// Reads and checks the map in a file.
@@ -40,26 +31,28 @@ impl ColumnMap {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(MapError::NotAMap);
         }
-        let start: Start = serde_json::from_slice(text)?;
-        if start.format != FORMAT {
-            return Err(MapError::Format { found: start.format.to_string(), expected: FORMAT });
+        // Every version of the format has these two fields.
+        let start: serde_json::Value = serde_json::from_slice(text)?;
+        let [format, version] = ["format", "version"].map(|key| &start[key]);
+        if format != FORMAT {
+            return Err(MapError::Format { found: format.to_string(), expected: FORMAT });
         }
-        if start.version != u64::from(VERSION) {
-            return Err(MapError::Version { found: start.version, known: VERSION });
+        if version != VERSION {
+            return Err(MapError::Version { found: version.to_string(), known: VERSION });
         }
         let map: Self = serde_json::from_slice(text)?;
         map.check()?;
         Ok(map)
     }
 
-    /// Writes the map as JSON, one line per column.
+    /// Writes the map as JSON, with one line for each column.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
         self.serialize(&mut writer)?;
         writeln!(out)
     }
 
-    /// Checks the numbers and columns of the map, without a file.
+    /// Returns an error if the map is invalid for every file.
     pub fn check(&self) -> Result<(), MapError> {
         self.table.check()?;
         if let Some(reference) = &self.reference {
@@ -98,7 +91,7 @@ impl TableMap {
         for rule in &self.columns {
             self.check_rule(rule)?;
         }
-        // Only the names in the map are checked here; the names in a file are checked when it is read.
+        // Names that are not in `shape` are allowed here. They are checked when a file is read.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
             Err(twice @ KeyError::ListedTwice { .. }) => Err(twice.into()),

@@ -1,4 +1,4 @@
-//! Weight in a column map, whose load is computed from a pose.
+//! Weight in a column map. Its load is computed from the pose of the sensor.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,26 +7,27 @@ use crate::import::map::role::{Attitude, ColumnRole, PosePart};
 use crate::import::map::table::TableMap;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
-/// Weight on a sensor whose pose is known. The reference load is computed from it, not measured.
+/// Weight that a sensor carries in known poses. The reference load is computed from weight and pose instead of measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeightMap {
-    /// Mass (kg); not needed if each of the `mounts` gives it.
+    /// Mass (kg). Not needed if each of the `mounts` has a mass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Centre of mass in the sensor's frame (m); not needed if each of the `mounts` gives it.
+    /// Centre of mass in the sensor's frame (m). Not needed if each of the `mounts` has a centre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
-    /// Several weights, or several places for one, selected by the `mount` column, or by the name of the file without one.
+    /// Several weights, or several mounting points of one weight. The `mount` column selects one for each row. Without this
+    /// column, the name of the file selects one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mounts: Vec<Mount>,
-    /// Acceleration of gravity in the world frame (m/s²), by default `[0, 0, -9.80665]`: z points up.
+    /// Acceleration of gravity in the world's axes (m/s²). The default is `[0, 0, -9.80665]`, so that z points up.
     pub gravity: [f64; 3],
     /// Convention of roll, pitch and yaw.
     pub angles: Angles,
-    /// Time over which the pose is smoothed before its acceleration is computed (s).
+    /// Time (s) over which the pose is smoothed to compute the acceleration of the weight.
     pub smoothing_secs: f64,
-    /// True if the weight's own acceleration is part of its load.
+    /// True if the force that accelerates the weight is part of the load.
     pub inertia: bool,
 }
 
@@ -47,7 +48,7 @@ impl Default for WeightMap {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mount {
-    /// Name in the `mount` column or in file names. Mass and centre are by default those of [`WeightMap`].
+    /// Name in the `mount` column or in the names of files.
     pub name: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
@@ -62,12 +63,13 @@ pub enum Angles {
     /// Roll about the world's x, then pitch about its y, then yaw about its z: `Rz(yaw) Ry(pitch) Rx(roll)`, as in ROS.
     #[default]
     FixedXyz,
-    /// Each angle about an axis that the previous ones have turned: `Rx(roll) Ry(pitch) Rz(yaw)`.
+    /// Roll about x, then pitch about the turned y, then yaw about the z turned by both: `Rx(roll) Ry(pitch) Rz(yaw)`.
     IntrinsicXyz,
 }
 
 impl Attitude {
-    /// Returns the representation that a table uses; `None` without a pose, an error if columns are missing or two are mixed.
+    /// Returns the representation of the orientation in a table. `None` without a pose. Returns an error if columns are
+    /// missing, or two representations are mixed.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
         let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
@@ -96,7 +98,7 @@ impl WeightMap {
         Some(Weight { mass_kg: mass_kg?, centre_m: centre_m? })
     }
 
-    /// Returns the complete weights with the names of their mounts; a single weight has an empty name.
+    /// Returns the weights with known mass and centre, and the names of their mounts. The name of a single weight is empty.
     pub fn weights(&self) -> Vec<(String, Weight)> {
         let own = [Mount::default()];
         let mounts = if self.mounts.is_empty() { &own[..] } else { &self.mounts };
@@ -104,8 +106,8 @@ impl WeightMap {
         mounts.iter().filter_map(weight).collect()
     }
 
-    /// Checks that loads can be computed: the weight is known, and no column is a load. Neither is required for finding the
-    /// weight from a recording.
+    /// Returns an error if the weight is unknown, or if a column is a measured load. Both are allowed for estimating the
+    /// weight.
     pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
         if let Some(rule) = table.columns.iter().find(|rule| rule.is.is_load()) {
             return Err(MapError::WeightAndLoad { role: rule.is });

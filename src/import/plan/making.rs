@@ -1,4 +1,4 @@
-//! Turns a column map into a plan, part by part, and refuses what is not valid.
+//! Applies a column map to a file: finds the columns, and returns an error if the map does not fit.
 
 use super::super::named_column::NamedColumn;
 use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
@@ -12,14 +12,14 @@ use crate::recording::Axis;
 use crate::recording::units;
 use crate::recording::units::TimeUnit;
 
-/// Conversion of a unit to SI, and the list of known units.
+/// Function that returns the factor from a unit to SI, and the list of known units for messages.
 type Quantity = (fn(&str) -> Option<f64>, &'static str);
 
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,
-    /// Rules that this side reads, in file order, with the indices of their columns.
+    /// Index and rule of each column that is read, in the order of the file.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Making<'a> {
         columns.filter(move |(_, rule)| rule.is == role)
     }
 
-    /// Returns the only column with this role, if there is one.
+    /// Returns the column with this role. Returns an error if there are two.
     fn single(&self, role: ColumnRole) -> Result<Option<(usize, &'a ColumnRule)>, TableError> {
         let mut columns = self.with_role(role);
         let first = columns.next();
@@ -77,7 +77,7 @@ impl<'a> Making<'a> {
         self.head.name(index).map(|name| name.name)
     }
 
-    /// Returns the unit of a column: that of the rule, else that of the header or the units row.
+    /// Returns the unit of a column, from its rule, else from the header or the row of units.
     fn unit(&self, index: usize, rule: &ColumnRule) -> Option<String> {
         rule.unit.clone().or_else(|| self.head.unit(index))
     }
@@ -101,7 +101,7 @@ impl<'a> Making<'a> {
         TableError::NoTime { names: self.all_names() }
     }
 
-    /// Returns the uses of columns other than time, gauges and loads.
+    /// Returns the uses of all columns, so far only of status and group.
     pub fn uses(&self) -> Result<Vec<Use>, TableError> {
         let mut uses = vec![Use::Ignored; self.head.n_columns];
         for (role, usage) in [(ColumnRole::Status, Use::Status), (ColumnRole::Group, Use::Group)] {
@@ -112,7 +112,7 @@ impl<'a> Making<'a> {
         Ok(uses)
     }
 
-    /// Returns the time column and the unit of its times.
+    /// Returns the time column, and the conversion of its times to seconds.
     pub fn times(&self, uses: &mut [Use]) -> Result<(Option<usize>, TimeScale), TableError> {
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
@@ -149,7 +149,7 @@ impl<'a> Making<'a> {
         Ok((Some(index), self.time_fraction(scale, uses)?))
     }
 
-    /// Returns the time scale, and marks the column with the fraction of times in whole seconds.
+    /// Sets the use of the column with fractions of seconds. Returns the conversion of times to seconds.
     fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
         let Some((index, rule)) = self.single(ColumnRole::TimeFraction)? else {
             return Ok(scale);
@@ -165,7 +165,7 @@ impl<'a> Making<'a> {
         Ok(TimeScale::PerSecond(per_second))
     }
 
-    /// Marks the column with the day, which is added to a time of day.
+    /// Sets the use of the column with the date, which is added to a time of day.
     fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
         if let Some((index, rule)) = self.single(ColumnRole::Date)? {
             let form = match self.unit(index, rule) {
@@ -182,7 +182,7 @@ impl<'a> Making<'a> {
         Ok(())
     }
 
-    /// Returns the name of a gauge or an auxiliary channel: from its rule, from the header, or from its number.
+    /// Returns the name of a gauge or an auxiliary channel, from its rule, else from the header, else with a running number.
     fn channel_name(&self, index: usize, rule: &ColumnRule, stem: &str, n_before: usize) -> String {
         let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
         let name = rule.name.clone().or_else(in_header);
@@ -219,7 +219,6 @@ impl<'a> Making<'a> {
         }
     }
 
-    /// Returns the names and units of the auxiliary channels, which are read with the gauges.
     pub fn auxiliary(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
@@ -240,7 +239,7 @@ impl<'a> Making<'a> {
         Ok((names, labels))
     }
 
-    /// Returns the columns of a pose, if the load is computed from it.
+    /// Returns the columns of the pose, if the load is computed from the pose.
     pub fn pose(
         &self,
         weight: Option<&WeightMap>,
@@ -249,7 +248,7 @@ impl<'a> Making<'a> {
         let (Some(weight), true) = (weight, self.side != Side::Gauges) else {
             return Ok(None);
         };
-        // The map was checked for a complete pose before.
+        // An incomplete pose cannot occur here, because the map was checked before.
         let Ok(Some(attitude)) = Attitude::of_table(self.table) else {
             return Ok(None);
         };
@@ -298,7 +297,7 @@ impl<'a> Making<'a> {
         self.factor(index, rule, self.unit(index, rule), quantity)
     }
 
-    /// Returns the factor from the numbers of a column to SI units.
+    /// Returns the factor from the numbers of a column to SI units, including scale and counts of the rule.
     fn factor(
         &self,
         index: usize,
@@ -338,7 +337,7 @@ impl<'a> Making<'a> {
             let counted = self.head.ati.as_ref().map(|ati| &ati.moment);
             ((units::moment_in_newton_metres, units::MOMENT_UNITS), counted)
         };
-        // A preamble may give the unit, and the number of counts per unit.
+        // A log of ATI's Net F/T gives unit and counts per unit above its table.
         let in_preamble = || counted.map(|counted| counted.unit.clone());
         let unit = self.unit(index, rule).or_else(in_preamble);
         let counts = counted.map_or(1.0, |counted| counted.counts);
