@@ -438,7 +438,7 @@ impl Project {
                 is_named && part.recording.source() == own.source()
             };
             if let Some(part) = self.recordings.entries().iter().find(is_part) {
-                whole.set_day(at, part.recording.entered_day());
+                whole.set_day(at, part.recording.entered_day);
             }
         }
     }

@@ -185,7 +185,7 @@ impl Session {
             let by_map = by_map.or_else(|| recording.group().map(str::to_owned));
             let group = entry.group.clone().filter(|_| entry.group != by_map);
             file.groups.extend(group.map(|group| (name.clone(), group)));
-            file.days.extend(recording.entered_day().map(|day| (name.clone(), day)));
+            file.days.extend(recording.entered_day.map(|day| (name.clone(), day)));
             file.roles.insert(name, entry.role);
         }
         // Missing files stay in the session, so that they can be found later.
@@ -592,7 +592,7 @@ mod tests {
         let back = reopened(&text);
         assert_eq!(Session::of(&back, None), Session::of(&project, None));
         assert_eq!(back.recordings, project.recordings);
-        let day = back.recordings.entries()[0].recording.entered_day();
+        let day = back.recordings.entries()[0].recording.entered_day;
         assert_eq!(day.unwrap().to_string(), "2024-05-04");
         assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
     }

@@ -1,4 +1,4 @@
-//! Turns rows into recordings: settles the times, reports irregularities, and cuts between recordings.
+//! Turns the rows of a file into recordings: converts the times, reports irregularities, and cuts the rows into recordings.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,19 +16,14 @@ use crate::recording;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
-/// Maximum number of recordings in a file. More cuts mean that the time column is not a time.
+/// Maximum number of recordings in a file. With more recordings, the chosen time column cannot be a time.
 const RECORDING_LIMIT: usize = 50_000;
 
 pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
-    let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
-    let mut culprits = rows
-        .bad_cells
-        .iter()
-        .enumerate()
-        .filter(|(_, n_bad)| is_culprit(n_bad))
-        .map(|(index, _)| index);
-    if let (Some(index), None) = (culprits.next(), culprits.next()) {
+    let is_culprit = |index: &usize| n_full_rows > 0 && rows.bad_cells[*index] == n_full_rows;
+    let culprits: Vec<usize> = (0..rows.bad_cells.len()).filter(is_culprit).collect();
+    if let [index] = culprits[..] {
         return at(path, plan.line)(TableError::NoNumberInColumn {
             what: plan.uses[index].noun(),
             column: plan.column(index),
@@ -43,18 +38,16 @@ pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
 
 /// Converts the times to seconds. A unit that is derived from the values is reported.
 pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
-    let per_second = match (plan.time_scale, plan.time_column) {
-        (TimeScale::ByValues, Some(column)) => {
+    let per_second = match plan.time_scale {
+        TimeScale::ByValues => {
             let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
             if unit != TimeUnit::Seconds {
-                let column = plan.column(column);
-                let cause = Cause::AssumedTimeUnit { column, unit };
+                let cause = Cause::AssumedTimeUnit { column: plan.time(), unit };
                 rows.findings.note(plan.line, cause);
             }
             unit.per_second()
         }
-        (TimeScale::ByValues, None) => 1.0,
-        (TimeScale::PerSecond(per_second), _) => per_second,
+        TimeScale::PerSecond(per_second) => per_second,
     };
     if per_second != 1.0 {
         for time in &mut rows.times {
@@ -65,12 +58,12 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     if plan.is_time_of_day() {
         count_days(&mut rows.times);
     }
-    // A factor below one makes times larger, so that they may overflow.
+    // Dividing by a number below one makes times larger, possibly too large for a number.
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
         let cause = Cause::Cell {
-            column: plan.column(plan.time_column.unwrap_or_default()),
+            column: plan.time(),
             value: rows.times[row].to_string(),
             trouble: Trouble::NotFinite,
         };
@@ -80,7 +73,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Adds a day at each midnight to a clock without dates, so that times count from the first midnight.
+/// Adds a day to times of day at each midnight, so that times (s) count from the first midnight.
 fn count_days(times: &mut [f64]) {
     const DAY_SECS: f64 = 86_400.0;
     let mut midnight = 0.0;
@@ -94,7 +87,7 @@ fn count_days(times: &mut [f64]) {
     }
 }
 
-/// Replaces the samples of each burst by their mean.
+/// Replaces the samples of each burst by their mean. A burst is a run of samples with time steps of at most `within_secs`.
 pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     let bursts = join::bursts(&rows.times, within_secs, &rows.group_changes());
     let (n_before, n_after) = (rows.times.len(), bursts.len());
@@ -108,7 +101,6 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     rows.findings.note(plan.line, Cause::AveragedBursts { n_before, n_after });
 }
 
-/// Reports a reference whose values repeat for several samples before they change.
 pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     if plan.is_static {
         return;
@@ -119,7 +111,7 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Returns the rows of each load case as a recording without times.
+/// Returns a recording without times for each load case, that is for the rows with one load.
 pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
@@ -146,13 +138,15 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
         let group = plan.group_name(group);
         let mut name = format!("{stem} case {}", case + 1);
         name.extend(group.iter().map(|group| format!(" ({group})")));
-        recording(name, &path, &plan, values).without_times().with_group(group)
+        let mut case = recording(name, &path, &plan, values).without_times();
+        case.group = group;
+        case
     };
     let recordings = rows_of.iter().map(recording).collect();
     (recordings, rows.findings)
 }
 
-/// Reports irregularities and cuts the rows into recordings at steps longer than `gap_secs`, or the default gap.
+/// Reports irregularities, and cuts the rows into recordings at time steps longer than `gap_secs`, or than the default gap.
 pub(super) fn recordings(
     table: Table,
     gap_secs: Option<f64>,
@@ -177,7 +171,7 @@ pub(super) fn recordings(
     cuts.starts.sort_unstable();
     cuts.starts.dedup();
     let findings = std::mem::take(&mut rows.findings);
-    let recordings = cut(&path, plan, rows, &cuts);
+    let recordings = cut(&path, &plan, rows, &cuts);
     Ok((recordings, findings))
 }
 
@@ -202,43 +196,37 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Recording> {
-    let starts = &cuts.starts;
+fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<Recording> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let name = |part: usize| {
-        if starts.is_empty() { stem.to_string() } else { format!("{stem} #{part}") }
+    let mut held = held_by_part(plan, &rows, &cuts.starts);
+    let starts = [&[0][..], &cuts.starts].concat();
+    let part = |(at, start): (usize, &usize)| {
+        let [times, gauges, auxiliary, loads, _] = rows.lists().map(|(width, values)| {
+            let mut part = match start {
+                0 => std::mem::take(values),
+                _ => values.split_off(start * width),
+            };
+            values.shrink_to_fit();
+            part.shrink_to_fit();
+            part
+        });
+        let name = match starts.len() {
+            1 => stem.to_string(),
+            _ => format!("{stem} #{}", at + 1),
+        };
+        let mut part = recording(name, path, plan, [times, gauges, loads, auxiliary]);
+        part.auxiliary.held = std::mem::take(&mut held[at]);
+        part.group = plan.group_name(rows.group_of(*start));
+        (part.gap_secs, part.zero_secs) = (Some(cuts.gap_secs), rows.zero_secs);
+        part
     };
-    let parts = |values, width| {
-        let starts: Vec<usize> = starts.iter().map(|start| start * width).collect();
-        let mut parts = Vec::with_capacity(starts.len() + 1);
-        cut_values(values, 0, &starts, &mut parts);
-        parts
-    };
-    let mut held = held_by_part(&plan, &rows, starts).into_iter();
-    let groups = [0].iter().chain(starts).map(|start| plan.group_name(rows.group_of(*start)));
-    let mut groups = groups.collect::<Vec<_>>().into_iter();
-    // One list after the other, so that at most half of one list is in memory twice.
-    let times = parts(rows.times, 1);
-    let gauges = parts(rows.gauges, plan.gauge_names.len());
-    let loads = parts(rows.loads, plan.axes.len());
-    let auxiliary = parts(rows.auxiliary, plan.auxiliary_names.len());
-    let mut recordings: Vec<Recording> = Vec::with_capacity(times.len());
-    for (((times, gauges), loads), auxiliary) in
-        times.into_iter().zip(gauges).zip(loads).zip(auxiliary)
-    {
-        let values = [times, gauges, loads, auxiliary];
-        recordings.push(
-            recording(name(recordings.len() + 1), path, &plan, values)
-                .with_held_auxiliary(held.next().unwrap_or_default())
-                .with_group(groups.next().flatten())
-                .with_gap(cuts.gap_secs)
-                .with_zero(rows.zero_secs),
-        );
-    }
+    // The last recording is cut off first, so that at most one recording is in memory twice.
+    let mut recordings: Vec<Recording> = starts.iter().enumerate().rev().map(part).collect();
+    recordings.reverse();
     recordings
 }
 
-/// Returns the intervals, per part and auxiliary channel, in which a value is held for too long.
+/// Returns, for each recording and auxiliary channel, the intervals (s) in which the last measured value is too old.
 fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64, f64)>>> {
     let n_channels = plan.auxiliary_names.len();
     let mut parts = vec![vec![Vec::new(); n_channels]; starts.len() + 1];
@@ -268,30 +256,6 @@ fn recording(
         .with_gauge_units(plan.gauge_units.clone())
         .with_auxiliary(names, units, auxiliary)
         .expect("missing values were held, so each row has a number for each channel")
-}
-
-/// Cuts `values` before each index in `starts`; the first value has the index `offset`. To need little memory, only the
-/// shorter side of a cut is copied, and free memory is returned.
-fn cut_values(mut values: Vec<f64>, offset: usize, starts: &[usize], parts: &mut Vec<Vec<f64>>) {
-    let middle = starts.len() / 2;
-    let Some(start) = starts.get(middle) else {
-        values.shrink_to_fit();
-        parts.push(values);
-        return;
-    };
-    let at = start - offset;
-    let (first, rest) = if at > values.len() / 2 {
-        let rest = values.split_off(at);
-        values.shrink_to_fit();
-        (values, rest)
-    } else {
-        let first = values[..at].to_vec();
-        values.drain(..at);
-        values.shrink_to_fit();
-        (first, values)
-    };
-    cut_values(first, offset, &starts[..middle], parts);
-    cut_values(rest, *start, &starts[middle + 1..], parts);
 }
 
 #[cfg(test)]
@@ -378,7 +342,7 @@ mod tests {
         assert_eq!(*repeat, Cause::RepeatedTime { time_secs: 0.0 });
     }
 
-    /// Each change of the value starts a recording; an empty cell skips its row.
+    /// Each change of the value in the group column starts a recording. A row with an empty cell is skipped.
     #[test]
     fn a_group_column_starts_recordings_and_names_their_groups() {
         let text = "t,S1,group\n0,1,a\n0.1,2,a\n0.2,3,b\n0.3,4,\n0.4,5,b\n0.5,6,a\n9,7,a\n";

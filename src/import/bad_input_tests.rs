@@ -121,7 +121,7 @@ fn values_that_are_not_finite_are_never_kept() {
 fn repeated_names_are_refused_with_both_places() {
     assert!(
         messages("t,S1,S1\n0,1,2\n")
-            .contains("run.csv, line 1: columns 2 and 3 are both gauge S1. Give each")
+            .contains("run.csv, line 1: columns 2 and 3 are both gauge S1. Rename")
     );
     assert!(messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both Fx. Rename"));
 }
@@ -168,7 +168,7 @@ fn a_wrong_delimiter_shows_in_the_number_of_columns() {
     );
     let error = read(&file.path, Some(&wrong.unwrap()), &[], &Progress::default()).unwrap_err();
     assert!(error.to_string().contains(
-        "run.csv, line 1: the column map is for files with 3 columns, but this one has 1"
+        "run.csv, line 1: the column map is for files with 3 columns, but this file has 1"
     ));
 }
 

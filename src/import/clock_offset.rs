@@ -1,57 +1,63 @@
-//! Estimates the offset between two clocks from the measured values, for the user to accept or reject.
+//! Estimates the offset between two clocks from the measured values. The user accepts or rejects the estimate.
 //!
-//! The gauges follow the load, so they explain most of it at the right offset. The measure is the share of the reference's
-//! variance that a linear combination of the gauges explains (R²), the cross-correlation with orthogonalised gauges.
-//! [`scoring::lag`](crate::scoring::lag) differs: it measures a lag within a fraction of a cycle, beside hysteresis, in
-//! joined samples. Here the clocks may be hours apart, and each side has its own sample times.
+//! The gauges follow the load, so they explain most of the reference at the right offset. The measure is R²: the share of the
+//! reference's variance that a linear combination of the gauges explains. [`scoring::lag`](crate::scoring::lag) measures lags
+//! of a fraction of a load cycle, and separates them from hysteresis. Here the clocks may be hours apart, and gauges and
+//! reference have different sample times.
 
 use serde::Serialize;
 
 use super::join::Series;
 use crate::dot::dot;
+use crate::min_max::MinMax;
 use crate::recording::gap::median_step;
 
 /// Minimum number of samples on each clock.
 const FEWEST_SAMPLES: usize = 16;
-/// Number of grid points of the first, coarse search, over the longer of the two series.
+/// Maximum number of points in the time that both series have in common, for the first, coarse search.
 const COARSE_POINTS: f64 = 1024.0;
-/// Maximum number of grid points of the second, fine search.
+/// Maximum number of points in the common time for the second, fine search.
 const FINE_POINTS: f64 = 16_384.0;
-/// Maximum offset, as a share of the time that both series have in common.
+/// Maximum offset that is tried, as a share of the time that both series have in common.
 const LARGEST_SHARE: f64 = 0.2;
-/// Explained share that an offset may lose against the best (or half of the unexplained share, if larger). Repeated loads
-/// fit nearly as well at many offsets, so the smallest of the offsets within this tolerance is returned.
+/// Difference in R² up to which two offsets count as equally good (or half of the unexplained share, if larger). Repeated
+/// loads fit nearly as well at many offsets, so the smallest of the equally good offsets is returned.
 const EXPLAINED_TOLERANCE: f64 = 0.01;
-/// Minimum share of a gauge's variance that the other gauges do not explain. Below it the gauge adds nothing.
+/// Share of a gauge's variance, not explained by the other gauges, below which the gauge is left out.
 const SMALLEST_SHARE: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockOffset {
     /// Offset to be added to the reference's times (s).
     pub offset_secs: f64,
-    /// Share of the reference that the gauges explain with this offset, 0 to 1, over all axes.
+    /// Mean R² over the axes with this offset, 0 to 1.
     pub explained: f64,
-    /// Share of the reference that the gauges explain without an offset, 0 to 1.
+    /// Mean R² over the axes without an offset, 0 to 1.
     pub explained_without: f64,
 }
 
-/// Estimates the offset to be added to the reference's times; `None` if a time goes back, or a series is short or constant.
+/// Estimates the offset to be added to the reference's times. Returns `None` if a time goes back, or a series is short or
+/// constant.
 ///
-/// If the series overlap by less than half of the shorter one, their starts are aligned first. From there, offsets up to a
-/// fifth of the common time are tried. A gauge that lags behind its load also looks like an offset: the result is no proof.
+/// If gauges and reference overlap by less than half of the shorter one, their starts are aligned first. Then offsets up to a
+/// fifth of the common time are tried. A gauge that lags behind its load looks like an offset, so the result is no proof.
 pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
-    let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
-    let shorter = gauge_span.length().min(reference_span.length());
-    let is_apart = gauge_span.common(reference_span, 0.0).length() < 0.5 * shorter;
-    let base = if is_apart { gauge_span.start - reference_span.start } else { 0.0 };
-    let common = gauge_span.common(reference_span, base);
+    let (of_gauges, of_reference) = (span(gauges.times)?, span(reference.times)?);
+    let common = |later: f64| {
+        let MinMax { min, max } = of_reference;
+        MinMax::common([of_gauges, MinMax { min: min + later, max: max + later }].into_iter())
+    };
+    let shorter = of_gauges.span().min(of_reference.span());
+    let is_apart = common(0.0).span() < 0.5 * shorter;
+    let base = if is_apart { of_gauges.min - of_reference.min } else { 0.0 };
+    let common = common(base);
     let step = median_step(gauges.times)?.max(median_step(reference.times)?);
-    let coarse_step = step.max(common.length() / COARSE_POINTS);
-    let reach = (LARGEST_SHARE * common.length() / coarse_step) as usize;
+    let coarse_step = step.max(common.span() / COARSE_POINTS);
+    let reach = (LARGEST_SHARE * common.span() / coarse_step) as usize;
     let coarse = Grids::new(gauges, reference, base, common, coarse_step, reach)?;
     let best = coarse.nearest_good_lag();
 
-    let fine_step = step.max(common.length() / FINE_POINTS);
+    let fine_step = step.max(common.span() / FINE_POINTS);
     let ratio = coarse_step / fine_step;
     let centre = (best as f64 * ratio).round() as isize;
     let around = (2.0 * ratio).ceil() as isize;
@@ -66,54 +72,37 @@ pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     })
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Span {
-    start: f64,
-    end: f64,
+/// Returns the first and the last time (s). `None` if there are too few times, or a time goes back.
+fn span(times: &[f64]) -> Option<MinMax> {
+    let (min, max) = (*times.first()?, *times.last()?);
+    let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && max > min;
+    is_usable.then_some(MinMax { min, max })
 }
 
-impl Span {
-    /// Returns the span from the first to the last time; `None` if there are too few or they go back.
-    fn of(times: &[f64]) -> Option<Self> {
-        let (start, end) = (*times.first()?, *times.last()?);
-        let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && end > start;
-        is_usable.then_some(Self { start, end })
-    }
-
-    fn length(self) -> f64 {
-        self.end - self.start
-    }
-
-    /// Returns the common span with another one shifted `later`; its length is negative if there is none.
-    fn common(self, other: Self, later: f64) -> Self {
-        Self { start: self.start.max(other.start + later), end: self.end.min(other.end + later) }
-    }
-}
-
-/// Gauges and reference on one grid of times.
+/// Gauges and reference at the same evenly spaced times.
 struct Grids {
-    /// Orthogonal gauges, each with mean 0 and sum of squares 1, over the middle of the common span.
+    /// Orthogonalised gauges, each with mean 0 and sum of squares 1, over the middle of the common time.
     gauges: Vec<Vec<f64>>,
-    /// Reference axes as measured, over the whole common span: `reach` more points than the gauges on both sides.
+    /// Reference of each axis over the whole common time, which has `reach` more points than `gauges` on either side.
     axes: Vec<Vec<f64>>,
     reach: usize,
 }
 
 impl Grids {
-    /// Resamples both series; returns `None` if the middle is too short, or all gauges or all axes are constant.
+    /// Resamples both series. Returns `None` if the middle is too short, or all gauges or all axes are constant.
     fn new(
         gauges: Series,
         reference: Series,
         base: f64,
-        common: Span,
+        common: MinMax,
         step: f64,
         reach: usize,
     ) -> Option<Self> {
-        let n = (common.length() / step).floor() as usize + 1;
+        let n = (common.span() / step).floor() as usize + 1;
         let n_middle = n.checked_sub(2 * reach).filter(|n| *n >= FEWEST_SAMPLES)?;
         let mut orthogonal: Vec<Vec<f64>> = Vec::new();
         for column in 0..gauges.width {
-            let start = common.start + reach as f64 * step;
+            let start = common.min + reach as f64 * step;
             let mut values = on_grid(gauges, column, start, step, n_middle);
             let before = centre(&mut values);
             for known in &orthogonal {
@@ -130,7 +119,7 @@ impl Grids {
         }
         let is_live = |values: &Vec<f64>| values.iter().any(|value| *value != values[0]);
         let axes: Vec<Vec<f64>> = (0..reference.width)
-            .map(|axis| on_grid(reference, axis, common.start - base, step, n))
+            .map(|axis| on_grid(reference, axis, common.min - base, step, n))
             .filter(is_live)
             .collect();
         (!orthogonal.is_empty() && !axes.is_empty()).then_some(Self {
@@ -140,7 +129,7 @@ impl Grids {
         })
     }
 
-    /// Returns the share of the reference that the gauges explain if it is `lag` steps later, as the mean over the axes.
+    /// Returns the mean R² over the axes if the reference is shifted to `lag` steps later.
     fn explained(&self, lag: isize) -> f64 {
         let start = self.reach.saturating_add_signed(-lag);
         let of_axis = |axis: &Vec<f64>| -> f64 {
@@ -153,7 +142,7 @@ impl Grids {
         self.axes.iter().map(of_axis).sum::<f64>() / self.axes.len() as f64
     }
 
-    /// Returns the smallest lag that is nearly as good as the best, moved to its local maximum.
+    /// Returns the smallest lag (steps) that is nearly as good as the best, moved to the nearest maximum of R².
     fn nearest_good_lag(&self) -> isize {
         let reach = self.reach as isize;
         let explained: Vec<f64> = (-reach..=reach).map(|lag| self.explained(lag)).collect();
@@ -167,7 +156,7 @@ impl Grids {
         lag
     }
 
-    /// Returns the vertex of the parabola through the best lag and its neighbours, as a fraction of a step from the best lag.
+    /// Returns the maximum of the parabola through R² at the best lag and its neighbours, in steps from the best lag.
     fn peak_beside(&self, best: isize) -> f64 {
         let [left, top, right] = [best - 1, best, best + 1].map(|lag| self.explained(lag));
         let curvature = left - 2.0 * top + right;
@@ -175,7 +164,7 @@ impl Grids {
     }
 }
 
-/// Subtracts the mean and returns the sum of squares of the rest.
+/// Subtracts the mean from the values, and returns the sum of squares of the results.
 fn centre(values: &mut [f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     for value in values.iter_mut() {
@@ -184,7 +173,8 @@ fn centre(values: &mut [f64]) -> f64 {
     dot(values, values)
 }
 
-/// Returns one column at `n` equidistant times: the mean of the samples around each time, or interpolated if there are few.
+/// Returns one column at `n` evenly spaced times: the mean of the samples around each time, or an interpolated value if there
+/// are few.
 fn on_grid(series: Series, column: usize, start: f64, step: f64, n: usize) -> Vec<f64> {
     const FEWEST_FOR_MEAN: usize = 4;
     let value = |k: usize| series.values[k * series.width + column];
@@ -223,7 +213,8 @@ mod tests {
         [first, (0.7 * t).cos() - (0.23 * t).sin()]
     }
 
-    /// Returns three gauges that mix two loads, every `step` s with jitter, and the loads on a clock `late` s behind.
+    /// Returns three gauges that mix two loads, sampled every `step` s with jitter. The clock of the loads is `late` s
+    /// behind.
     fn run(step: f64, late: f64) -> [(Vec<f64>, Vec<f64>); 2] {
         let times = |step: f64, phase: f64| -> Vec<f64> {
             let jitter = |k: f64| 0.2 * step * (7.0 * k).sin();
@@ -276,7 +267,7 @@ mod tests {
         assert!((none.explained_without - none.explained).abs() < 1e-3, "{none:?}");
     }
 
-    /// A load with a period of 10 s fits as well 10 s later; the offset near 0 is the right one.
+    /// A load with a period of 10 s fits as well if it is shifted by 10 s. The offset near 0 is the right one.
     #[test]
     fn of_several_offsets_that_fit_the_smallest_is_returned() {
         let times: Vec<f64> = (0..2000).map(|k| 0.1 * f64::from(k)).collect();

@@ -1,7 +1,7 @@
 //! Converts rows that devices print to lines of a table: plain numbers, `name:value` pairs, Teleplot, JSON without a time.
 //!
-//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times always increase. The text
-//! of a cell is not changed.
+//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times from the rate or from this
+//! computer always increase. The text of a cell is not changed.
 
 use std::path::Path;
 
@@ -11,17 +11,17 @@ use crate::formats::text::cells::Cells;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Delimiter, TextLayout, stamped};
 
-/// Number of first lines from which the form is guessed.
+/// Number of lines at the start from which the form of the rows is guessed.
 pub(super) const GUESSED_BY: usize = 10;
-/// Minimum number of rows for taking a first column that always increases for the time.
+/// Minimum number of rows in which the first column must increase to be taken for the time.
 const ROWS_FOR_A_CLOCK: usize = 5;
-/// Time step between rows that were read at once (s).
+/// Time step (s) between rows that arrived at the same time.
 const LEAST_STEP_SECS: f64 = 1e-6;
 
-/// JSON key of a time in seconds.
+/// Name of the time column, in seconds.
 const SECONDS: &str = "time [s]";
 
-/// Source of live rows, with its known properties. Gauges and auxiliary channels are those of the calibration, in its order.
+/// Source of live rows. Gauges and auxiliary channels are those of the calibration, in the calibration's order.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSource<'a> {
     /// Name of the source in messages.
@@ -31,30 +31,24 @@ pub struct LiveSource<'a> {
     pub step_secs: Option<f64>,
     pub gauges: &'a [String],
     pub auxiliary: &'a [String],
-    /// Form of the rows; if absent, it is guessed from the first ten lines.
+    /// Form of the rows. `None` to guess the form from the first ten lines.
     pub form: Option<RowForm>,
-    /// Row rate for rows without a time (Hz). If absent, the clock of this computer gives the times.
+    /// Number of rows per second (Hz), for rows without a time. `None` to take times from the clock of this computer.
     pub rate_hz: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowForm {
-    /// Table with a time in its header, or JSON lines with a time.
     Table,
-    /// Plain numbers: gauges in the order of the calibration, then auxiliary channels.
     Numbers,
-    /// Time, then the numbers as in [`Self::Numbers`].
     TimedNumbers,
-    /// Pairs `name:value`, as Arduino's plotter reads them.
     Pairs,
-    /// Teleplot: a line `>name:time:value` or `>name:value` for each value.
     Teleplot,
-    /// JSON lines without a time.
     Json,
 }
 
 impl RowForm {
-    /// All forms, with their names on the command line and their descriptions.
+    /// All forms, each with its name on the command line and its description. Pairs are the form of Arduino's serial plotter.
     pub const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Table, "table", "a table with a header, or JSON lines, with a time"),
         (Self::Numbers, "numbers", "numbers without a header: the gauges, then auxiliary channels"),
@@ -73,12 +67,11 @@ impl RowForm {
         own.map_or("", |(_, _, words)| words)
     }
 
-    /// Returns true if a row consists of numbers without names.
     fn is_numbers(self) -> bool {
         matches!(self, Self::Numbers | Self::TimedNumbers)
     }
 
-    /// Returns the form of most of these lines; `None` if most of them have no known form.
+    /// Returns the form that most of these lines have. `None` if most lines have no known form.
     pub(super) fn guess(lines: &[String], n_needed: usize) -> Option<Self> {
         let lines: Vec<&str> = lines.iter().map(|line| without_stamp(line).1).collect();
         let lines: Vec<&str> = lines.into_iter().filter(|line| !line.trim().is_empty()).collect();
@@ -102,7 +95,7 @@ impl RowForm {
     }
 }
 
-/// Splits off the time stamp and the arrow that serial terminals write.
+/// Splits off the time stamp and the arrow that a serial terminal writes before each row.
 fn without_stamp(line: &str) -> (Option<&str>, &str) {
     match stamped(line.as_bytes()) {
         Some((time, row)) => (line.get(..time), line.get(row..).unwrap_or_default()),
@@ -115,7 +108,7 @@ fn delimiter(line: &str) -> Option<Delimiter> {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
         let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
-        // For a single number, the delimiter is a comma, so that no comma is read as a decimal point.
+        // A single number has a comma as delimiter. Otherwise a comma would be read as a decimal point.
         let is_cut = *own == Comma || cells(line, *own).nth(1).is_some();
         is_cut && cells(line, *own).all(|cell| layout.number(cell).is_some())
     })
@@ -127,19 +120,18 @@ fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
     Cells::new(line.as_bytes(), delimiter)
 }
 
-/// Returns the numbers of a line that consists only of numbers.
+/// Returns the numbers of a line. `None` if the line has other content.
 fn numbers(line: &str) -> Option<Vec<f64>> {
     let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
 }
 
-/// Returns the names and values of a line of pairs.
 fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
     if line.starts_with(['>', '{']) {
         return None;
     }
     let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
-    // A blank may follow a colon.
+    // There may be a blank between colon and value.
     let mut joined: Vec<(&str, &str)> = Vec::new();
     for cell in cells {
         match (cell.split_once(':'), joined.last_mut()) {
@@ -154,7 +146,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
 /// Returns the name, the time (ms) and the value of a Teleplot line.
 fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
     let (name, rest) = line.trim().strip_prefix('>')?.split_once(':')?;
-    // A unit and flags may follow.
+    // A unit and flags may follow the value.
     let rest = rest.split(['§', '|']).next()?;
     Some(match rest.split_once(':') {
         Some((time, value)) => (name, Some(time), value),
@@ -162,28 +154,27 @@ fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
     })
 }
 
-/// Converter from lines of a device to lines of a table.
 #[derive(Debug)]
 pub(super) struct DeviceRows {
     pub form: RowForm,
     pub clock: &'static str,
     rate_hz: Option<f64>,
     delimiter: Delimiter,
-    /// Number of cells that a row of numbers needs.
+    /// Number of cells that a row of plain numbers needs.
     n_cells: usize,
     n_rows: f64,
     last_secs: f64,
-    /// Channel names of the calibration. The first name begins a Teleplot row.
+    /// Channel names of the calibration. A Teleplot value with the first name starts a row.
     cycle: Vec<String>,
-    /// Values of the incomplete Teleplot row.
+    /// Names and values of the Teleplot row that is not complete yet.
     pending: Vec<(String, String)>,
-    /// Name and text of the time of the incomplete row, if the device sends it.
+    /// Column and text of the time of this row, if the device sends the time.
     pending_time: Option<(&'static str, String)>,
 }
 
 impl DeviceRows {
-    /// Creates the converter from the first lines, and the map of its table unless the names of the columns give their roles.
-    /// The error is [`TableError::FewNumbers`] if no line has a number for each channel.
+    /// Creates the converter from the first lines. For plain numbers, also returns the column map of the table, because the
+    /// columns have no names. Returns [`TableError::FewNumbers`] if no line has a number for each channel.
     pub fn new(
         form: RowForm,
         lines: &[String],
@@ -201,23 +192,21 @@ impl DeviceRows {
         };
         let is_timed = form == RowForm::TimedNumbers;
         let n_cells = source.gauges.len() + source.auxiliary.len() + usize::from(is_timed);
-        let counts = rows.iter().map(|(_, row)| numbers(row).map_or(0, |own| own.len()));
-        let (row, found) = match counts.clone().position(|count| count >= n_cells) {
-            Some(at) => (rows[at].1, n_cells),
-            None => ("", counts.max().unwrap_or(0)),
-        };
-        if form.is_numbers() && found < n_cells {
+        let count = |row: &str| numbers(row).map_or(0, |own| own.len());
+        let whole = rows.iter().map(|(_, row)| *row).find(|row| count(row) >= n_cells);
+        if form.is_numbers() && whole.is_none() {
+            let found = rows.iter().map(|(_, row)| count(row)).max().unwrap_or(0);
             return Err(TableError::FewNumbers { found, needed: n_cells });
         }
         let own = Self {
             form,
             clock: match (has_own_time, source.rate_hz) {
-                (true, _) => "their own times",
+                (true, _) => "the device",
                 (false, Some(_)) => "the given rate",
                 (false, None) => "the clock of this computer",
             },
             rate_hz: source.rate_hz,
-            delimiter: delimiter(row).unwrap_or_default(),
+            delimiter: whole.and_then(delimiter).unwrap_or_default(),
             n_cells,
             n_rows: 0.0,
             last_secs: f64::NEG_INFINITY,
@@ -229,7 +218,7 @@ impl DeviceRows {
         Ok((own, map))
     }
 
-    /// Returns the reason why a line of numbers has no load: fewer values than channels.
+    /// Returns the reason why no load can be computed for a line of plain numbers: fewer values than channels.
     pub fn missing(&self, line: &str) -> Option<String> {
         let (_, row) = without_stamp(line);
         let n = cells(row, self.delimiter).filter(|cell| !cell.is_empty()).count();
@@ -246,10 +235,7 @@ impl DeviceRows {
         let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
         let is_timed = self.form == RowForm::TimedNumbers;
         let form = stamp.and_then(|stamp| TimeForm::of_all([stamp.as_bytes()].into_iter()));
-        let unit = match form {
-            Some(form) if !is_timed => Some(form.name().to_owned()),
-            _ => (!is_timed).then(|| "s".to_owned()),
-        };
+        let unit = (!is_timed).then(|| form.map_or("s", TimeForm::name).to_owned());
         let time = ColumnRule { unit, ..ColumnRule::new(ColumnKey::Number(1), ColumnRole::Time) };
         let gauges = source.gauges.iter().map(|name| (name, ColumnRole::Gauge));
         let auxiliary = source.auxiliary.iter().map(|name| (name, ColumnRole::Auxiliary));
@@ -266,7 +252,7 @@ impl DeviceRows {
         }
     }
 
-    /// Converts a line that arrived at this time (s). Returns the line of the table that is then complete, or `None`.
+    /// Converts a line that arrived at this time (s). Returns a line of the table, or `None` if its row is not complete yet.
     pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
         let (stamp, row) = without_stamp(line);
         match self.form {
@@ -292,7 +278,8 @@ impl DeviceRows {
         }
     }
 
-    /// Adds a Teleplot value. A row begins with the first gauge or a repeated name, and ends when it has all channels.
+    /// Adds a Teleplot value to its row. A new row starts with the first gauge or a repeated name. A row ends when all
+    /// channels are there.
     fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
         let (name, time, value) = teleplot(row)?;
         let is_first = self.cycle.first().is_some_and(|first| first == name);
@@ -317,7 +304,8 @@ impl DeviceRows {
         object((name, &time), &values)
     }
 
-    /// Returns the time of the next row: from its stamp, else the rate, else its arrival, 1 µs apart for rows read at once.
+    /// Returns the time of the next row: its stamp, else the time by the rate, else the time of arrival. Rows that arrived at
+    /// the same time are 1 µs apart.
     fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
         let secs = match self.rate_hz {
             Some(rate_hz) => self.n_rows / rate_hz,
@@ -329,7 +317,7 @@ impl DeviceRows {
     }
 }
 
-/// Returns a line of JSON with a time and these values.
+/// Returns a JSON line with a time and these values, all as texts.
 fn object(time: (&str, &str), values: &[(&str, &str)]) -> String {
     let text = |text: &str| serde_json::Value::from(text).to_string();
     let members = [time].into_iter().chain(values.iter().copied());

@@ -1,16 +1,16 @@
-//! Errors of reading a file, each with the place and a way out.
+//! Errors of reading a file. Each message names the place and a remedy.
 
 use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
 use crate::finding::{Advice, Finding, Way};
 use crate::formats::FileError;
-use crate::import::map::{ColumnRole, KeyError, MapError};
+use crate::import::map::{KeyError, MapError};
 use crate::progress::Cancelled;
-use crate::recording::{Axis, TareError};
+use crate::recording::TareError;
 use crate::shown::{listed, shown};
 
-/// Fault of a table at one of its lines. Columns are counted from 1.
+/// Fault at a line of a table. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error(
@@ -29,10 +29,11 @@ pub enum TableError {
     NoGauges { names: Vec<String> },
     #[error("{count} gauge columns, but at most {limit} are supported: {}", listed(names))]
     TooManyGauges { count: usize, limit: usize, names: Vec<String> },
-    #[error("columns {first} and {second} are both gauge {}. Give each its own name", shown(name))]
-    DuplicateGauge { name: String, first: usize, second: usize },
-    #[error("columns {first} and {second} are both {}. Rename the one that is not the reference", axis.symbol())]
-    DuplicateAxis { axis: Axis, first: usize, second: usize },
+    #[error(
+        "columns {first} and {second} are both {}. Rename one of them, or give it another role in a column map",
+        shown(what)
+    )]
+    Twice { what: String, first: usize, second: usize },
     #[error("{column} has the unknown unit {}. Known units: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
@@ -53,7 +54,7 @@ pub enum TableError {
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "{column} has no unit, and its steps of {step} fit none: the calibration expects a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
+        "{column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, but in the nearest unit, {nearest}, the steps differ by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -63,14 +64,12 @@ pub enum TableError {
         nearest: &'static str,
         off: f64,
     },
-    #[error("columns {first} and {second} are both \"{role}\" in the column map. Keep one of them")]
-    RoleTwice { role: ColumnRole, first: usize, second: usize },
     #[error(
-        "the column map is for files with {expected} columns, but this one has {actual}. Use another map, or none"
+        "the column map is for files with {expected} columns, but this file has {actual}. Use another map, or none"
     )]
     MapShape { expected: usize, actual: usize },
     #[error(
-        "the column map is for another kind of file: column {column} is {} instead of {}. Use another map, or none",
+        "the column map is for another kind of file: the name of column {column} is {} instead of {}. Use another map, or none",
         shown(actual),
         shown(expected)
     )]
@@ -78,13 +77,13 @@ pub enum TableError {
     #[error(transparent)]
     MapKey(#[from] KeyError),
     #[error(
-        "the reference's time goes back from {from_secs} s to {to_secs} s, so the two clocks cannot be joined. Cut the files there"
+        "the reference's time goes back from {from_secs} s to {to_secs} s, so it cannot be joined to the gauges. Split both files at this time"
     )]
     ReferenceGoesBack { from_secs: f64, to_secs: f64 },
     #[error("no rows follow the header")]
     NoRows,
     #[error(
-        "{found} numbers in a row, but the calibration needs {needed}: its gauges in order, then its auxiliary channels"
+        "{found} numbers in a row, but the calibration needs {needed}: the gauges in their order, then the auxiliary channels"
     )]
     FewNumbers { found: usize, needed: usize },
     #[error(
@@ -94,12 +93,12 @@ pub enum TableError {
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
     #[error(
-        "{count} places would start a new recording, the first one here, because {column} jumps, goes back or changes. Is its role correct?"
+        "{column} jumps, goes back or changes in {count} rows, and each would start a new recording. This is the first row. Give the column another role if its role is wrong"
     )]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
 
-/// Reason why a file gives no recording. Lines are counted from 1.
+/// Reason why no recording can be read from a file. Lines are counted from 1.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum ReadError {
@@ -115,9 +114,9 @@ pub enum ReadError {
     Tare(#[from] TareError),
     #[error("the column map: {0}")]
     Map(#[from] MapError),
-    #[error("{}: the column map is for another kind of file: it has {what}, but the start of this file does not. Use another map, or none", path.display())]
+    #[error("{}: the column map is for another kind of file: it expects {what}, but the start of this file has none. Use another map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file contains none of the mounts {}, or two of them. Name the file after one mount, or make a column \"mount\"", path.display(), listed(mounts))]
+    #[error("{}: the name of the file contains none of the mounts {}, or two of them. Name the file after one mount, or give a column the role mount", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
     #[error("{}: estimating a weight needs a pose and measured forces. Map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
     NothingToWeigh { path: PathBuf },
@@ -135,7 +134,7 @@ pub enum ReadError {
     #[error(
         "{}: {skipped} of {rows} rows would be skipped, mostly for this reason: {first}{}. Describe the layout of the table in a column map, or correct the file",
         .path.display(),
-        if *are_largest { ". These rows hold the largest values, so the others would give a wrong calibration" } else { "" }
+        if *are_largest { ". The skipped rows have the largest values, so the calibration would be wrong without them" } else { "" }
     )]
     ManySkipped { path: PathBuf, skipped: u64, rows: u64, are_largest: bool, first: Box<Finding> },
     #[error("cancelled")]
@@ -144,62 +143,39 @@ pub enum ReadError {
 
 impl Advice for ReadError {
     fn ways(&self) -> &'static [Way] {
-        use TableError::{MapKey, MapOtherName, MapShape, NoLoads, NoTimeUnit};
+        use TableError as Of;
         match self {
             Self::NoNames { .. }
             | Self::TooShortForMap { .. }
+            | Self::ManySkipped { .. }
             | Self::Table {
                 source:
-                    NoLoads { .. }
-                    | NoTimeUnit { .. }
-                    | MapShape { .. }
-                    | MapOtherName { .. }
-                    | MapKey(KeyError::Missing { .. }),
+                    Of::HeaderIsNumbers
+                    | Of::NoTime { .. }
+                    | Of::NoGauges { .. }
+                    | Of::TooManyGauges { .. }
+                    | Of::Twice { .. }
+                    | Of::UnknownUnit { .. }
+                    | Of::NoSampleRate { .. }
+                    | Of::NoLoads { .. }
+                    | Of::NoTimeUnit { .. }
+                    | Of::MapShape { .. }
+                    | Of::MapOtherName { .. }
+                    | Of::MapKey(KeyError::Missing { .. }),
                 ..
             } => &[Way::Columns],
             Self::ClocksApart { .. } => &[Way::ClockOffset],
             Self::Tare(why) => why.ways(),
             Self::Map(why) => why.ways(),
-            _ if self.wants_a_map() => &[Way::Columns],
             _ => &[],
         }
     }
 }
 
 impl ReadError {
-    /// Returns true if a column map can resolve the error.
-    pub const fn wants_a_map(&self) -> bool {
-        use TableError::{
-            DuplicateAxis, DuplicateGauge, HeaderIsNumbers, NoGauges, NoSampleRate, NoTime,
-            TooManyGauges, UnknownUnit,
-        };
-        matches!(
-            self,
-            Self::ManySkipped { .. }
-                | Self::Table {
-                    source: HeaderIsNumbers
-                        | NoTime { .. }
-                        | NoGauges { .. }
-                        | TooManyGauges { .. }
-                        | DuplicateGauge { .. }
-                        | DuplicateAxis { .. }
-                        | UnknownUnit { .. }
-                        | NoSampleRate { .. },
-                    ..
-                }
-        )
-    }
-
-    /// Replaces the path of a temporary copy by the path that the user knows.
-    pub(super) fn known_as(mut self, known: &Path) -> Self {
-        match &mut self {
-            Self::File { path, .. }
-            | Self::Table { path, .. }
-            | Self::NoNames { path, .. }
-            | Self::NoHeader { path } => *path = known.to_owned(),
-            _ => {}
-        }
-        self
+    /// Returns true if a table that cannot be read without a column map may be read with one.
+    pub fn wants_a_map(&self) -> bool {
+        self.ways() == [Way::Columns] && !matches!(self, Self::NoNames { .. })
     }
 }
 

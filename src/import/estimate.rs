@@ -13,9 +13,9 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::recording::Axis;
 
-/// Estimates the weight that a sensor carries from a recording with its pose and a measured load on one clock, by least
-/// squares with an offset of the reference. `weight` in the map may set gravity and the convention of angles; its mass is
-/// not used. The error is [`ReadError`] if the map does not fit, a pose or forces are missing, or the sensor never turned.
+/// Estimates the weight that a sensor carries, from a recording of poses and measured loads on one clock. The method is least
+/// squares with an offset of the reference. `weight` in the map may set gravity and the convention of angles; its mass is not
+/// used. Returns [`ReadError`] if the map does not fit, a pose or forces are missing, or the sensor never turned.
 pub fn estimate_weight(
     path: &Path,
     map: &ColumnMap,

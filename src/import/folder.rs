@@ -1,14 +1,15 @@
-//! Expands the name of a folder, or a pattern, to files.
+//! Finds the files in a folder, or those whose names match a pattern.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::formats;
 
-/// Names of text files that lie beside recordings but are not recordings.
+/// Names of text files that are not recordings, though they often lie in the same folder.
 const BESIDE: [&str; 5] = ["readme", "license", "licence", "changelog", "notes"];
 
-/// Returns the files in a folder with the extension of a recording, sorted by name, without hidden files and readmes.
+/// Returns the files in a folder that have the extension of a recording, sorted by name. Hidden files and readmes are left
+/// out.
 pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -25,13 +26,12 @@ pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Returns true if a name contains wildcards.
 pub fn is_pattern(path: &Path) -> bool {
     path.to_string_lossy().contains(['*', '?'])
 }
 
-/// Returns the files that match a pattern with `*` or `?`, sorted by name as a Unix shell does; `None` if there is none, or
-/// a file has exactly the pattern as its name.
+/// Returns the files that match a pattern with `*` or `?`, sorted by name. `None` if no file matches, or if a file has the
+/// pattern itself as its name.
 pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
     if !is_pattern(pattern) || pattern.exists() {
         return None;
@@ -41,7 +41,7 @@ pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
         require_literal_separator: true,
         require_literal_leading_dot: true,
     };
-    // Square brackets are common in the names of folders, so they are not wildcards.
+    // Square brackets are not wildcards, because folders often have them in their names.
     let pattern = pattern.to_str()?.replace('[', "[[]");
     let found: Vec<_> = glob::glob_with(&pattern, options).ok()?.flatten().collect();
     (!found.is_empty()).then_some(found)

@@ -1,11 +1,11 @@
-//! Joins two clocks: gives the reference at the times of the gauges. No value is invented: there is none outside the
-//! reference's times, or farther from its samples than the limit.
+//! Computes the reference at the times of the gauges if the two have different clocks. There is no value outside the
+//! reference's times, nor farther from the reference's samples than the limit.
 
 use std::ops::Range;
 
 use super::map::JoinMethod;
 
-/// Values with the times (s, never decreasing) of their own clock, row-major with `width` per time.
+/// Rows of `width` values with their times (s), which never decrease.
 #[derive(Clone, Copy, Debug)]
 pub struct Series<'a> {
     pub times: &'a [f64],
@@ -13,10 +13,11 @@ pub struct Series<'a> {
     pub width: usize,
 }
 
-/// Evaluates a reference at other times. `limit_secs` is the longest step that interpolation bridges, the largest distance
-/// of the nearest sample, or the largest age of a held one.
+/// Returns the values of a reference at other times. `limit_secs` is the longest time step that is interpolated, the largest
+/// distance in time of the nearest sample, or the largest age of a held value.
 ///
-/// **Shapes** one entry per time, `None` without a reference; each other one appends `width` values to the second list.
+/// **Shapes** The first list has one entry for each time: true if there is a value. The second list has `width` values for
+/// each true entry.
 pub fn at_times(
     times: &[f64],
     reference: Series,
@@ -28,7 +29,7 @@ pub fn at_times(
         .iter()
         .map(|&time| {
             let n_before = values.len();
-            if let Some(Blend { first, second, share }) =
+            if let Some((first, second, share)) =
                 blend_at(time, reference.times, method, limit_secs)
             {
                 let row = |k: usize| &reference.values[k * reference.width..][..reference.width];
@@ -37,7 +38,7 @@ pub fn at_times(
                 };
                 values.extend(row(first).iter().zip(row(second)).map(between));
             }
-            // The difference of very large numbers may be infinite; then there is no value.
+            // The difference of very large numbers may be infinite. Such a value is left out.
             if values[n_before..].iter().any(|value| !value.is_finite()) {
                 values.truncate(n_before);
             }
@@ -47,47 +48,35 @@ pub fn at_times(
     (has_value, values)
 }
 
-/// Value between two samples, at a fraction of the way from the first to the second.
-#[derive(Clone, Copy, Debug)]
-struct Blend {
-    first: usize,
-    second: usize,
-    share: f64,
-}
-
-fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Option<Blend> {
+/// Returns two samples of the reference, and the weight (0 to 1) of the second one in the value at this time.
+fn blend_at(
+    time: f64,
+    known: &[f64],
+    method: JoinMethod,
+    limit_secs: f64,
+) -> Option<(usize, usize, f64)> {
     let next = known.partition_point(|other| *other <= time);
     let before = next.checked_sub(1);
-    let only = |index| Blend { first: index, second: index, share: 0.0 };
-    let distance = |index: &usize| (time - known[*index]).abs();
-    let is_near = |index: &usize| distance(index) <= limit_secs;
-    match method {
-        JoinMethod::Hold => before.filter(is_near).map(only),
-        JoinMethod::Nearest => {
-            let next = Some(next).filter(|next| *next < known.len());
-            let nearest = match (before, next) {
-                (Some(before), Some(next)) if distance(&next) < distance(&before) => Some(next),
-                (before, next) => before.or(next),
-            };
-            nearest.filter(is_near).map(only)
-        }
-        JoinMethod::Interpolate => {
+    let distance = |index: usize| (time - known[index]).abs();
+    let near = |index: usize| (distance(index) <= limit_secs).then_some((index, index, 0.0));
+    match (method, before) {
+        (JoinMethod::Hold, _) => near(before?),
+        (JoinMethod::Nearest, Some(before)) if next == known.len() => near(before),
+        (JoinMethod::Nearest, Some(before)) if distance(before) <= distance(next) => near(before),
+        (JoinMethod::Nearest, _) => (next < known.len()).then(|| near(next)).flatten(),
+        (JoinMethod::Interpolate, _) => {
             let first = before?;
-            let step = known.get(next).map(|after| after - known[first]);
             if time == known[first] {
-                Some(only(first))
-            } else {
-                step.filter(|step| *step <= limit_secs).map(|step| Blend {
-                    first,
-                    second: next,
-                    share: (time - known[first]) / step,
-                })
+                return Some((first, first, 0.0));
             }
+            let step = known.get(next)? - known[first];
+            (step <= limit_secs).then(|| (first, next, (time - known[first]) / step))
         }
     }
 }
 
-/// Returns the intervals of samples whose steps are at most `within_secs`, cut before the samples in `cuts`; none is left out.
+/// Divides the samples into bursts, in which time steps are at most `within_secs`. A burst also ends before each sample in
+/// `cuts`.
 pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {
@@ -104,12 +93,12 @@ pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usiz
     bursts
 }
 
-/// Replaces the values (`width` columns, row-major) of successive intervals by their means, one row per interval.
+/// Replaces the rows (of `width` values) in each interval by one row with their means.
 pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) {
     for (at, interval) in intervals.iter().enumerate() {
         for column in 0..width {
             let first = values[interval.start * width + column];
-            // Differences from the first value are averaged, since sums of large times would lose digits.
+            // Differences from the first value are averaged, because sums of large times would lose digits.
             let later = |k: usize| values[k * width + column] - first;
             let n = interval.len() as f64;
             let mut mean = first + interval.clone().map(later).sum::<f64>() / n;
@@ -154,7 +143,7 @@ mod tests {
         let values = joined(&times, JoinMethod::Nearest, 0.5);
         let expected = [None, Some(10.0), Some(10.0), Some(20.0), None, None, None, Some(0.0)];
         assert_eq!(values, expected);
-        // Halfway between two samples, the earlier one counts.
+        // Halfway between two samples, the earlier sample is used.
         assert_eq!(joined(&[3.0], JoinMethod::Nearest, 1.0), [Some(20.0)]);
     }
 

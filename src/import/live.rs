@@ -1,7 +1,8 @@
 //! Rows that arrive live, from a pipe or from a file that another program writes.
 //!
-//! Guarantees: the columns are determined once, by the code that reads whole files. Each further line costs only the parsing
-//! of its cells. A line that is not a row is reported and changes nothing. The keys of JSON lines name columns.
+//! Guarantees: the columns are determined once, by the code that reads whole files. After that, only the cells of each line
+//! are parsed. A line that is not a row is reported and changes nothing. In JSON lines, the keys are the names of the
+//! columns.
 
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
@@ -11,27 +12,26 @@ use std::time::{Duration, Instant};
 use super::device_rows::{DeviceRows, GUESSED_BY};
 pub use super::device_rows::{LiveSource, RowForm};
 use super::error::{at, of_file};
-use super::load::{Reading, by_names};
-use super::map::ColumnMap;
+use super::load::{BLOCK_BYTES, by_names};
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
 use super::warning::Cause;
 use crate::formats::text::ArrivingLines;
-use crate::formats::{LineKeys, Opened, Part};
+use crate::formats::{self, FileError, LineKeys, Opened, Part};
 use crate::import::error::ReadError;
 use crate::import::error::TableError;
 use crate::import::timeline;
 use crate::progress::Progress;
-use crate::recording::Axis;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::units::TimeUnit;
+use crate::recording::{Axis, places};
 
-/// Maximum number of lines before the first row.
+/// Maximum number of lines in which the columns must be found.
 const MAX_HEAD_LINES: usize = 200;
-/// Number of rows whose median step is taken for the sample interval of the sensor.
+/// Number of rows from whose median time step the unit of time is derived.
 const ROWS_FOR_A_STEP: usize = 5;
 
-/// Table, and the rows among its first lines.
+/// A table, and the rows that its first lines contain.
 pub type Begun = (LiveTable, Vec<LiveRow>);
 
 /// Reason why a line is not a usable row.
@@ -41,11 +41,11 @@ pub struct Rejected {
     pub why: String,
 }
 
-/// First lines of a source, collected until its columns are known.
+/// First lines of a source, collected until the columns of the source are known.
 #[derive(Debug)]
 pub struct LiveHead {
     lines: Vec<String>,
-    /// Time of arrival of each line since the start (s).
+    /// Time (s) of arrival of each line after `start`.
     arrived_secs: Vec<f64>,
     start: Instant,
 }
@@ -61,7 +61,7 @@ impl LiveHead {
         self.lines.is_empty()
     }
 
-    /// Adds the next line, and returns the table once its columns are known. The error is final: no further line can help.
+    /// Adds the next line, and returns the table once its columns are known. After an error, further lines are useless.
     pub fn push(
         &mut self,
         line: String,
@@ -69,10 +69,9 @@ impl LiveHead {
     ) -> Result<Option<Begun>, ReadError> {
         self.lines.push(line);
         self.arrived_secs.push(self.start.elapsed().as_secs_f64());
-        let is_table = matches!(source.form, None | Some(RowForm::Table));
-        let begun = match is_table {
-            true => LiveTable::begin(&self.lines, source),
-            false => Ok(None),
+        let begun = match source.form {
+            None | Some(RowForm::Table) => LiveTable::begin(&self.lines, source),
+            _ => Ok(None),
         };
         match begun {
             Ok(None) if source.form.is_none() && self.lines.len() < GUESSED_BY => Ok(None),
@@ -81,7 +80,7 @@ impl LiveHead {
         }
     }
 
-    /// Returns the table when no further lines follow.
+    /// Returns the table of the lines so far. No further lines may follow.
     pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
         match self.of_device(source, true)? {
             Some(begun) => Ok(begun),
@@ -92,9 +91,8 @@ impl LiveHead {
     fn of_device(&self, source: LiveSource<'_>, is_all: bool) -> Result<Option<Begun>, ReadError> {
         let n_needed = source.gauges.len() + source.auxiliary.len();
         let form = match (source.form, source.map) {
-            (Some(form), _) => Some(form),
             (None, None) => RowForm::guess(&self.lines, n_needed),
-            (None, Some(_)) => None,
+            (form, _) => form,
         };
         let Some(form) = form.filter(|form| *form != RowForm::Table && n_needed > 0) else {
             return Ok(None);
@@ -119,19 +117,19 @@ impl LiveHead {
     }
 }
 
-/// One live row, in the order of the channels in [`LiveTable`].
+/// One live row. Values are in the order of the channels in [`LiveTable`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveRow {
     pub time: f64,
     pub gauges: Vec<f64>,
-    /// Auxiliary channels. A missing value is held from the line before.
+    /// Value of each auxiliary channel. For a missing value, the last known value is repeated.
     pub auxiliary: Vec<f64>,
-    /// Age of each auxiliary value, and mean interval between the values of its channel (s).
+    /// For each auxiliary channel, the age of its value and the mean interval between its values (s).
     pub auxiliary_ages: Vec<(f64, f64)>,
     pub loads: Vec<f64>,
 }
 
-/// Positions of the channels of a calibration in the rows of a table.
+/// Indices of the calibration's channels in the rows of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
     gauges: Vec<usize>,
@@ -147,40 +145,32 @@ impl Places {
         self.auxiliary.iter().map(|place| row.auxiliary[*place]).collect()
     }
 
-    /// Returns true if an auxiliary value of the row is older than a gap of this length (s), or than a pause in its channel.
+    /// Returns true if an auxiliary value of the row is older than a gap of this length (s), and older than a pause in its
+    /// channel.
     pub fn is_held(&self, row: &LiveRow, gap_secs: f64) -> bool {
         let mut ages = self.auxiliary.iter().map(|place| row.auxiliary_ages[*place]);
         ages.any(|(age, step)| age > gap_secs.max(pause_by_step(step)))
     }
 }
 
-/// Returns the position of each of these names, or the first that is missing.
-fn all_places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
-    let place = |name: &'a String| {
-        let found = among.iter().position(|own| own == name);
-        found.ok_or(name.as_str())
-    };
-    names.iter().map(place).collect()
-}
-
-/// Columns of a live source, known once its head has arrived.
+/// Columns of a live source, which are known after its first lines.
 #[derive(Debug)]
 pub struct LiveTable {
     plan: Plan,
     per_second: f64,
     assumed_unit: Option<TimeUnit>,
-    /// Keys of the columns in JSON lines.
+    /// Keys of the columns, if the lines are JSON.
     keys: Option<LineKeys>,
     n_rows: f64,
     held: Vec<Newest>,
-    /// Converter for the lines of a device, with the start of its clock.
+    /// Converter of a device's lines, and the time from which arrivals are counted.
     device: Option<(DeviceRows, Instant)>,
 }
 
 /// Newest value of an auxiliary channel.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
-    /// Value; NaN before the first one.
+    /// Value; NaN if none has arrived.
     value: f64,
     secs: f64,
     /// Time since the first value (s), and the number of values after the first.
@@ -210,13 +200,13 @@ impl LiveTable {
         &self.plan.gauge_names
     }
 
-    /// Returns the positions of these channels in a row, or a description of those that are missing. Gauges are found by name,
-    /// or by index if JSON lines have one list of them.
+    /// Returns the indices of these channels in a row, or a message about missing channels. Gauges are found by name. If JSON
+    /// lines have one list of gauges, the order of the list is used instead.
     pub fn places(&self, gauges: &[String], auxiliary: &[String]) -> Result<Places, String> {
         let names = self.gauge_names();
         let has_list = self.keys.as_ref().is_some_and(LineKeys::have_list);
         let is_list = has_list && names.len() == gauges.len();
-        let by_name = all_places(gauges, names).ok();
+        let by_name = places(gauges, names).ok();
         let found = by_name.or_else(|| is_list.then(|| (0..names.len()).collect()));
         Ok(Places {
             gauges: found.ok_or_else(|| {
@@ -226,7 +216,7 @@ impl LiveTable {
                     gauges.join(" ")
                 )
             })?,
-            auxiliary: all_places(auxiliary, self.auxiliary_names()).map_err(|missing| {
+            auxiliary: places(auxiliary, self.auxiliary_names()).map_err(|missing| {
                 format!("the rows have no auxiliary channel {missing}, which the calibration needs")
             })?,
         })
@@ -240,64 +230,50 @@ impl LiveTable {
         &self.plan.axes
     }
 
-    /// Returns the assumed unit of the times if the header has none: the one whose step is nearest to the calibration's.
+    /// Returns the unit of the times, if it was assumed because the header has none. In this unit, the time step is nearest
+    /// to the calibration's.
     pub fn assumed_unit(&self) -> Option<&'static str> {
         self.assumed_unit.map(TimeUnit::symbol)
     }
 
-    /// Returns a description of a device's rows: their form, and the source of their times.
+    /// Returns a description of a device's rows: their form, and where their times come from. `None` for a table.
     pub fn device(&self) -> Option<String> {
         let (device, _) = self.device.as_ref()?;
-        Some(format!("rows are {}; the time is by {}", device.form.words(), device.clock))
+        Some(format!("rows are {}; the times come from {}", device.form.words(), device.clock))
     }
 
-    /// Creates the table from the first lines, with the rows among them; `None` if more lines are needed.
-    pub fn begin(
-        lines: &[String],
-        source: LiveSource<'_>,
-    ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
+    /// Creates the table from the first lines. Returns `None` if more lines are needed.
+    pub fn begin(lines: &[String], source: LiveSource<'_>) -> Result<Option<Begun>, ReadError> {
         let begun = Self::begun(lines, source, ROWS_FOR_A_STEP);
-        let has_no_unit = |error: &ReadError| {
-            let ReadError::Table { source, .. } = error else {
-                return false;
-            };
-            matches!(source, TableError::NoTimeUnit { .. })
-        };
         match begun {
-            Err(error) if lines.len() < MAX_HEAD_LINES && !has_no_unit(&error) => Ok(None),
+            Err(ReadError::Table { source: TableError::NoTimeUnit { .. }, .. }) => begun,
+            Err(_) if lines.len() < MAX_HEAD_LINES => Ok(None),
             begun => begun,
         }
     }
 
     /// Creates the table as [`begin`](Self::begin) does, when no further lines follow.
-    pub fn of_all(
-        lines: &[String],
-        source: LiveSource<'_>,
-    ) -> Result<(Self, Vec<LiveRow>), ReadError> {
+    pub fn of_all(lines: &[String], source: LiveSource<'_>) -> Result<Begun, ReadError> {
         Ok(Self::begun(lines, source, 0)?.expect("all rows are available"))
     }
 
-    /// Returns `None` with fewer rows than `n_needed`, if the step of the rows must give the unit of the times.
+    /// Creates the table. Returns `None` if the unit of time must be derived from the time step, and there are fewer than
+    /// `n_needed` rows.
     fn begun(
         lines: &[String],
         source: LiveSource<'_>,
         n_needed: usize,
-    ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
-        let read = Self::of_first(lines, source.map);
-        let (plan, rows, keys) = read.map_err(|error| error.known_as(source.path))?;
-        let by_step = source.step_secs.filter(|_| plan.time_scale == TimeScale::ByValues);
+    ) -> Result<Option<Begun>, ReadError> {
+        let (plan, rows, keys) = Self::of_first(lines, source)?;
         let is_enough = rows.times.len() >= n_needed || lines.len() >= MAX_HEAD_LINES;
-        let assumed_unit = match (by_step, plan.time_column) {
-            (Some(_), Some(_)) if !is_enough => return Ok(None),
-            (Some(secs), Some(column)) => {
-                by_step_of(&rows.times, secs, column, &plan).map_err(at(source.path, plan.line))?
+        let assumed_unit = match (plan.time_scale, source.step_secs) {
+            (TimeScale::ByValues, Some(_)) if !is_enough => return Ok(None),
+            (TimeScale::ByValues, Some(secs)) => {
+                by_step_of(&rows.times, secs, &plan).map_err(at(source.path, plan.line))?
             }
             _ => None,
         };
-        let by_values = || match plan.time_column {
-            Some(_) => timeline::unit_by_values(&rows.times, 0.0),
-            None => TimeUnit::Seconds,
-        };
+        let by_values = || timeline::unit_by_values(&rows.times, 0.0);
         let mut table = Self {
             per_second: match plan.time_scale {
                 TimeScale::PerSecond(per_second) => per_second,
@@ -314,41 +290,33 @@ impl LiveTable {
         Ok(Some((table, rows)))
     }
 
-    /// Reads the first lines like a file.
     fn of_first(
         lines: &[String],
-        map: Option<&ColumnMap>,
+        source: LiveSource<'_>,
     ) -> Result<(Plan, Rows, Option<LineKeys>), ReadError> {
-        let not_kept = |source: io::Error| of_file(Path::new("standard input"))(source.into());
-        let folder = tempfile::tempdir().map_err(not_kept)?;
-        let path = folder.path().join("standard input");
+        let name = source.path;
         let progress = Progress::default();
         let (opened, keys) = match Opened::of_json_lines(lines) {
             Some((opened, keys)) => (opened, Some(keys)),
-            None => {
-                std::fs::write(&path, lines.join("\n") + "\n").map_err(not_kept)?;
-                (Reading::whole(&progress).open(&path, &[])?, None)
-            }
+            None => (opened(lines, &progress).map_err(of_file(name))?, None),
         };
-        let map = match map {
+        let map = match source.map {
             Some(map) => map.clone(),
-            None => by_names(&path, &opened)?.0,
+            None => by_names(name, &opened)?.0,
         };
-        let head = opened
-            .head(&map.table.text)
-            .ok_or_else(|| ReadError::NoHeader { path: path.clone() })?;
-        // A reference on another clock belongs to other times, so only the gauges are read.
-        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
-        let plan = plan.map_err(at(&path, head.line))?;
-        let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(&path))?;
+        let head = opened.head(&map.table.text);
+        let head = head.ok_or_else(|| ReadError::NoHeader { path: name.to_owned() })?;
+        // Only the gauges are read if the reference has another clock, because its values belong to other times.
+        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None, false);
+        let plan = plan.map_err(at(name, head.line))?;
+        let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
         if rows.times.is_empty() {
-            Err(at(&path, plan.line)(TableError::NoRows))
-        } else {
-            Ok((plan, rows, keys))
+            return Err(at(name, plan.line)(TableError::NoRows));
         }
+        Ok((plan, rows, keys))
     }
 
-    /// Reads one line; `None` if the row needs more lines.
+    /// Reads one line. Returns `None` if the row is not complete yet.
     pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
         let Some((device, start)) = &mut self.device else {
             return self.table_row(line).map(Some);
@@ -367,17 +335,17 @@ impl LiveTable {
             Some(keys) => {
                 columns = keys.row(line).ok_or_else(|| Rejected {
                     time: None,
-                    why: "the line is no JSON object".to_owned(),
+                    why: "the line is not a JSON object".to_owned(),
                 })?;
                 Part::Rows(&columns, 0..1)
             }
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
-        let why = rows.findings.skip_cause().cloned();
+        let why = rows.findings.most_skipped().map(|(cause, _)| cause.clone());
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
-            // An unusable row still counts where the time is a row number.
+            // If rows are counted as time, an unusable row is counted too.
             self.n_rows += f64::from(time.is_some());
             let why = match why {
                 Some(Cause::Cell { column, value, .. }) => format!("{} is {value:?}", column.name),
@@ -413,34 +381,40 @@ impl LiveTable {
     }
 }
 
-/// Returns the unit in which the step of the times is nearest to the calibration's; `None` if no time passes.
+fn opened(lines: &[String], progress: &Progress) -> Result<Opened, FileError> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("lines");
+    std::fs::write(&path, lines.join("\n") + "\n")?;
+    formats::open(&path, BLOCK_BYTES, None, &[], progress)
+}
+
+/// Returns the unit in which the time step is nearest to the calibration's. `None` if time does not pass.
 fn by_step_of(
     times: &[f64],
     trained_secs: f64,
-    column: usize,
     plan: &Plan,
 ) -> Result<Option<TimeUnit>, TableError> {
-    let Some(step) = median_step(times) else {
-        return Ok(None);
+    let unit = |step| {
+        let unit = timeline::unit_by_step(step, trained_secs);
+        unit.map_err(|(nearest, off)| TableError::NoTimeUnit {
+            column: plan.time(),
+            step,
+            trained_secs,
+            nearest: nearest.symbol(),
+            off,
+        })
     };
-    let unit = timeline::unit_by_step(step, trained_secs);
-    unit.map(Some).map_err(|(nearest, off)| TableError::NoTimeUnit {
-        column: plan.column(column),
-        step,
-        trained_secs,
-        nearest: nearest.symbol(),
-        off,
-    })
+    median_step(times).map(unit).transpose()
 }
 
-/// Interval at which a file that does not grow is checked again.
+/// Time until a file is checked again for new lines.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
-/// Number of bytes read at a time. The last [`TAIL_BYTES`] of them show later whether the file was rewritten.
+/// Number of bytes that are read at a time. The last [`TAIL_BYTES`] are kept: if they change, the file was rewritten.
 const READ_BYTES: usize = 1 << 16;
 const TAIL_BYTES: usize = 256;
 
-/// File that is still being written. A file that replaces it, or is rewritten, is followed.
+/// File that another program is still writing. If the file is replaced or rewritten, reading starts again at its beginning.
 #[derive(Debug)]
 pub struct GrowingFile {
     path: PathBuf,
@@ -452,11 +426,9 @@ pub struct GrowingFile {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Grown {
-    /// Complete line.
     Line(String),
-    /// No new line.
     Nothing,
-    /// Another file has replaced it, or it was rewritten: a new head follows.
+    /// The file was replaced or rewritten. Its first lines follow.
     Replaced,
 }
 
@@ -471,7 +443,7 @@ impl GrowingFile {
         })
     }
 
-    /// Returns the next complete line. If there is none, waits briefly and returns the reason.
+    /// Returns the next complete line. Without one, waits briefly and returns the reason.
     pub fn look(&mut self) -> io::Result<Grown> {
         if let Some(line) = self.lines.next_line() {
             return Ok(Grown::Line(line));
@@ -497,8 +469,8 @@ impl GrowingFile {
         Ok(self.lines.next_line().map_or(Grown::Nothing, Grown::Line))
     }
 
-    /// Returns true if the last bytes that were read are unchanged; reading then continues behind them. In a file that was
-    /// rewritten they differ, even if it is longer by now.
+    /// Returns true if the last bytes that were read are unchanged, so that reading can continue after them. In a rewritten
+    /// file these bytes differ, even if the file is longer.
     fn still_holds_its_tail(&mut self) -> io::Result<bool> {
         let mut again = vec![0; self.tail.len()];
         let start = self.n_read - self.tail.len() as u64;
@@ -510,7 +482,7 @@ impl GrowingFile {
         }
     }
 
-    /// Returns true if the file at this path was replaced by another one. A missing file is not replaced: it may come back.
+    /// Returns true if another file is now at this path. If there is no file, returns false, because the file may come back.
     fn is_replaced(&self) -> bool {
         match (self.file.metadata(), std::fs::metadata(&self.path)) {
             (Ok(here), Ok(there)) => is_other(&here, &there),
@@ -572,7 +544,7 @@ mod tests {
         let refused = refused.to_string();
         assert!(
             refused.contains(
-                "log.csv, line 1: column 1 (time) has no unit, and its steps of 1.2 fit none"
+                "log.csv, line 1: column 1 (time) has no unit, and no unit fits its time steps of 1.2"
             ),
             "{refused}"
         );

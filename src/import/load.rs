@@ -1,4 +1,4 @@
-//! Loads recordings from a path: reads gauges and reference, checks them, joins them and cuts them into recordings.
+//! Loads the recordings of a file: reads gauges and reference, checks both, joins both, and cuts the result into recordings.
 
 use std::path::Path;
 
@@ -18,13 +18,13 @@ use crate::import::{assemble, names, timeline, weigh};
 use crate::progress::Progress;
 use crate::recording::{Day, Recording};
 
-/// Size of a block (bytes): small enough for a core's cache, large enough that only parsing takes time.
-const BLOCK_BYTES: usize = 1 << 18;
+/// Number of bytes that are parsed at a time: few enough for a core's cache, and enough to make other costs small.
+pub(super) const BLOCK_BYTES: usize = 1 << 18;
 
-/// Maximum number of rows of a table of load cases. A longer table without times is a recording whose time is misnamed.
+/// Maximum number of rows of a table without times. A longer table is a recording whose time column has an unusual name.
 const LOAD_CASE_ROWS: u64 = 2000;
 
-/// Share of skipped rows above which a table counts as not understood.
+/// Share of skipped rows above which a file is refused, because its layout was probably not understood.
 const SKIPPED_SHARE: f64 = 0.1;
 /// Minimum number of skipped rows for [`SKIPPED_SHARE`] to apply.
 const SKIPPED_ROWS: u64 = 10;
@@ -32,13 +32,13 @@ const SKIPPED_ROWS: u64 = 10;
 /// Recordings of a file, with warnings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loaded {
-    /// Recordings in file order, at least one.
+    /// Recordings in the order of the file. There is at least one.
     pub recordings: Vec<Recording>,
-    /// Warnings, one per kind, in the order of their first lines.
+    /// Warnings, one for each kind, in the order of their first lines.
     pub warnings: Vec<Finding>,
-    /// Gap that ends a recording (s), if it was derived because rows come in bursts.
+    /// Minimum length of a gap (s), if it was derived because rows come in bursts.
     pub assumed_gap_secs: Option<f64>,
-    /// Map by which the file was read; `None` if it was read by its names.
+    /// Column map by which the file was read. `None` if the names of the columns gave the roles.
     pub map: Option<Box<ColumnMap>>,
 }
 
@@ -53,32 +53,30 @@ pub(super) struct Reading<'a> {
 #[derive(Debug)]
 pub(super) struct Sides {
     pub gauges: Table,
-    /// Reference; `None` if there is only one clock.
+    /// Reference. `None` if gauges and reference have the same clock.
     pub reference: Option<Table>,
     map: ColumnMap,
-    /// Day given by the file of the gauges or of the reference.
+    /// Day of the recording, from the header of the file.
     day: Option<Day>,
 }
 
 impl<'a> Reading<'a> {
-    /// Reads whole files.
     pub fn whole(progress: &'a Progress) -> Self {
         Self { progress, block_bytes: BLOCK_BYTES, limit_bytes: None }
     }
 
-    /// Reads the start of each file, up to `limit_bytes`.
     pub fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
         Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
 
-    /// Opens a file. `parts` names the tables to read if it holds several; if empty, one is chosen.
+    /// Opens a file. If the file holds several tables, `parts` names those to read. Without names, one table is chosen.
     pub fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
         let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
         let opened = formats::open(path, block_bytes, limit_bytes, parts, self.progress);
         opened.map_err(of_file(path))
     }
 
-    /// Reads a file by a map, or by its names without one.
+    /// Reads a file by a column map. Without a map, the names of the columns give the roles.
     pub fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
         if map.is_none() {
@@ -160,14 +158,14 @@ impl<'a> Reading<'a> {
             ReadError::TooShortForMap { path, what }
         })?;
         let is_bare = !table.has_role(ColumnRole::Date);
-        let plan = match Plan::new(table, &head, side, weight) {
+        let plan = match Plan::new(table, &head, side, weight, false) {
             Err(no_time @ TableError::NoTime { .. }) if side == Side::Both && is_bare => {
                 let has_clock = has_clock(&opened, table, &head);
                 let has_many_rows = opened.about_rows(&head) > LOAD_CASE_ROWS;
                 if has_clock || has_many_rows {
                     Err(no_time)
                 } else {
-                    Plan::of_load_cases(table, &head, weight).map_err(|_| no_time)
+                    Plan::new(table, &head, side, weight, true).map_err(|_| no_time)
                 }
             }
             plan => plan,
@@ -194,7 +192,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Returns the map that the names of a file give, and the remarks on it.
+/// Returns the map that the names of a file's columns give, and warnings about assumptions.
 pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Cause>), ReadError> {
     let no_header = || ReadError::NoHeader { path: path.to_owned() };
     let mut text = opened.layout().ok_or_else(no_header)?;
@@ -207,7 +205,8 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     }
     let sample = opened.sample(&text, &head);
     let mut guess = names::by_names(&text, &head, &sample.rows);
-    // The map does not declare decimal commas, so that each one is reported. Between quotes they have no other meaning.
+    // The map does not declare decimal commas, so that their use is reported. Commas in quoted cells can only be decimal
+    // commas.
     if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
         text.decimal = Decimal::Point;
     }
@@ -215,7 +214,7 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     Ok((map, guess.notes))
 }
 
-/// Returns the remarks that the file itself requires.
+/// Returns warnings about parts of the file that are not read.
 fn about(opened: &Opened) -> Vec<Cause> {
     let Some(columns) = opened.columns() else {
         return Vec::new();
@@ -237,21 +236,20 @@ fn about(opened: &Opened) -> Vec<Cause> {
 }
 
 impl Sides {
-    /// Returns an error if the share of skipped rows shows that the table is not understood. NaN marks missing values, and
-    /// counts as understood.
+    /// Returns an error if too many rows are skipped. Rows with NaN do not count, because NaN marks a missing value.
     fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
         let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);
         if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {
             return Ok(());
         }
-        let first = rows.findings.most_skipped(path);
+        let (cause, place) = rows.findings.most_skipped().expect("a skipped row has a reason");
         Err(ReadError::ManySkipped {
             path: path.to_owned(),
             skipped,
             rows: skipped + used,
             are_largest: rows.skips_largest(&self.gauges.plan),
-            first: Box::new(first.expect("a skipped row has a reason")),
+            first: Box::new(cause.finding(place, path)),
         })
     }
 
@@ -273,10 +271,10 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
-        let finished = |recording: Recording| {
-            let recording = recording.with_file_day(day);
+        let finished = |mut recording: Recording| {
+            recording.file_day = day;
             match map.tare {
-                // Load cases have no interval for taring, so taring them is an error.
+                // Taring samples without times is an error.
                 Some(tare) => Ok(recording.tared(tare)?.0),
                 None => Ok(recording),
             }

@@ -335,10 +335,10 @@ fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
         (
             "1;2;3\n",
             HEADERLESS,
-            "run.csv, line 1: the column map is for files with 4 columns, but this one has 3",
+            "run.csv, line 1: the column map is for files with 4 columns, but this file has 3",
         ),
-        ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, but this one has 1"),
-        ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, but this one has 4"),
+        ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, but this file has 1"),
+        ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, but this file has 4"),
         ("t,X,B\n0,1,2\n", named, "the column map needs a column A, but this file has t, X, B"),
         ("t,A,C\n0,1,2\n", named, "column 3 is C instead of B"),
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),
@@ -442,7 +442,7 @@ fn roles_that_exclude_each_other_are_named() {
     };
     let time = r#"{ "column": 1, "is": "time" }"#;
     let twice = with(&format!(r#"{time}, {{ "column": 2, "is": "time" }}"#));
-    assert!(twice.contains("columns 1 and 2 are both \"time\""), "{twice}");
+    assert!(twice.contains("columns 1 and 2 are both time"), "{twice}");
     assert!(with(time).contains("no gauge column among 4 columns without names"));
     assert!(with(r#"{ "column": 1, "is": "gauge" }"#).contains("no time column"));
     let same = r#"{ "column": 2, "is": "gauge", "name": "a" }, { "column": 3, "is": "gauge", "name": "a" }"#;

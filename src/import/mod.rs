@@ -1,7 +1,7 @@
 //! Recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
 //!
-//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its line
-//! (rows of arrays count as lines). Wrong data never panics. A text file is never held in memory.
+//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its
+//! line. Rows of arrays count as lines. Wrong data never causes a panic. Text files are read in small blocks.
 //!
 //! | module | contents |
 //! |---|---|
@@ -96,7 +96,7 @@ mod tests {
         }
     }
 
-    /// Returns the plan that the names of a header give, and the remarks on it.
+    /// Returns the plan and the warnings that the names in a header give.
     pub(super) fn plan_and_notes(header: &str) -> Result<(plan::Plan, Vec<Cause>), ReadError> {
         let (path, head) = (Path::new("a.csv"), header.as_bytes());
         let text = detect(head).unwrap();
@@ -106,7 +106,7 @@ mod tests {
         }
         let guess = names::by_names(&text, &start, &[]);
         let table = guess.table(&text, &start);
-        let plan = plan::Plan::new(&table, &start, plan::Side::Both, None);
+        let plan = plan::Plan::new(&table, &start, plan::Side::Both, None, false);
         Ok((plan.map_err(error::at(path, start.line))?, guess.notes))
     }
 

@@ -1,5 +1,6 @@
-//! Roles of columns derived from their names. The program that wrote the file plays no part.
+//! Roles of columns, derived from their names. The program that wrote the file makes no difference.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::map::{
@@ -14,16 +15,15 @@ use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, Preamble, TextLayout};
 use crate::recording::Axis;
 
-/// Names of a column of days.
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
-    /// Rules with the index of their column.
+    /// Index and rule of each column with a role.
     pub rules: Vec<(usize, ColumnRule)>,
-    /// Remarks on columns that the names leave open.
+    /// Warnings about assumptions, and about columns without a role.
     pub notes: Vec<Cause>,
-    /// Indices of columns that are loads by unit or name, but without an axis, if no other column is a load.
+    /// Indices of columns whose unit or name is that of a load without an axis. Empty if other columns are loads.
     pub unnamed_loads: Vec<usize>,
 }
 
@@ -39,7 +39,7 @@ impl Guess {
         }
     }
 
-    /// Returns the map of the file. Gauges and loads may stand in separate rows.
+    /// Returns the map of the file. If gauges and loads are in separate rows, the file is also the reference's file.
     pub fn map(
         &mut self,
         text: &TextLayout,
@@ -52,12 +52,11 @@ impl Guess {
             return ColumnMap::of_table(table);
         }
         self.notes.push(Cause::TurnByTurn);
-        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
         let is_of_gauges =
             |rule: &ColumnRule| [ColumnRole::Gauge, ColumnRole::Auxiliary].contains(&rule.is);
         let mut of_loads = table.clone();
         of_loads.columns.retain(|rule| !is_of_gauges(rule));
-        table.columns.retain(|rule| !is_load(rule));
+        table.columns.retain(|rule| !rule.is.is_load());
         let ending = path.extension().unwrap_or_default().to_string_lossy();
         ColumnMap {
             table,
@@ -74,7 +73,7 @@ impl Guess {
             own.map(|(index, _)| *index).collect()
         };
         let gauges = columns(|role| role == ColumnRole::Gauge);
-        let loads = columns(|role| matches!(role, ColumnRole::Load(_)));
+        let loads = columns(ColumnRole::is_load);
         let has = |row: &Vec<Cell<'_>>, columns: &[usize]| {
             let mut cells = columns.iter().filter_map(|index| row.get(*index));
             cells.any(|cell| !cell.is_blank())
@@ -91,17 +90,22 @@ impl Guess {
         counts.iter().all(|count| *count >= FEWEST_ROWS)
     }
 
+    /// Returns true if the column with this index has no role.
+    pub fn is_free(&self, index: usize) -> bool {
+        self.rules.iter().all(|(own, _)| *own != index)
+    }
+
     pub fn has_role(&self, role: ColumnRole) -> bool {
         self.rules.iter().any(|(_, rule)| rule.is == role)
     }
 }
 
-/// Guesses roles from the names in a header or a comment, and the form of times from the first rows.
+/// Derives roles from the names in a header or a comment, and the form of times from the first rows.
 pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -> Guess {
     let names = if text.header { &head.names } else { &head.names_in_comment };
     let mut columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
     for (index, column) in columns.iter_mut().enumerate() {
-        // The unit may stand in the units row.
+        // The unit may be in the row of units.
         let unit = column.unit.clone().or_else(|| head.unit(index));
         column.kind = column.kind.and_then(|kind| kind.with_unit(unit.as_deref()));
     }
@@ -117,6 +121,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     let others: &[usize] = other_loads.as_deref().unwrap_or_default();
     let mut auxiliaries: Vec<&str> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
+        let mut unit = column.unit.clone().or_else(|| head.unit(index));
         let is = match column.kind {
             _ if head.reference_time == Some(index) => ColumnRole::TimeReference,
             Some(Kind::Time) if times.first() == Some(&index) => ColumnRole::Time,
@@ -129,20 +134,20 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
                 ColumnRole::Group
             }
             None if has_gauges && !others.contains(&index) => {
-                let of_units_row = head.unit(index);
-                let unit = column.auxiliary_unit(of_units_row.as_deref());
+                unit = column.auxiliary_unit(head.unit(index).as_deref());
                 let is_new = !auxiliaries.contains(&&*column.name);
-                if let Some(unit) = unit.filter(|_| is_new && auxiliaries.len() < AUXILIARY_LIMIT) {
-                    auxiliaries.push(&column.name);
-                    rules.push((index, auxiliary(&keys, index, column, text, unit)));
+                if unit.is_none() || !is_new || auxiliaries.len() == AUXILIARY_LIMIT {
+                    continue;
                 }
-                continue;
+                auxiliaries.push(&column.name);
+                ColumnRole::Auxiliary
             }
             Some(Kind::Time) | None => continue,
         };
+        let is_channel = [ColumnRole::Gauge, ColumnRole::Auxiliary].contains(&is);
         let rule = ColumnRule {
-            unit: column.unit.clone().or_else(|| head.unit(index)),
-            name: (!text.header && is == ColumnRole::Gauge).then(|| column.name.clone()),
+            unit: unit.filter(|unit| !unit.is_empty()),
+            name: (!text.header && is_channel).then(|| column.name.clone()),
             ..ColumnRule::new(keys.key(index), is)
         };
         rules.push((index, rule));
@@ -156,7 +161,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     }
     let reported = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
     let mut notes = notes(text, &rules, names, &times, reported);
-    let has_load = rules.iter().any(|(_, rule)| matches!(rule.is, ColumnRole::Load(_)));
+    let has_load = rules.iter().any(|(_, rule)| rule.is.is_load());
     let is_unnamed_load = |index: &usize| {
         let is_free = rules.iter().all(|(own, _)| own != index);
         is_free && columns[*index].is_unnamed_load(head.unit(*index).as_deref())
@@ -172,22 +177,8 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     Guess { rules, notes, unnamed_loads }
 }
 
-fn auxiliary(
-    keys: &Header<'_>,
-    index: usize,
-    column: &ColumnName,
-    text: &TextLayout,
-    unit: String,
-) -> ColumnRule {
-    ColumnRule {
-        unit: (!unit.is_empty()).then_some(unit),
-        name: (!text.header).then(|| column.name.clone()),
-        ..ColumnRule::new(keys.key(index), ColumnRole::Auxiliary)
-    }
-}
-
-/// If an axis occurs in several topics or structs, keeps the reference in only one of them: by a name for a reference, then
-/// the number of axes, then the order in the file.
+/// If several topics or structs contain the same axis, keeps the loads of only one of them as the reference. Names such as
+/// `ref` come first, then the larger number of axes, then the order in the file.
 fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     const REFERENCES: [&str; 7] =
         ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
@@ -212,7 +203,7 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     let calls_itself_so =
         |source: &str| source.split(['/', '_']).any(|word| REFERENCES.contains(&word));
     let rank = |(source, axes): &&(&str, Vec<Axis>)| (calls_itself_so(source), axes.len());
-    // `max_by_key` returns the last of equal elements.
+    // Reversed, because `max_by_key` returns the last of equal elements.
     let used = sources.iter().rev().max_by_key(rank)?.0.to_owned();
     let names = |is_used: bool| -> Vec<String> {
         let loads = columns.iter().filter(|column| axis_of(column).is_some());
@@ -229,7 +220,8 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     Some((cause, others))
 }
 
-/// Returns the column with the nanoseconds of a stamp whose seconds are a time, and moves these seconds to the front.
+/// Finds a time stamp in two columns, seconds and nanoseconds. Moves the seconds to the front of `times`, and returns the
+/// column with the nanoseconds.
 fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usize> {
     let first = *times.first()?;
     let is_pair = |secs: usize, rest: usize| columns[secs].is_completed_by(&columns[rest]);
@@ -243,7 +235,8 @@ fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usiz
     Some(rest)
 }
 
-/// Sets the roles of a Net F/T log. Its time is the count of samples; its column "time" is when the row was written.
+/// Sets the roles of the columns in a log of ATI's Net F/T. The time is the count of samples, because the column "time" only
+/// tells when a row was written.
 fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &Header<'_>) {
     rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
     let column = |name: &str| head.names.iter().position(|other| other.starts_with(name));
@@ -260,7 +253,7 @@ fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &He
     }
 }
 
-/// Sets the form of a time that is not a number, from its cells. The day comes from a column of its own.
+/// Sets the form of a time that is not a number, such as 10:22:01. For a time of day, also makes a column of dates the date.
 fn settle_time_form(
     rules: &mut Vec<(usize, ColumnRule)>,
     keys: &Header<'_>,
@@ -290,7 +283,7 @@ fn settle_time_form(
     }
 }
 
-/// Returns a remark if day and month may be exchanged.
+/// Returns a warning if day and month of the dates may be exchanged.
 fn date_order(
     rules: &[(usize, ColumnRule)],
     names: &[String],
@@ -320,7 +313,7 @@ pub(super) fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<Tim
     TimeForm::of_all(written(rows, index)?.into_iter())
 }
 
-/// Returns the remarks on columns that the names leave open.
+/// Returns the warnings about assumptions, and about columns without a role.
 fn notes(
     text: &TextLayout,
     rules: &[(usize, ColumnRule)],
@@ -338,15 +331,10 @@ fn notes(
             others: ignored_times.iter().map(|&index| names[index].clone()).collect(),
         });
     }
-    let mut is_told = vec![false; names.len()];
     let rules = rules.iter().map(|(index, _)| index);
-    for index in rules.chain(ignored_times).chain(other_loads) {
-        is_told[*index] = true;
-    }
-    let ignored: Vec<String> = (0..names.len())
-        .filter(|&index| !is_told[index] && !names[index].is_empty())
-        .map(|index| names[index].clone())
-        .collect();
+    let known: HashSet<&usize> = rules.chain(ignored_times).chain(other_loads).collect();
+    let ignored = (0..names.len()).filter(|at| !known.contains(at) && !names[*at].is_empty());
+    let ignored: Vec<String> = ignored.map(|at| names[at].clone()).collect();
     if !ignored.is_empty() {
         notes.push(Cause::IgnoredColumns { names: ignored });
     }

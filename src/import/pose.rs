@@ -1,5 +1,6 @@
-//! Computes the load of a known weight from the orientation of the sensor (the paper's "Calc."), and estimates a weight from
-//! poses and a measured load. A pose that is not a rotation is never used. Without inertia the force never exceeds the weight.
+//! Computes the load of a known weight from the pose of the sensor (the paper's "Calc."), and estimates a weight from poses
+//! and measured loads. An orientation that is not a rotation is never used. Without acceleration, the force never exceeds the
+//! weight.
 
 use crate::dot::dot;
 use crate::import::map::{Angles, Attitude};
@@ -8,30 +9,31 @@ use crate::recording::kinetics::{
     rotation_from_roll_pitch_yaw, rotation_from_vector,
 };
 
-/// Maximum deviation of a rotation matrix's rows from right angles and length 1.
+/// Maximum deviation of the dot products of a matrix's rows from those of a rotation.
 const ROTATION_TOLERANCE: f64 = 0.02;
-/// Minimum number of poses within the smoothing time, so that the curvature of their path is determined.
+/// Minimum number of poses in the smoothing time. The curvature of fewer positions is not determined.
 const FEWEST_POSES: usize = 5;
-/// Minimum variance of gravity's direction in the sensor's frame for estimating a weight.
+/// Variance of gravity's direction in the sensor's frame, above which a weight can be estimated.
 const MIN_TURNING: f64 = 1e-3;
-/// Minimum product of variances along two directions for estimating a centre of mass.
+/// Product of the variances along two directions, above which a centre of mass can be estimated.
 const MIN_TURNING_TWICE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     pub rotation: Rotation,
-    /// Position in the world (m); the origin if it is not known.
+    /// Position in the world (m); zero if unknown.
     pub position_m: [f64; 3],
 }
 
-/// Returns the rotation for numbers in the order of [`Attitude::parts`], angles in rad; `None` if they are no rotation.
+/// Returns the rotation for numbers in the order of [`Attitude::parts`] (angles in rad). `None` if the numbers are no
+/// rotation.
 pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<Rotation> {
     let rotation = match (attitude, numbers) {
         (Attitude::Quaternion, &[w, x, y, z]) => rotation_from_quaternion([w, x, y, z])?,
         (Attitude::RotationVector, &[x, y, z]) => rotation_from_vector([x, y, z]),
         (Attitude::RollPitchYaw, &[roll, pitch, yaw]) => match angles {
             Angles::FixedXyz => rotation_from_roll_pitch_yaw(roll, pitch, yaw),
-            // A rotation about turned axes is the transpose of the one about fixed axes with negated angles.
+            // A rotation about turned axes is the transpose of the rotation about fixed axes by the opposite angles.
             Angles::IntrinsicXyz => {
                 let back = rotation_from_roll_pitch_yaw(-roll, -pitch, -yaw);
                 std::array::from_fn(|i| std::array::from_fn(|j| back[j][i]))
@@ -58,10 +60,11 @@ fn is_rotation(rotation: &Rotation) -> bool {
         && is(handedness, 1.0)
 }
 
-/// Returns the acceleration of a weight's centre of mass in the world for each pose (m/s²).
+/// Returns, for each pose, the acceleration of the weight's centre of mass in the world (m/s²).
 ///
-/// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose, ending where time goes
-/// back. The window looks ahead, so this is only for references. With fewer than five poses in it, the acceleration is zero.
+/// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose. The window ends where
+/// time goes back. It contains later poses, so the result is only for references. With fewer than five poses in the window,
+/// the acceleration is zero.
 pub fn accelerations(
     times: &[f64],
     poses: &[Pose],
@@ -95,12 +98,12 @@ pub fn accelerations(
     accelerations
 }
 
-/// Returns the second derivative of the least-squares parabola through a path.
+/// Returns the second derivative of the least-squares parabola through the positions of a path.
 fn second_derivative(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     if times.len() < FEWEST_POSES {
         return [0.0; 3];
     }
-    // With orthogonal polynomials over these times, the curvature is the coefficient of t² after removing 1 and t.
+    // `own` is t² minus its least-squares line, so the curvature follows from the positions and `own` alone.
     let n = times.len() as f64;
     let mean = times.iter().map(|t| t - now).sum::<f64>() / n;
     let t = |time: &f64| time - now - mean;
@@ -121,7 +124,7 @@ fn second_derivative(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     })
 }
 
-/// Returns the load of a weight under gravity and acceleration, both in the world (m/s²).
+/// Returns the load (N, N·m) of a weight. Gravity and acceleration are in the world's axes (m/s²).
 pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64; 3]) -> [f64; 6] {
     let pull = std::array::from_fn(|i| gravity[i] - acceleration[i]);
     load_of_pull(&pose.rotation, weight, pull)
@@ -129,17 +132,15 @@ pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64;
 
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct WeightEstimate {
-    /// Mass (kg).
     pub mass_kg: f64,
-    /// Centre of mass in the sensor's frame (m); `None` without the three moments, or if the sensor turned about only one axis.
+    /// Centre of mass in the sensor's frame (m). `None` without all moments, or if the sensor turned about only one axis.
     pub centre_m: Option<[f64; 3]>,
-    /// Force that the reference shows without a load (N).
+    /// Force (N) that the reference shows without a load.
     pub force_offset: [f64; 3],
-    /// Moment that the reference shows without a load (N·m).
+    /// Moment (N·m) that the reference shows without a load.
     pub moment_offset: Option<[f64; 3]>,
-    /// Root mean square residual of the forces over the three axes (N).
+    /// Root mean square residual (N) of the forces over the three axes.
     pub force_rms: f64,
-    /// Root mean square residual of the moments over the three axes (N·m).
     pub moment_rms: Option<f64>,
     pub n_samples: usize,
 }
@@ -171,8 +172,9 @@ impl WeightEstimate {
     }
 }
 
-/// Estimates the weight by least squares: forces are `m Rᵀg` plus an offset, moments `m c × Rᵀg` plus an offset, one per
-/// rotation. `None` if gravity never turned in the sensor's frame, since weight and offset are then the same.
+/// Estimates the weight by least squares, from one force and one moment for each rotation. Forces are `m Rᵀg` plus an offset,
+/// moments are `m c × Rᵀg` plus an offset. Returns `None` if gravity never turned in the sensor's frame, because weight and
+/// offset then cannot be separated.
 pub fn estimate_weight(
     rotations: &[Rotation],
     forces: &[[f64; 3]],
@@ -203,43 +205,32 @@ pub fn estimate_weight(
     }
     let mass_kg = along / trace;
     let force_offset = difference(&force_mean, &pull_mean.map(|pull| mass_kg * pull));
-    let force_left = pulls.iter().zip(forces).map(|(pull, force)| {
-        let expected = std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]);
-        let left = difference(force, &expected);
-        dot(&left, &left)
-    });
+    let rms = |measured: &[[f64; 3]], expected: &dyn Fn([f64; 3]) -> [f64; 3]| {
+        let squares = pulls.iter().zip(measured).map(|(pull, measured)| {
+            let left = difference(measured, &expected(*pull));
+            dot(&left, &left)
+        });
+        (squares.sum::<f64>() / (3.0 * n)).sqrt()
+    };
+    let force = |pull: [f64; 3]| std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]);
     let mut estimate = WeightEstimate {
         mass_kg,
         centre_m: None,
         force_offset,
         moment_offset: None,
-        force_rms: (force_left.sum::<f64>() / (3.0 * n)).sqrt(),
+        force_rms: rms(forces, &force),
         moment_rms: None,
         n_samples: rotations.len(),
     };
-    // Twice the sum of products of variances along two directions: zero if gravity turned along only one direction.
+    // This is twice the sum of the products of variances along two directions. It is zero if gravity turned along one line.
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments
         && twice > MIN_TURNING_TWICE * scale * scale
     {
-        estimate.add_centre(&pulls, pull_mean, moments, mean(moments), &spread, trace);
-    }
-    Some(estimate)
-}
-
-impl WeightEstimate {
-    /// Estimates the centre of mass: moments about their mean are `d × p`, with the pulls `p` about their mean and `d = m c`.
-    /// Least squares for `d`: `Σ (|p|² I − p pᵀ) d = Σ p × M`.
-    fn add_centre(
-        &mut self,
-        pulls: &[[f64; 3]],
-        pull_mean: [f64; 3],
-        moments: &[[f64; 3]],
-        moment_mean: [f64; 3],
-        spread: &Rotation,
-        trace: f64,
-    ) {
+        // With means subtracted, moments are `M = d × p`, where `p` is gravity in the sensor's frame and `d = m c`. Least
+        // squares for `d`: `Σ (|p|² I − p pᵀ) d = Σ p × M`.
+        let moment_mean = mean(moments);
         let mut right = [0.0; 3];
         for (pull, moment) in pulls.iter().zip(moments) {
             let turned = cross(difference(pull, &pull_mean), difference(moment, &moment_mean));
@@ -250,17 +241,18 @@ impl WeightEstimate {
         });
         let first_moment = solve(&matrix, right);
         let offset = difference(&moment_mean, &cross(first_moment, pull_mean));
-        let squares = pulls.iter().zip(moments).map(|(pull, moment)| {
-            let left = difference(&difference(moment, &cross(first_moment, *pull)), &offset);
-            dot(&left, &left)
-        });
-        self.moment_rms = Some((squares.sum::<f64>() / (3.0 * pulls.len() as f64)).sqrt());
-        self.centre_m = Some(first_moment.map(|x| x / self.mass_kg));
-        self.moment_offset = Some(offset);
+        let moment = |pull| {
+            let own = cross(first_moment, pull);
+            std::array::from_fn(|i| own[i] + offset[i])
+        };
+        estimate.moment_rms = Some(rms(moments, &moment));
+        estimate.centre_m = Some(first_moment.map(|x| x / mass_kg));
+        estimate.moment_offset = Some(offset);
     }
+    Some(estimate)
 }
 
-/// Solves a linear system by Cramer's rule. The caller ensures that the symmetric matrix is not singular.
+/// Solves a linear system by Cramer's rule. The matrix must be symmetric and not singular.
 fn solve(matrix: &Rotation, right: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = *matrix;
     let determinant = dot(&x, &cross(y, z));
@@ -286,7 +278,8 @@ mod tests {
         }
     }
 
-    /// A quarter turn about z takes x to y and y to −x, one about x takes y to z and z to −y. Both products are by hand.
+    /// A quarter turn about z takes x to y and y to −x. A quarter turn about x takes y to z and z to −y. Their products were
+    /// computed by hand.
     #[test]
     fn every_representation_of_an_orientation_means_the_same() {
         let fixed = Angles::FixedXyz;

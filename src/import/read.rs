@@ -6,17 +6,18 @@ use super::map::ColumnMap;
 use crate::import::error::ReadError;
 use crate::progress::Progress;
 
-/// Reads one file of any known format. Its first bytes select the format, not its name.
+/// Reads one file of any known format. The first bytes of the file show the format; the name of the file does not matter.
 ///
-/// With a map, the file is read as the map describes, with the file of its reference if the map names one. Without a map,
-/// the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the reference load if there is one.
-/// Other columns are ignored. If the names do not suffice, the first of the `remembered` maps that fits is used;
+/// With a map, the file is read as the map describes. If the map names a file with the reference, this file is read too.
+/// Without a map, the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the reference load if
+/// there is one. Other columns are ignored. If the names do not suffice, the first map in `remembered` that fits is used.
 /// [`Loaded::map`] holds the used map. A pause or a step back in time starts a new recording.
 ///
-/// `progress` advances by bytes; the caller adds the size of the file to its total. Sizes of further reads, such as a second
-/// file or a second clock in the same file, are added here.
+/// `progress` counts bytes. The caller adds the size of the file to the total. The size of a second file, or of the same file
+/// if it is read twice, is added here.
 ///
-/// **Units** of the map, else of the header, else N, N·m, and for times a unit derived from their values.
+/// **Units** are those of the map, else of the header. Without either, loads are in N and N·m, and the unit of times is
+/// derived from their values.
 ///
 /// # Errors
 /// [`ReadError`] if the file cannot be read, has no table or usable row, the map is for another kind of file, two clocks have

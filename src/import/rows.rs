@@ -1,7 +1,7 @@
-//! Rows of numbers from parts of a file. Parts are independent, so they can be parsed in parallel.
+//! Reads rows of numbers from parts of a file. Parts are independent, so they can be parsed in parallel.
 //!
-//! Guarantees: every number that is kept is finite. A row is kept completely or not at all. Joining the rows of two parts
-//! equals parsing both parts as one.
+//! Guarantees: every number that is kept is finite. A row is kept completely or not at all. The division of a file into parts
+//! does not change the result.
 
 mod held;
 mod values;
@@ -19,42 +19,42 @@ use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
-/// Rows of successive lines, row-major, in SI units; only the times stay in the unit of the file.
+/// Rows of numbers, in SI units. Only the times stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub times: Vec<f64>,
     pub gauges: Vec<f64>,
-    /// NaN if missing, until [`Rows::hold_auxiliary`].
+    /// A missing value is NaN until [`Rows::hold_auxiliary`] replaces it.
     pub auxiliary: Vec<f64>,
     pub loads: Vec<f64>,
-    /// Pose values in the order of the plan; empty after the loads are computed.
+    /// Numbers of the poses, in the order of the plan. Empty after the loads are computed.
     pub poses: Vec<f64>,
     pub findings: Findings,
     pub n_lines: u64,
     pub n_skipped: u64,
-    /// Number of skipped rows without a finite number, per column.
+    /// For each column, the number of skipped rows without a finite number in the column.
     pub bad_cells: Vec<u64>,
-    /// Smallest magnitude of a text that is not a number, per column; infinite if there is none.
+    /// For each column, the smallest magnitude of an unreadable number; infinite if there is none.
     pub least_bad: Vec<f64>,
-    /// Number of rows, usable or not.
+    /// Number of usable and unusable rows.
     n_table_rows: u64,
     /// True if the times are row numbers.
     counts_rows: bool,
-    /// Offset that was subtracted from the times (s since 1970).
+    /// Number of seconds that was subtracted from the times.
     pub zero_secs: f64,
     lines: Vec<LineRun>,
-    /// Rows in which an auxiliary value is held for longer than a gap, sorted by channel and row.
+    /// Rows in which the last auxiliary value is older than a gap, sorted by channel and row.
     pub held: Vec<HeldRows>,
 }
 
-/// Successive rows in which an auxiliary channel has had no value for longer than a gap.
+/// Successive rows in which the last value of an auxiliary channel is older than a gap.
 #[derive(Clone, Debug)]
 pub(super) struct HeldRows {
     pub channel: usize,
     pub rows: Range<usize>,
 }
 
-/// Rows of one group on successive lines: row `row` stands on line `line`.
+/// First of several rows of one group on successive lines: row `row` is on line `line` of the file.
 #[derive(Clone, Debug)]
 struct LineRun {
     row: usize,
@@ -62,11 +62,9 @@ struct LineRun {
     group: Box<str>,
 }
 
-/// Marker of a row that cannot be kept.
 struct Unusable;
 
 impl Rows {
-    /// Reads all rows of a file below its head.
     pub fn read(
         opened: Opened,
         head: &Head,
@@ -79,7 +77,7 @@ impl Rows {
         Ok(rows)
     }
 
-    /// Parses the rows of a part of a file. Its first line is line 1; rows of files without text count as lines.
+    /// Parses the rows of a part of a file. Lines are counted from the start of the part. Rows of arrays count as lines.
     pub fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
             bad_cells: vec![0; plan.uses.len()],
@@ -90,12 +88,12 @@ impl Rows {
         match part {
             Part::Lines(block) => {
                 let mut lines = lines(block).peekable();
-                // Estimated from the length of the first line, but at most what fits with one digit per cell.
+                // The number of rows is estimated from the length of the first line. A cell has at least two bytes.
                 let first_bytes = lines.peek().map_or(0, |line| line.len());
                 let line_bytes = first_bytes.max(2 * plan.uses.len());
                 rows.reserve(block.len() / line_bytes + 1, plan);
                 let mut rest = block;
-                // A text in quotes may contain line ends.
+                // A text in quotes may contain line breaks.
                 let has_texts = plan.uses.contains(&Use::Ignored);
                 while let Some(line) = lines.next() {
                     let mut text = line;
@@ -127,8 +125,8 @@ impl Rows {
         rows
     }
 
-    /// Returns the time of an unusable row, the first of a part, in the file's unit, or `count` if rows are counted; `None`
-    /// if it has no time.
+    /// Returns the time of the first row of a part, in the unit of the file, even if the row is unusable. Returns `count` if
+    /// rows are counted, and `None` if the row has no time.
     pub fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
         let time = match part {
             Part::Lines(line) => Self::time_of(plan.text.row(line)?, plan),
@@ -137,7 +135,7 @@ impl Rows {
         plan.time_column.map_or(Some(count), |_| time)
     }
 
-    /// Returns the time of a row, in the unit of the file; `None` if it has no time.
+    /// Returns the time of a row, in the unit of the file. `None` if the row has no time.
     pub fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
         let cells = cells.zip(&plan.uses).enumerate();
         let own = cells.filter(|(_, (_, usage))| usage.is_time());
@@ -146,7 +144,7 @@ impl Rows {
         Some(first + own.sum::<Option<f64>>()?)
     }
 
-    /// Returns all lists of numbers, each with the number of values per row.
+    /// Returns all lists of numbers, each with its number of values in a row.
     pub fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
         let n_rows = self.times.len();
         let lists = [
@@ -159,6 +157,7 @@ impl Rows {
         lists.map(|values| (values.len().checked_div(n_rows).unwrap_or(0), values))
     }
 
+    /// Keeps only these rows, in this order.
     pub fn arrange(&mut self, order: &[usize]) {
         self.keep_lines_of(order.iter().copied());
         for (width, values) in self.lists() {
@@ -167,9 +166,9 @@ impl Rows {
         }
     }
 
-    /// Sets [`Plan::since`] from the first row, if times are counted from long ago.
+    /// Sets [`Plan::since`] from the time of the first row, if times are counted from 1970.
     pub fn plan_zero<'a>(plan: &mut Plan, first: impl Iterator<Item = Cell<'a>>) {
-        /// Limit between clocks that count from 1970 and clocks that count from the start of a computer (s).
+        /// Time (s) above which a clock counts from 1970, and not from the start of a computer.
         const SET_SECS: f64 = 1e8;
         let Some(first) = Self::time_of(first, plan).filter(|first| *first < i64::MAX as f64)
         else {
@@ -184,7 +183,7 @@ impl Rows {
             }
         };
         if first / per_second >= SET_SECS {
-            // Whole seconds are used, so that two clocks differ by a number without decimals.
+            // `since` is a whole number of seconds, so that the difference between two clocks has no rounding error.
             plan.since = ((first / per_second).floor() * per_second) as i64;
         }
     }
@@ -196,11 +195,11 @@ impl Rows {
     }
 
     /// Appends the next parts, which cover this share of the file. The first call reserves memory for the whole file, because
-    /// growing later would copy everything.
+    /// lists that grow later are copied.
     fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
         if self.times.is_empty() {
             let n_rows: usize = parts.iter().map(|rows| rows.times.len()).sum();
-            // Slightly more than the estimate from the rows so far.
+            // Slightly more memory than estimated from the first rows.
             let slack = if share < 1.0 { 1.02 } else { 1.0 };
             self.reserve((slack * n_rows as f64 / share) as usize, plan);
         }
@@ -266,7 +265,8 @@ impl Rows {
     }
 
     fn place_row(&mut self, row: usize, line: u64, group: &str) {
-        // Most files have no groups; comparing two empty texts by a call would cost a quarter of all reading.
+        // Most files have no groups. Comparing two empty texts by a function call would take a quarter of the time of
+        // reading.
         let is_same = |own: &str| own.len() == group.len() && (group.is_empty() || own == group);
         let follows =
             |last: &LineRun| last.line + (row - last.row) as u64 == line && is_same(&last.group);
@@ -289,7 +289,7 @@ impl Rows {
         self.n_table_rows += 1;
     }
 
-    /// Stores every cell of a row in its list, and returns the value in the group column.
+    /// Appends the numbers of a row to the lists, and returns the value in the group column.
     fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<String, Unusable> {
         let mut group = String::new();
         let mut loads = [0.0; Axis::ALL.len()];
@@ -304,7 +304,7 @@ impl Rows {
                 }
                 Use::Gauge { .. } => self.gauges.push(value()?),
                 Use::Auxiliary { .. } => {
-                    // A slow channel often has values only in some rows, so an empty cell does not make the row unusable.
+                    // A slow channel has values only in some rows, so the row is usable with an empty cell.
                     let cell = row.next().ok_or(Unusable)?;
                     let value = value_of(cell, *usage, index, plan);
                     self.auxiliary.push(value.map_or(f64::NAN, |(value, _)| value));
@@ -338,7 +338,7 @@ impl Rows {
         Ok(group)
     }
 
-    /// Reports why a row cannot be kept: the first reason as a cause, all bad cells as counts.
+    /// Reports why a row cannot be kept. Only the first reason becomes a warning, but all bad cells are counted.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
         let is_used = |(_, usage): &(Cell<'_>, &Use)| {
             !usage.is_time() && ![Use::Ignored, Use::Group].contains(usage)
@@ -375,7 +375,7 @@ impl Rows {
         }
     }
 
-    /// Returns true if, in a column of a gauge or a load, an unreadable text is larger than every number.
+    /// Returns true if all unreadable numbers in a column of a gauge or a load are larger than every readable number.
     pub fn skips_largest(&self, plan: &Plan) -> bool {
         let mut gauge = 0;
         let mut columns = plan.uses.iter().zip(&self.least_bad);
@@ -413,15 +413,11 @@ impl Rows {
     }
 
     pub fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
-        let n_rows = self.times.len();
-        self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
-        for (width, values) in self.lists() {
-            let mut places = 0..;
-            values.retain(|_| places.next().is_some_and(|at| is_kept(at / width)));
-        }
+        let kept: Vec<usize> = (0..self.times.len()).filter(|row| is_kept(*row)).collect();
+        self.arrange(&kept);
     }
 
-    /// Keeps only the lines of these rows, in this order, without moving the values.
+    /// Keeps only the lines and groups of these rows, in this order. The caller moves the numbers.
     pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
         let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
         let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
@@ -437,7 +433,7 @@ impl Rows {
     }
 }
 
-/// Returns the first row of a text, up to the line in which its quotes close, and its number of lines.
+/// Returns the first row of a text and its number of lines, if a text in quotes makes the row longer than one line.
 fn whole_row(text: &[u8], first: usize) -> Option<(&[u8], usize)> {
     const LINES: usize = 10;
     let (mut end, mut n_lines) = (first, 1);

@@ -1,4 +1,4 @@
-//! Time axis of a file: the unit if the header has none, and the starts of recordings.
+//! Times of a file: the unit if the header has none, and the rows at which recordings start.
 
 use super::rows::Rows;
 use super::warning::Cause;
@@ -6,48 +6,50 @@ use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pa
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// Minimum number of pauses that count as the rhythm of a logger that writes rows in bursts; see [`STEPS_PER_BURST`].
+/// Minimum number of pauses in a file for rows in bursts, see [`bursts`].
 const FEWEST_BURSTS: usize = 20;
-/// Maximum mean number of steps per burst, see [`FEWEST_BURSTS`].
+/// Maximum mean number of rows in a burst, see [`bursts`].
 const STEPS_PER_BURST: usize = 50;
-/// Maximum pause between bursts (s). Such loggers write at least once a second; longer pauses are actions of the user.
+/// Maximum pause (s) between bursts. A logger writes its rows at least once a second; the user makes longer pauses.
 const LONGEST_BURST_PAUSE_SECS: f64 = 1.0;
-/// Pause that ends a recording if rows come in bursts (s).
+/// Minimum length of a gap (s) if rows come in bursts.
 const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
-/// Maximum sample interval of a recording (s); with a longer step the unit must be another.
+/// Maximum sample interval (s). A unit of time that gives a longer interval is wrong.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// Minimum median step of whole numbers in microseconds: steps of 1000 are microseconds at 1 kHz, not milliseconds at 1 Hz.
+/// Median step from which whole numbers are taken for microseconds. For example, steps of 1000 are taken for 1000 µs (1 kHz),
+/// not for 1000 ms (1 Hz).
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// Minimum median step of times in nanoseconds: steps of 333,000 are nanoseconds at 3 kHz, not microseconds at 3 Hz.
+/// Median step from which times are taken for nanoseconds. For example, steps of 333,000 are taken for nanoseconds (3 kHz),
+/// not for microseconds (3 Hz).
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
-/// Starts of recordings and repeated times.
+/// Rows of a file at which recordings start, and rows that repeat a time.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Cuts {
-    /// First row of each recording except the first one.
+    /// First row of each recording, without the first recording.
     pub starts: Vec<usize>,
-    /// First and last row that repeat the time of the row before, and the number of these rows.
+    /// First and last row with the same time as the row before, and the number of rows with this property.
     pub repeats: Option<(usize, usize, u64)>,
-    /// Step in time above which a recording ends (s).
+    /// Minimum length of a gap (s), which ends a recording.
     pub gap_secs: f64,
-    /// Pauses that are taken for the rhythm of a logger.
+    /// Pauses between bursts of rows, which end no recording.
     bursts: Option<Bursts>,
 }
 
-/// Pauses of a logger that writes rows in bursts.
+/// Pauses between bursts of rows. Some loggers collect rows and write several at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bursts {
-    /// Rows after the first and after the last pause.
+    /// Row after the first pause, and row after the last pause.
     rows: (usize, usize),
     n_pauses: u64,
-    /// Median pause (s).
     pause_secs: f64,
 }
 
-/// Finds cuts between recordings: where time goes back, and at steps longer than `gap_secs` (s), else than a derived gap.
+/// Finds the rows at which recordings start: where time goes back, and after a gap. Without `gap_secs`, the length of a gap
+/// is derived from the times.
 pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let mut cuts = Cuts::default();
     let gap = gap_secs.unwrap_or_else(|| {
@@ -76,8 +78,8 @@ pub(super) fn sort(rows: &mut Rows) {
     rows.arrange(&order);
 }
 
-/// Spreads rows with the same stamp evenly up to the next stamp, where the first ones end. The last ones, and those before a
-/// pause, get the same step as the others.
+/// Spreads rows with the same time stamp evenly up to the next stamp. The median step of the file is used for rows with the
+/// first stamp, which end at the second stamp, and for rows with the last stamp or before a pause.
 pub(super) fn spread(times: &mut [f64]) {
     let stamps: Vec<(f64, usize)> =
         (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();
@@ -102,7 +104,8 @@ pub(super) fn spread(times: &mut [f64]) {
     }
 }
 
-/// Returns the longest step without a gap (s): 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`] if rows come in bursts.
+/// Returns the longest time step (s) over which a reference is interpolated: 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`]
+/// if rows come in bursts.
 pub(super) fn longest_bridge(times: &[f64]) -> f64 {
     match bursts(times) {
         Some(_) => GAP_BETWEEN_BURSTS_SECS,
@@ -110,7 +113,8 @@ pub(super) fn longest_bridge(times: &[f64]) -> f64 {
     }
 }
 
-/// Returns the pauses between bursts, if there are many and each is at most about a second long.
+/// Returns the pauses between bursts of rows. `None` if there are too few pauses, bursts are too long, or the median pause is
+/// too long.
 fn bursts(times: &[f64]) -> Option<Bursts> {
     let shortest = steps_of_a_pause(times);
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
@@ -126,13 +130,13 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
     })
 }
 
-/// Derives the unit of times from their values, counted from `since`. Values like today's UNIX time give the unit by their
-/// size, if the steps fit a logger. Otherwise the median step decides: whole numbers with a step from 2 on are milliseconds,
-/// with longer steps microseconds or nanoseconds. Everything else is seconds.
+/// Derives the unit of times from their values, which are counted from `since`. If the times are UNIX times of today in one
+/// unit, with plausible steps, it is this unit. Otherwise the median step decides. Whole numbers with a step of at least 2
+/// are milliseconds, with longer steps microseconds or nanoseconds. All other times are seconds.
 pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
-        // UNIX times from 2001 to 2286.
+        // UNIX times from the years 2001 to 2286.
         let is_epoch = |&time: &f64| (1e9..1e10).contains(&((since + time) / unit.per_second()));
         let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
         times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
@@ -146,7 +150,8 @@ pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     })
 }
 
-/// Returns the unit in which a step is nearest to a calibration's (s); as an error with the ratio, if the ratio exceeds ten.
+/// Returns the unit in which a time step is nearest to the time step of a calibration (s). If the ratio of both exceeds ten,
+/// returns unit and ratio as an error.
 pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
     let off = |unit: TimeUnit| {
         let times = step / unit.per_second() / trained_secs;
@@ -158,7 +163,8 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
     if off <= 10.0 { Ok(unit) } else { Err((unit, off)) }
 }
 
-/// Continues 32-bit counters that wrap around; returns the first row behind a wrap, with the times before and after it (s).
+/// Continues times (s) from a 32-bit counter that starts again from zero. Returns the first row after a restart, and the
+/// times before and after the restart.
 pub(super) fn unwrap_counters(
     times: &mut [f64],
     gap_secs: Option<f64>,
@@ -181,13 +187,13 @@ pub(super) fn unwrap_counters(
     first
 }
 
-/// Returns the number of samples for which a reference repeats its value before it changes, if this number is steady.
-/// A reference that is measured less often than it is written shows runs of equal rows of nearly one length. Dead weights
-/// show long runs of many lengths, a live signal runs of one row.
+/// Returns the number of samples for which a reference repeats each value, if this number is nearly constant. Equal rows in
+/// runs of nearly one length show that the reference is measured less often than it is written. With dead weights, runs are
+/// long and of many lengths. With a live signal, most runs have one row.
 pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
     const FEWEST_RUNS: usize = 30;
     const LONGEST_RUN: usize = 100;
-    /// Maximum number of rows inspected; the start of a file is representative.
+    /// Maximum number of rows that are inspected. The start of a file shows enough.
     const INSPECTED_ROWS: usize = 20_000;
     let mut runs = [0_usize; LONGEST_RUN + 1];
     let (mut n_runs, mut length) = (0, 1);
@@ -200,7 +206,7 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
             (n_runs, length) = (n_runs + 1, 1);
         }
     }
-    // The steadiest length is the one that holds most runs together with its neighbours.
+    // The most frequent length is found together with its neighbours, because lengths vary by one row.
     let near = |length: usize| -> usize { runs[length - 1..=length + 1].iter().sum() };
     let samples_each = (2..LONGEST_RUN).max_by_key(|&length| (near(length), runs[length]))?;
     let is_steady = near(samples_each) * 10 >= n_runs * 7 && runs[1] * 2 < n_runs;
@@ -208,14 +214,14 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
 }
 
 impl Cuts {
-    /// Reports the cuts and repeated times as findings about `rows`.
+    /// Reports the starts of recordings and the repeated times.
     pub fn note(&self, rows: &mut Rows) {
         let back = |row: &&usize| {
             let step = rows.times[**row] - rows.times[**row - 1];
             -self.gap_secs < step && step < 0.0
         };
         let mut late = self.starts.iter().filter(back);
-        // A column that goes back again and again is not a time.
+        // If more rows go back than one in four, the column is not a time.
         const LATE_SHARE: usize = 4;
         if let Some(&first) = late.next()
             && let count = 1 + late.count()
@@ -229,7 +235,7 @@ impl Cuts {
             rows.note_row(row, cause);
         }
         if let Some((first, last, count)) = self.repeats {
-            // The clock is coarser than the samples.
+            // The clock has a coarser resolution than the samples.
             let is_coarse = 2 * count >= rows.times.len() as u64;
             let cause = if is_coarse {
                 Cause::CoarseStamps
@@ -374,7 +380,7 @@ mod tests {
         for (step, unit) in [(0.05, Seconds), (50.0, Milliseconds), (2e5, Microseconds)] {
             assert_eq!(unit_by_step(step, 0.05), Ok(unit));
         }
-        // Steps in minutes, and in ten thousandths of a second.
+        // Time steps in minutes, and in units of 0.1 ms.
         for step in [8e-4, 501.0] {
             assert!(unit_by_step(step, 0.05).is_err(), "{step}");
         }

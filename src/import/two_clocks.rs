@@ -1,5 +1,5 @@
-//! Joins gauges and reference with separate clocks to one table. A sample keeps its own time, and gets a reference that is
-//! near in time; otherwise it is left out and reported.
+//! Joins gauges and reference with separate clocks to one table. Each gauge sample keeps its time, and gets a reference that
+//! is near in time. A sample without such a reference is left out and reported.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::import::map::{ColumnMap, Join, ReferenceFile};
 use crate::import::timeline;
 use crate::recording::Day;
 
-/// Gauges or reference of a recording, with times in seconds.
+/// Gauges, reference, or both, as read from one file. Times are in seconds.
 #[derive(Debug)]
 pub(super) struct Table {
     pub path: PathBuf,
@@ -28,7 +28,7 @@ pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf 
     path.with_file_name(reference.file.replace("{stem}", &stem))
 }
 
-/// Returns the file of a reference with its own clock, and the side that is read from it.
+/// Returns the file of a reference with its own clock, and the columns that are read from this file.
 pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Side)> {
     match &map.reference {
         Some(file) => Some((reference_path(path, file), Side::ReferenceFile)),
@@ -49,7 +49,7 @@ pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     }))
 }
 
-/// Adds the reference at the times of the gauges.
+/// Adds the reference at the times of the gauges to the gauges' table.
 pub(super) fn join(
     gauges: &mut Table,
     reference: &mut Table,
@@ -86,6 +86,5 @@ pub(super) fn join(
 }
 
 fn span(times: &[f64]) -> (f64, f64) {
-    let or_zero = |time: Option<&f64>| time.copied().unwrap_or_default();
-    (or_zero(times.first()), or_zero(times.last()))
+    (times[0], times[times.len() - 1])
 }

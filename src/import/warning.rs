@@ -1,4 +1,4 @@
-//! Warnings about files that are read in spite of faults: one warning per kind and file, with a count.
+//! Warnings about faults in a file that can still be read. There is one warning for each kind of fault, with a count.
 
 use std::path::Path;
 
@@ -6,12 +6,12 @@ use super::named_column::NamedColumn;
 use crate::finding::{Finding, Id, Place, Verdict};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
-use crate::shown::{listed, shown};
+use crate::shown::{counted, listed, shown};
 
-/// Cause of a warning. Columns are counted from 1.
+/// Fault or assumption of which the user is warned. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
-    #[error("{column} {}", trouble.message(&shown(value)))]
+    #[error("{column} {}. Row skipped", trouble.message(&shown(value)))]
     Cell { column: NamedColumn, value: String, trouble: Trouble },
     #[error("{actual} cells, but the table has {expected} columns. Row skipped")]
     TooFewCells { expected: usize, actual: usize },
@@ -25,7 +25,7 @@ pub enum Cause {
         "{}auxiliary {}) has no value in {}{}. The previous value is used there",
         column.map_or_else(|| "a channel (".to_owned(), |column| format!("column {column} (")),
         shown(name),
-        if *n_rows == 1 { "a row".to_owned() } else { format!("{n_rows} rows") },
+        counted(*n_rows, "row"),
         longest_secs.map_or_else(String::new, |secs| format!(", for at most {secs:.3} s"))
     )]
     HeldAuxiliary { column: Option<usize>, name: String, n_rows: usize, longest_secs: Option<f64> },
@@ -36,13 +36,13 @@ pub enum Cause {
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
     #[error(
-        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends one. If this is wrong, set \"gap_secs\" in a column map"
+        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends a recording. To change this time, set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     #[error("time {time_secs} s repeats the time of the row before")]
     RepeatedTime { time_secs: f64 },
     #[error(
-        "{count} rows stand after rows with later times, each less than a gap late. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
+        "{count} rows have an earlier time than the row before, by less than a gap. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
     )]
     LateRows { count: usize },
     #[error(
@@ -50,7 +50,7 @@ pub enum Cause {
     )]
     CoarseStamps,
     #[error(
-        "{column} has no unit and is read in {unit}, judged by its values. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
+        "{column} has no unit and is read in {unit}, because its values suggest this unit. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
         unit = unit.symbol()
     )]
     AssumedTimeUnit { column: NamedColumn, unit: TimeUnit },
@@ -84,13 +84,13 @@ pub enum Cause {
     )]
     TurnByTurn,
     #[error(
-        "the reference changes only every {samples_each} samples (sample-and-hold). It lags behind the gauges by up to {samples_each} samples"
+        "the reference changes only every {samples_each} samples (sample-and-hold). So the reference lags behind the gauges by up to {samples_each} samples"
     )]
     HeldReference { samples_each: usize },
     #[error("no reference at {time_secs} s on the gauges' clock. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
     #[error(
-        "the pose is not a rotation but a quaternion of length zero or a matrix that is not orthogonal. Row skipped"
+        "the pose is not a rotation: the quaternion has length zero, or the matrix is not orthogonal. Row skipped"
     )]
     NotARotation,
     #[error(
@@ -99,14 +99,14 @@ pub enum Cause {
         if *is_counted {
             ". This part is only as accurate as the pose"
         } else {
-            " and is left out. Move more slowly, or set \"inertia\" under \"weight\" in the column map"
+            " and is not part of the load. Move more slowly, or set \"inertia\" under \"weight\" in the column map"
         }
     )]
     Inertia { axis: Axis, percent: f64, is_counted: bool },
-    #[error("not part of the table, so left out: {}", listed(names))]
+    #[error("left out, because not part of the table: {}", listed(names))]
     LeftOut { names: Vec<String> },
     #[error(
-        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads within {} % are the same). Features of the past cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
+        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads within {} % are the same). Features with memory cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
         100.0 * SAME_LOAD_SHARE
     )]
     LoadCases { n_rows: usize, n_cases: usize },
@@ -116,7 +116,9 @@ pub enum Cause {
         listed(others)
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
-    #[error("the file ends early, as if its recorder was stopped. The existing part is read")]
+    #[error(
+        "the file ends early, as if the logger was stopped while writing. The existing part is read"
+    )]
     EndsEarly,
     #[error("{n_before} samples in bursts are averaged to {n_after}")]
     AveragedBursts { n_before: usize, n_after: usize },
@@ -126,41 +128,49 @@ impl Cause {
     fn id(&self) -> Id {
         match self {
             Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation => Id::RowsSkipped,
-            Self::TooManyCells { .. } | Self::IgnoredColumns { .. } => Id::PartsIgnored,
-            Self::SkippedPreamble { .. } | Self::LeftOut { .. } | Self::EndsEarly => {
-                Id::PartsIgnored
-            }
-            Self::NoReferenceThen { .. } => Id::PartsIgnored,
-            Self::DecimalComma { .. } | Self::AssumedTimeUnit { .. } => Id::Assumed,
-            Self::AssumedDateOrder { .. } | Self::SeveralTimes { .. } => Id::Assumed,
-            Self::SeveralReferences { .. } | Self::SeveralParts { .. } => Id::Assumed,
-            Self::LoadCases { .. } | Self::Bursts { .. } => Id::Assumed,
-            Self::CoarseStamps | Self::LateRows { .. } => Id::Assumed,
+            Self::TooManyCells { .. }
+            | Self::IgnoredColumns { .. }
+            | Self::SkippedPreamble { .. }
+            | Self::LeftOut { .. }
+            | Self::EndsEarly
+            | Self::NoReferenceThen { .. } => Id::PartsIgnored,
+            Self::DecimalComma { .. }
+            | Self::AssumedTimeUnit { .. }
+            | Self::AssumedDateOrder { .. }
+            | Self::SeveralTimes { .. }
+            | Self::SeveralReferences { .. }
+            | Self::SeveralParts { .. }
+            | Self::LoadCases { .. }
+            | Self::Bursts { .. }
+            | Self::CoarseStamps
+            | Self::LateRows { .. } => Id::Assumed,
             Self::UnnamedLoads { .. } => Id::UnnamedLoads,
-            Self::NewRecording { .. } | Self::WrappedClock { .. } => Id::Stamps,
-            Self::RepeatedTime { .. } | Self::TurnByTurn => Id::Stamps,
+            Self::NewRecording { .. }
+            | Self::WrappedClock { .. }
+            | Self::RepeatedTime { .. }
+            | Self::TurnByTurn => Id::Stamps,
             _ => Id::Values,
         }
     }
 
-    fn finding(&self, place: &Place, path: &Path) -> Finding {
+    pub(super) fn finding(&self, place: &Place, path: &Path) -> Finding {
         let place = Place { path: path.to_owned(), ..place.clone() };
         let found = Finding::new(self.id(), Verdict::Doubtful, self.to_string());
         Finding { place: Some(place), ..found }
     }
 
-    /// Returns true if both causes are counted in one warning.
+    /// Returns true if both causes belong to one warning.
     fn is_of_kind(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Cell { trouble, .. }, Self::Cell { trouble: other, .. }) => trouble == other,
-            // The columns differ, so each has its own warning.
+            // Each column has its own warning.
             (Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. }, _) => false,
             _ => std::mem::discriminant(self) == std::mem::discriminant(other),
         }
     }
 }
 
-/// Reason why a cell makes its row unusable.
+/// Reason why the row of a cell is skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
     Empty,
@@ -174,47 +184,40 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Returns true if the map itself requires that the row is skipped.
+    /// Returns true if the row is skipped because the map requires it.
     pub(super) const fn is_wanted(self) -> bool {
         matches!(self, Self::StatusError | Self::Dropout)
     }
 
     fn message(self, value: &str) -> String {
         match self {
-            Self::Empty => "is empty. Row skipped".to_owned(),
-            Self::NotANumber => format!("contains \"{value}\", not a number. Row skipped"),
-            Self::NotFinite => format!("contains {value}, not a finite number. Row skipped"),
-            Self::Overload => {
-                format!("contains {value}, the code of a meter for out of range. Row skipped")
-            }
-            Self::NotATime => {
-                format!("contains \"{value}\", not a time as in the other rows. Row skipped")
-            }
-            Self::StatusError => format!("is {value}, which reports an error. Row skipped"),
-            Self::Dropout => format!("contains {value}, the mark of a missing value. Row skipped"),
-            Self::UnknownMount => {
-                format!("contains \"{value}\", not a mount of the column map. Row skipped")
-            }
+            Self::Empty => "is empty".to_owned(),
+            Self::NotANumber => format!("contains \"{value}\", not a number"),
+            Self::NotFinite => format!("contains {value}, not a finite number"),
+            Self::Overload => format!("contains {value}, the code of a meter for out of range"),
+            Self::NotATime => format!("contains \"{value}\", not a time as in the other rows"),
+            Self::StatusError => format!("is {value}, which reports an error"),
+            Self::Dropout => format!("contains {value}, the mark of a missing value"),
+            Self::UnknownMount => format!("contains \"{value}\", not a mount of the column map"),
         }
     }
 }
 
-/// Causes of warnings about one interval of a file, one per kind, with their places; the path comes last.
+/// Warnings about a part of a file, one for each kind, with lines but without the path of the file.
 #[derive(Debug, Default)]
 pub(super) struct Findings(Vec<(Cause, Place)>);
 
 impl Findings {
-    /// Adds a cause. The first one of each kind is kept, later ones are only counted.
+    /// Adds a cause. Of each kind, the first cause is kept, and later causes are only counted.
     pub fn note(&mut self, line: u64, cause: Cause) {
         self.note_many(line, line, 1, cause);
     }
 
-    /// Adds `count` occurrences of a cause at once.
     pub fn note_many(&mut self, first_line: u64, last_line: u64, count: u64, cause: Cause) {
         self.add(cause, Place { first_line, last_line, count, ..Place::default() });
     }
 
-    /// Appends the warnings about the next interval; its line 1 is line `lines_before + 1` here.
+    /// Appends the warnings about the next part of the file, which starts after `lines_before` lines.
     pub fn append(&mut self, later: Self, lines_before: u64) {
         for (cause, mut place) in later.0 {
             place.first_line += lines_before;
@@ -237,22 +240,15 @@ impl Findings {
         self.0.iter().filter(|(cause, _)| cause.id() == Id::RowsSkipped)
     }
 
-    /// Returns the number of rows that are skipped for a cell that is not a number, or for missing cells.
+    /// Returns the number of skipped rows, without rows that have a NaN or an infinite number.
     pub fn not_understood(&self) -> u64 {
         let is_nan =
             |cause: &Cause| matches!(cause, Cause::Cell { trouble: Trouble::NotFinite, .. });
         self.skipped().filter(|(cause, _)| !is_nan(cause)).map(|(_, place)| place.count).sum()
     }
 
-    /// Returns the most frequent cause of a skipped row.
-    pub fn skip_cause(&self) -> Option<&Cause> {
-        self.skipped().max_by_key(|(_, place)| place.count).map(|(cause, _)| cause)
-    }
-
-    /// Returns the finding of the most frequent cause of a skipped row.
-    pub fn most_skipped(&self, path: &Path) -> Option<Finding> {
-        let most = self.skipped().max_by_key(|(_, place)| place.count);
-        most.map(|(cause, place)| cause.finding(place, path))
+    pub fn most_skipped(&self) -> Option<&(Cause, Place)> {
+        self.skipped().max_by_key(|(_, place)| place.count)
     }
 
     /// Returns the number of rows that are skipped because they have too few cells.
@@ -261,7 +257,7 @@ impl Findings {
         self.0.iter().find(is_short).map_or(0, |(_, place)| place.count)
     }
 
-    /// Returns the gap that ends a recording (s), if it was derived because rows come in bursts.
+    /// Returns the minimum length of a gap (s), if it was derived because rows come in bursts.
     pub fn assumed_gap_secs(&self) -> Option<f64> {
         self.0.iter().find_map(|(cause, _)| match cause {
             Cause::Bursts { gap_secs, .. } => Some(*gap_secs),
@@ -280,7 +276,7 @@ impl Findings {
 mod tests {
     use super::*;
 
-    /// Compares cause and finding by kind and facts.
+    /// Compares a finding with a cause by kind and text.
     impl PartialEq<Cause> for Finding {
         fn eq(&self, cause: &Cause) -> bool {
             self.id == cause.id() && self.seen == cause.to_string()

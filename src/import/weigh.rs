@@ -10,10 +10,10 @@ use crate::min_max::MinMax;
 use crate::recording::kinetics::{Rotation, Weight};
 use crate::recording::{Axis, full_scale_of};
 
-/// Share of full scale above which a weight's own acceleration is reported.
+/// Share of full scale above which the load from the weight's acceleration is reported.
 const INERTIA_SHARE: f64 = 0.01;
 
-/// Replaces the poses of a table by the loads of a weight. A table without poses is not changed.
+/// Computes the loads of a weight from the poses of a table. A table without poses is not changed.
 pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
     let Some(plan) = table.plan.pose.clone() else {
         return Ok(());
@@ -53,7 +53,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     rows.poses = Vec::new();
     let share = |axis: usize| {
         let full_scale = full_scale_of(range[axis]);
-        // An axis that gravity never loads has no full scale.
+        // An axis without load has a full scale of zero.
         if full_scale > 1e-9 { inertia[axis] / full_scale } else { 0.0 }
     };
     let worst = (0..6).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0);
@@ -69,7 +69,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     Ok(())
 }
 
-/// Returns the orientation of the sensor in each row, and removes rows whose pose is not a rotation.
+/// Returns the orientation of the sensor in each row. Rows whose orientation is not a rotation are removed.
 pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
     let rows = &mut table.rows;
     let n_turns = plan.attitude.parts().len();
@@ -82,7 +82,7 @@ pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> 
     all.into_iter().flatten().collect()
 }
 
-/// Returns the weight of each row: from its column, from the name of the file, or the only one.
+/// Returns the weight of each row. The mount column or the name of the file selects one of several weights.
 fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight>, ReadError> {
     let known = map.weights();
     let all = |weight: Weight| vec![weight; table.rows.times.len()];
@@ -228,7 +228,8 @@ mod tests {
             let t = f64::from(k) / 100.0;
             text.push_str(&format!("{t},{k},{},0,0\n", (std::f64::consts::TAU * t).sin()));
         }
-        for (inertia, word) in [("false", "is left out"), ("true", "only as accurate as the pose")]
+        for (inertia, word) in
+            [("false", "is not part of the load"), ("true", "only as accurate as the pose")]
         {
             let weight = format!(
                 r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#

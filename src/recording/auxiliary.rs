@@ -1,43 +1,30 @@
-//! Auxiliary channels, which influence the gauges: temperature, supply voltage, humidity. Every number is finite. A segment
-//! shares the numbers of its recording.
+//! Auxiliary channels: quantities that influence the gauges, such as temperature, supply voltage and humidity. All values are
+//! finite. A segment of a recording uses the values of the recording without a copy.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use crate::min_max::MinMax;
 use crate::recording::shared::Shared;
 
-/// Intervals (start and end in s) in which a channel holds a value that is older than a gap.
+/// Intervals (start and end in s) in which the last measured value of a channel is older than a gap.
 pub(crate) type Held = Vec<(f64, f64)>;
 
-/// Auxiliary channels of a recording, `n × channels` row-major. An empty table needs no memory for samples.
-#[derive(Clone, Debug, PartialEq)]
+/// Auxiliary channels of a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AuxiliaryTable {
     names: Vec<String>,
     units: Vec<String>,
     values: Shared,
-    /// Intervals with an outdated value for each channel, in order of time; empty if there are none.
-    held: Arc<[Held]>,
-}
-
-impl Default for AuxiliaryTable {
-    fn default() -> Self {
-        Self::new(Vec::new(), Vec::new(), Vec::new())
-    }
+    /// For each channel, the intervals with an outdated value, in order of time. The list may be empty.
+    pub(crate) held: Vec<Held>,
 }
 
 impl AuxiliaryTable {
     pub(super) fn new(names: Vec<String>, units: Vec<String>, values: Vec<f64>) -> Self {
-        Self { names, units, values: values.into(), held: Arc::default() }
+        Self { names, units, values: values.into(), held: Vec::new() }
     }
 
-    pub(super) fn with_held(self, held: Vec<Held>) -> Self {
-        let is_any = held.iter().any(|own| !own.is_empty());
-        let held = if is_any { held.into() } else { Arc::default() };
-        Self { held, ..self }
-    }
-
-    /// Returns true if, at this time (s), a channel holds a value that was measured more than a gap earlier or later.
+    /// Returns true if at least one channel was measured more than a gap before or after this time (s).
     pub fn is_held_at(&self, secs: f64) -> bool {
         self.held.iter().any(|own| {
             let at = own.partition_point(|(_, to)| *to < secs);
@@ -57,12 +44,12 @@ impl AuxiliaryTable {
         &self.names
     }
 
-    /// Returns the units, empty where unknown. Temperatures are in °C, voltages in V.
+    /// Returns the unit of each channel; an unknown unit is empty. Temperatures are in °C, voltages in V.
     pub fn units(&self) -> &[String] {
         &self.units
     }
 
-    /// Returns all values, row-major.
+    /// Returns all values: one row for each sample, one column for each channel.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -84,28 +71,18 @@ impl AuxiliaryTable {
         words.collect()
     }
 
-    /// Returns the columns of these channels, or the first name that is not in the table.
-    pub(super) fn places<'a>(&self, names: &'a [String]) -> Result<Vec<usize>, &'a str> {
-        let place = |name: &'a String| {
-            let own = self.names.iter().position(|own| own == name);
-            own.ok_or(name.as_str())
-        };
-        names.iter().map(place).collect()
-    }
-
-    pub(super) fn picked(&self, places: &[usize]) -> Self {
+    /// Returns the table with only the named channels, or the first name that is not a channel.
+    pub(super) fn picked<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
+        let places = places(names, &self.names)?;
         let rows = self.values.chunks_exact(self.len().max(1));
         let values = rows.flat_map(|row| places.iter().map(|at| row[*at]));
         let of = |texts: &[String]| places.iter().map(|at| texts[*at].clone()).collect();
-        let held = if self.held.is_empty() {
-            Vec::new()
-        } else {
-            places.iter().map(|at| self.held[*at].clone()).collect()
-        };
-        Self::new(of(&self.names), of(&self.units), values.collect()).with_held(held)
+        let held = places.iter().filter_map(|at| self.held.get(*at).cloned()).collect();
+        let values = values.collect::<Vec<f64>>().into();
+        Ok(Self { names: of(&self.names), units: of(&self.units), values, held })
     }
 
-    /// Returns these ranges of samples, one after another.
+    /// Returns the table with only these ranges of samples.
     pub(super) fn rows(&self, ranges: &[Range<usize>]) -> Self {
         self.with_values(self.values.rows(ranges, self.len()))
     }
@@ -115,7 +92,13 @@ impl AuxiliaryTable {
     }
 }
 
-/// Returns a range or a single value with its unit, such as `21.5 to 24.0 °C`. The ends have enough digits to differ.
+/// Returns the index in `among` of each name, or the first name that is missing.
+pub(crate) fn places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
+    let place = |name: &'a String| among.iter().position(|own| own == name).ok_or(&**name);
+    names.iter().map(place).collect()
+}
+
+/// Returns a range with its unit, such as `21.5 to 24.0 °C`, or `5 V` for a single value. The two ends always look different.
 pub(crate) fn span(range: MinMax, unit: &str) -> String {
     let MinMax { min: low, max: high } = range;
     if low == high {
@@ -180,7 +163,7 @@ mod tests {
             let bare = recording().with_auxiliary(vec!["T".into()], vec![String::new()], values);
             bare.unwrap_err().to_string()
         };
-        assert!(given(vec![1.0]).contains("auxiliary channel has 1 numbers, but 6"));
+        assert!(given(vec![1.0]).contains("1 auxiliary channel values, but 6"));
         assert!(given(vec![1.0, 1.0, f64::NAN, 1.0, 1.0, 1.0]).contains("sample 2"));
     }
 }

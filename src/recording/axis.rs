@@ -1,11 +1,23 @@
 //! The six load axes and their names.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
+use strum::{Display, IntoStaticStr};
 
-/// One axis of the applied load: a force (N) or a moment (N·m). The variants are in the order of columns everywhere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+/// One axis of the applied load: a force (N) or a moment (N·m). Columns of loads are always in the order of the variants.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    Display,
+    IntoStaticStr,
+)]
 #[expect(missing_docs, reason = "the names are the documentation")]
 pub enum Axis {
     Fx,
@@ -16,26 +28,13 @@ pub enum Axis {
     Mz,
 }
 
-impl fmt::Display for Axis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.symbol())
-    }
-}
-
 impl Axis {
-    /// All axes in column order.
+    /// All axes in the order of columns.
     pub const ALL: [Self; 6] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz];
 
     /// Returns the symbol of the axis, `Fx` to `Mz`.
-    pub const fn symbol(self) -> &'static str {
-        match self {
-            Self::Fx => "Fx",
-            Self::Fy => "Fy",
-            Self::Fz => "Fz",
-            Self::Mx => "Mx",
-            Self::My => "My",
-            Self::Mz => "Mz",
-        }
+    pub fn symbol(self) -> &'static str {
+        self.into()
     }
 
     /// Returns the symbols of these axes.
@@ -53,7 +52,7 @@ impl Axis {
         if self.is_force() { "N" } else { "N·m" }
     }
 
-    /// Returns symbol and unit, as in the head of a column.
+    /// Returns symbol and unit for the head of a column, such as `Fx [N]`.
     pub fn label(self) -> String {
         format!("{} [{}]", self.symbol(), self.unit())
     }

@@ -1,31 +1,18 @@
 //! The day on which a recording was made, and the source of this date.
-//! Guarantees: a date that can be read as two days is rejected. The month must be clear from a leading year, a month by name,
-//! or a number above 12.
+//! Guarantees: a date that may mean two different days is rejected. A date is clear if the year comes first, the month is
+//! written as a word, or the day is above 12.
 
 use std::fmt;
 use std::str::FromStr;
 
 use jiff::Timestamp;
 use jiff::civil::Date;
+use jiff::fmt::strtime::BrokenDownTime;
 use serde::{Deserialize, Serialize};
 
-/// Years accepted in dates.
-const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
-const MONTHS: [&str; 12] = [
-    "january",
-    "february",
-    "march",
-    "april",
-    "may",
-    "june",
-    "july",
-    "august",
-    "september",
-    "october",
-    "november",
-    "december",
-];
-/// Keys in a file header for the date of the recording, in lower case and without punctuation.
+/// Years that a date may have. Other numbers are not taken for years.
+pub(super) const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
+/// Words before the date of the recording in a file header, in lower case and without punctuation.
 const KEYS: [&str; 25] = [
     "date",
     "datum",
@@ -59,7 +46,7 @@ const KEYS: [&str; 25] = [
 #[serde(into = "String", try_from = "String")]
 pub struct Day(Date);
 
-/// Source of a date. Sources that come first take precedence.
+/// Source of a date. If several sources give a date, the first variant in this list is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the names are the documentation")]
@@ -75,11 +62,6 @@ pub struct Dated {
     pub day: Day,
     pub from: DateSource,
 }
-
-/// Text that is not an unambiguous date.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is not a clear date; write it as 2024-05-03")]
-pub struct NoDay(String);
 
 impl DateSource {
     /// Returns a description of the source.
@@ -106,18 +88,19 @@ impl From<Day> for String {
 }
 
 impl TryFrom<String> for Day {
-    type Error = NoDay;
+    type Error = String;
 
-    fn try_from(text: String) -> Result<Self, NoDay> {
+    fn try_from(text: String) -> Result<Self, String> {
         text.parse()
     }
 }
 
 impl FromStr for Day {
-    type Err = NoDay;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, NoDay> {
-        Self::in_text(text).ok_or_else(|| NoDay(text.to_owned()))
+    fn from_str(text: &str) -> Result<Self, String> {
+        let unclear = || format!("{text:?} is not a clear date; write it as 2024-05-03");
+        Self::in_text(text).ok_or_else(unclear)
     }
 }
 
@@ -136,7 +119,7 @@ impl Day {
         found.all(|other| other == first).then_some(Self(first))
     }
 
-    /// Returns the day of the recording from a line of a file header.
+    /// Returns the day of the recording, if this line of a file header gives it.
     pub(crate) fn in_header(line: &str) -> Option<Self> {
         let line = line.trim_start_matches(['#', '%', '/', ';', '"', '\'', ' ', '\t', '\u{feff}']);
         let is_end = |c: char| matches!(c, ':' | '=' | ',' | ';' | '\t') || c.is_ascii_digit();
@@ -150,42 +133,33 @@ impl Day {
 }
 
 /// A run of digits or letters, and the characters before it.
-struct Word<'a> {
+pub(super) struct Word<'a> {
     before: &'a str,
-    text: &'a str,
+    pub text: &'a str,
 }
 
 impl Word<'_> {
-    fn number(&self) -> Option<i16> {
-        self.text.parse().ok()
-    }
-
     fn year(&self) -> Option<i16> {
         let is_year = self.text.len() == 4;
-        self.number().filter(|year| is_year && YEARS.contains(year))
+        self.text.parse().ok().filter(|year| is_year && YEARS.contains(year))
     }
 
-    /// Returns the number, if it has one or two digits.
     fn part(&self) -> Option<i8> {
         (self.text.len() <= 2).then(|| self.text.parse().ok()).flatten()
     }
 
     fn month(&self) -> Option<i8> {
-        let name = self.text.to_lowercase();
-        let at = MONTHS.iter().position(|month| {
-            let is_short = name == month[..3] || name == "sept";
-            name == *month || is_short && month.starts_with(&name)
-        })?;
-        Some(at as i8 + 1)
+        let name = if self.text.eq_ignore_ascii_case("sept") { "sep" } else { self.text };
+        ["%B", "%b"].iter().find_map(|form| BrokenDownTime::parse(form, name).ok()?.month())
     }
 
-    /// Returns true if only a single date separator stands before the word.
+    /// Returns true if the word follows the word before after one separator of a date, such as `-`.
     fn follows(&self) -> bool {
         matches!(self.before, "-" | "/" | "." | "_")
     }
 }
 
-fn words(text: &str) -> Vec<Word<'_>> {
+pub(super) fn words(text: &str) -> Vec<Word<'_>> {
     let kind = |c: char| (c.is_ascii_digit(), c.is_alphabetic());
     let mut words = Vec::new();
     let mut end = 0;
@@ -199,7 +173,7 @@ fn words(text: &str) -> Vec<Word<'_>> {
     words
 }
 
-/// Returns the date that starts at this word, or at a month name the date around it.
+/// Returns the date that starts at this word. If the word is the name of a month, the day may also stand before the word.
 fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
     let word = &words[at];
     let next = |by: usize| words.get(at + by);
@@ -207,7 +181,7 @@ fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
     if let Some(month) = word.month() {
         let before = at.checked_sub(1).map(|at| &words[at]);
         let (first, second) = (before.and_then(Word::part), next(1).and_then(Word::part));
-        // In 10:22:01 May 3 2024 and 3 May 10:22 2024, the parts of the time are not days.
+        // A number of a time of day, as in 10:22:01 May 3 2024, is not a day.
         let is_clock = |at: usize| {
             words[at].before.ends_with(':')
                 || words.get(at + 1).is_some_and(|own| own.before.starts_with(':'))

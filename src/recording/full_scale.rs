@@ -2,11 +2,11 @@
 
 use crate::min_max::MinMax;
 
-/// Maximum ratio of the smaller to the larger side of a load that goes one way only.
+/// Ratio of the smaller to the larger extreme (in magnitude) below which a load counts as one-sided.
 const ONE_WAY: f64 = 0.1;
 
-/// Returns the full scale of an axis with this range of load, in its unit: half the peak-to-peak load, or the largest
-/// magnitude of a load that goes one way only, as in a press; 0 if the load does not change.
+/// Returns the full scale (N or N·m) of an axis whose load has this range: half the peak-to-peak load. For a one-sided load,
+/// as in a press, returns the largest magnitude. Returns 0 for a constant load.
 pub fn full_scale_of(range: MinMax) -> f64 {
     let (up, down) = (range.max.max(0.0), (-range.min).max(0.0));
     let changes = range.max > range.min;

@@ -1,38 +1,37 @@
 //! Gaps: pauses between two samples that interrupt the history.
 //!
-//! Where files are read, a step longer than a *gap* ends a recording. At run time it shows a calibration that samples are
-//! missing. The length of a gap is determined only here and stored in each calibration.
+//! When a file is read, a gap ends a recording. When a calibration runs on a robot, a gap means that samples are missing. All
+//! rules for the minimum length of a gap are in this file. Each calibration stores its value.
 
 use super::median::median;
 
-/// Minimum length of a pause, in median steps. Shorter interruptions are a few lost samples.
+/// Minimum length of a pause, in median time steps. A shorter interruption counts as a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
-/// Minimum length of a gap (s): a load takes longer to remove and restore, but a computer may stamp a sample late.
+/// Minimum length of a gap (s) at any sample rate. A computer may write a single time stamp late, but a load cannot be
+/// removed and restored in a shorter time.
 const SHORTEST_GAP_SECS: f64 = 0.2;
-/// Gap length if the sample rate is unknown (s).
 const UNKNOWN_GAP_SECS: f64 = 1.0;
 
-/// Minimum step that counts as a fault of the clock (s).
+/// Time step (s) from which a clock counts as faulty.
 pub const LEAP_SECS: f64 = 86_400.0;
 /// Periods after which a 32-bit counter of microseconds or milliseconds starts again from zero (s).
 pub const WRAPS_SECS: [f64; 2] = [4_294.967_296, 4_294_967.296];
 
-/// Returns the minimum step of a pause (s), from the median step; infinite if there is no step.
+/// Returns the minimum length of a pause (s) between these times (s); infinite if the times do not increase.
 pub fn steps_of_a_pause(times: &[f64]) -> f64 {
     median_step(times).map_or(f64::INFINITY, pause_by_step)
 }
 
-/// Returns the minimum step of a pause (s) for a channel with this sampling step (s).
+/// Returns the minimum length of a pause (s) of a channel with this sampling interval (s).
 pub fn pause_by_step(step_secs: f64) -> f64 {
     PAUSE_IN_STEPS * step_secs
 }
 
-/// Returns the step above which samples are missing (s), from the steps themselves.
+/// Returns the minimum length of a gap (s) in a recording with these times (s).
 pub fn gap_by_steps(times: &[f64]) -> f64 {
     steps_of_a_pause(times).max(SHORTEST_GAP_SECS)
 }
 
-/// Returns the gap length (s) for a sensor of which only the sample rate is known.
 pub fn gap_by_rate(rate_hz: Option<f64>) -> f64 {
     rate_hz.map_or(UNKNOWN_GAP_SECS, |rate| (PAUSE_IN_STEPS / rate).max(SHORTEST_GAP_SECS))
 }
@@ -42,7 +41,7 @@ pub fn median_step(times: &[f64]) -> Option<f64> {
     median(steps.filter(|step| *step > 0.0))
 }
 
-/// Returns the true step (s) of a 32-bit counter that started again from zero, or `None` if `step` does not fit one.
+/// Returns the period (s) of a 32-bit counter that started again from zero within this step (s); `None` if no counter did.
 pub fn after_wrap(step: f64, gap_secs: f64) -> Option<f64> {
     let wraps = WRAPS_SECS.into_iter();
     let mut wrap = wraps.filter(|wrap| step < 0.0 && (0.0..=gap_secs).contains(&(step + wrap)));

@@ -1,28 +1,31 @@
 //! Groups of recordings that repeat one programme, day or mounting. Cross-validation leaves out a whole group at a time.
 //!
 //! Guarantees: groups that the user set are always used. Groups found from names, folders, files and repeated loads are used
-//! only if there are at least three and no group alone loads an axis. Otherwise each recording is its own group, and
-//! [`UnusedGroups`] gives the reason. A running number alone (`press_1` … `press_690`) makes no group.
+//! only if there are at least three groups, and each axis is loaded in several groups. Otherwise each recording is its own
+//! group, and [`UnusedGroups`] gives the reason. Names with only a running number (`press_1` … `press_690`) give no groups.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::str::FromStr;
 
+use jiff::civil::Date;
 use serde::{Deserialize, Serialize};
 
 use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
+use crate::recording::date::{self, YEARS};
 use crate::recording::load_cases::load_cases;
 use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
 use crate::recording::shared::join;
 
-/// Minimum number of groups found from names. With fewer, too few recordings would remain for the fit.
+/// Minimum number of groups that are used without the user's choice. With two, half of the recordings would be left out.
 const FEWEST_FOUND: usize = 3;
-/// Minimum share of its range that every axis keeps without a group. Below it, the calibration would be for smaller loads.
+/// Minimum share of its load range that each axis must keep when a group is left out of the fit. Below this share, the fit
+/// without the group would be for smaller loads.
 const KEPT_RANGE: f64 = 0.5;
 
-/// Words followed by the number or letter of a programme. The first word that is found decides.
+/// Words in names before the number or letter of a load programme. Of several words, the first in this list counts.
 const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("path", GroupedBy::Path),
     ("trajectory", GroupedBy::Trajectory),
@@ -33,7 +36,7 @@ const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("sequence", GroupedBy::Sequence),
     ("pattern", GroupedBy::Pattern),
 ];
-/// Words followed by the number or letter of a day or a mounting.
+/// Words in names before the number or letter of a day or a mounting.
 const SESSIONS: [(&str, GroupedBy); 8] = [
     ("day", GroupedBy::Day),
     ("tag", GroupedBy::Day),
@@ -44,7 +47,7 @@ const SESSIONS: [(&str, GroupedBy); 8] = [
     ("setup", GroupedBy::Setup),
     ("batch", GroupedBy::Batch),
 ];
-/// Words followed by the number of a repetition.
+/// Words in names before the number of a repetition.
 const REPETITIONS: [&str; 12] = [
     "run",
     "rep",
@@ -59,22 +62,21 @@ const REPETITIONS: [&str; 12] = [
     "lauf",
     "versuch",
 ];
-/// Words that name the role of a recording.
 const ROLES: [&str; 3] = ["train", "training", "test"];
 
-/// Criterion by which recordings are grouped. Its `Display` text is the singular noun for one group.
+/// Criterion by which recordings are grouped. The `Display` text is the noun for one group, such as `path`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum GroupedBy {
     #[default]
     Recording,
-    /// Load of samples without times, in one file or in several.
+    /// Equal load of samples without times, in one file or in several.
     #[serde(rename = "load case")]
     #[strum(to_string = "load case")]
     LoadCase,
     Group,
-    /// Contiguous blocks of time, used where there are too few recordings to leave one out.
+    /// Contiguous block of time, used if there are too few recordings to leave a whole recording out.
     Block,
     Path,
     Trajectory,
@@ -89,13 +91,13 @@ pub enum GroupedBy {
     Mount,
     Setup,
     Batch,
-    /// Name without the number that counts repetitions.
+    /// Name without the number of the repetition.
     Series,
     Folder,
     File,
 }
 
-/// Group of each recording of a set.
+/// Groups of the recordings of a set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Groups {
     /// Criterion of the grouping.
@@ -105,11 +107,11 @@ pub struct Groups {
     names: Vec<String>,
     /// Groups that were found but are not used, with the reason.
     pub unused: Option<UnusedGroups>,
-    /// Group that the user set and that alone loads an axis.
+    /// Group set by the user without which an axis is hardly loaded.
     pub lone: Option<LoneGroup>,
 }
 
-/// A group that alone loads an axis: without that group, the axis keeps less than half of its range.
+/// A group without which an axis keeps less than half of its load range.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoneGroup {
     pub group: String,
@@ -121,39 +123,33 @@ pub struct UnusedGroups {
     pub by: GroupedBy,
     /// Number of groups among the training recordings.
     pub n: usize,
-    /// Group that alone loads an axis; `None` if the groups are too few.
+    /// Group without which an axis is hardly loaded; `None` if the groups are unused because there are too few.
     pub lone: Option<LoneGroup>,
 }
 
 impl Groups {
-    /// Returns the name of a recording's group, or `None` if recordings are not grouped.
+    /// Returns the name of a recording's group, or `None` if each recording is its own group.
     pub fn name_of(&self, recording: usize) -> Option<&str> {
         let group = *self.of.get(recording)?;
         (self.by != GroupedBy::Recording).then(|| &*self.names[group])
     }
 
-    /// Returns the entry with the name of its group entered, so that a subset of the set is grouped in the same way.
+    /// Returns the entry with the name of its group as the user's group. A subset of such entries keeps these groups.
     pub fn with_group_name(&self, recording: usize, entry: &Entry) -> Entry {
         Entry { group: self.name_of(recording).map(str::to_owned), ..entry.clone() }
     }
 }
 
-/// Pattern for the group names of all recordings. `{file}`, `{folder}` and `{recording}` stand for these names, any other
-/// `{word}` for the number or letter that follows this word in the name of the recording or folder.
+/// Pattern for the group names of all recordings. `{file}`, `{folder}` and `{recording}` stand for the names of the file, the
+/// folder and the recording. Any other `{word}` stands for the number or letter that follows this word in one of these names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct GroupPattern(String);
 
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the group pattern {0:?} is not valid; enter a name, which may contain {{file}}, {{folder}}, {{recording}} or a word of the file names in braces, such as {{mount}}"
-)]
-pub struct GroupPatternError(String);
-
 impl FromStr for GroupPattern {
-    type Err = GroupPatternError;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
+    fn from_str(text: &str) -> Result<Self, String> {
         let pattern = Self(text.trim().to_owned());
         let mut pieces = pattern.0.split('{');
         let is_plain = |piece: &str| !piece.contains('}');
@@ -166,15 +162,17 @@ impl FromStr for GroupPattern {
         if are_whole && !pattern.0.is_empty() {
             Ok(pattern)
         } else {
-            Err(GroupPatternError(text.to_owned()))
+            Err(format!(
+                "the group pattern {text:?} is not valid; enter a name, which may contain {{file}}, {{folder}}, {{recording}} or a word of the file names in braces, such as {{mount}}"
+            ))
         }
     }
 }
 
 impl TryFrom<String> for GroupPattern {
-    type Error = GroupPatternError;
+    type Error = String;
 
-    fn try_from(text: String) -> Result<Self, Self::Error> {
+    fn try_from(text: String) -> Result<Self, String> {
         text.parse()
     }
 }
@@ -212,11 +210,11 @@ enum Key {
     Own(usize),
 }
 
-/// One criterion, with the group name that it gives to each recording, if any.
+/// A criterion of grouping, and the group name of each recording by this criterion.
 struct Way {
     by: GroupedBy,
     keys: Vec<Option<String>>,
-    /// True if a single group over all recordings is reported, because all recordings then repeat one programme.
+    /// True if the user is told when all recordings are in one group, because all of them then repeat one programme.
     reports_single_group: bool,
 }
 
@@ -256,10 +254,7 @@ impl RecordingSet {
             if n_groups >= n || n_groups == 1 && !way.reports_single_group {
                 continue;
             }
-            let lone = match n_groups {
-                1 => None,
-                _ => lone(&keys),
-            };
+            let lone = lone(&keys);
             let are_many = n_groups >= FEWEST_FOUND;
             if is_set && n_groups > 1 {
                 return groups_from_keys(GroupedBy::Group, keys, lone);
@@ -286,7 +281,7 @@ impl RecordingSet {
         Groups { unused, ..groups_from_keys(GroupedBy::Recording, own.collect(), None) }
     }
 
-    /// Returns the criteria that give every training recording without a user's group a group, most likely criterion first.
+    /// Returns the criteria that give a group to each training recording without a user's group, most likely first.
     fn ways(&self, training: &[usize]) -> Vec<Way> {
         let entries = self.entries();
         let open: Vec<usize> =
@@ -329,7 +324,7 @@ impl RecordingSet {
     }
 }
 
-/// Returns the load case of each recording without times, named after the first recording of the load case.
+/// Returns the load case of each recording without times. A load case has the name of its first recording.
 fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
     let is_one = |entry: &Entry| entry.recording.is_static() && entry.recording.has_reference();
     let axes = entries.iter().find(|entry| is_one(entry));
@@ -351,7 +346,7 @@ fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
     entries.iter().enumerate().map(key).collect()
 }
 
-/// Returns the index of the first remaining part of the same original recording, or `at` if nothing was left out.
+/// Returns the index of the first part of the recording from which the recording at `at` was cut; `at` if it is uncut.
 fn first_part(entries: &[Entry], at: usize) -> usize {
     let recording = &entries[at].recording;
     let Some(left_out) = recording.left_out() else {
@@ -364,7 +359,7 @@ fn first_part(entries: &[Entry], at: usize) -> usize {
     entries.iter().position(is_part).unwrap_or(at)
 }
 
-/// Returns the groups for these keys, numbered in order of first use.
+/// Returns the groups for these keys. Groups are numbered in the order in which they first occur.
 fn groups_from_keys(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
     let mut names = Vec::new();
@@ -407,7 +402,8 @@ fn lone_group(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<Lon
     })
 }
 
-/// Returns the words and numbers in the names of a recording and its folder, in lower case, without roles and part numbers.
+/// Returns the words and numbers in the names of a recording and its folder, in lower case. The words for a role (such as
+/// `train`) and the numbers of parts of a file are left out.
 fn words_of(recording: &Recording) -> Vec<String> {
     let name = recording.name();
     let name = name.split(" (").next().unwrap_or(name);
@@ -417,24 +413,16 @@ fn words_of(recording: &Recording) -> Vec<String> {
     };
     let folder = recording.source().path().and_then(Path::parent);
     let folder = folder.and_then(last_name).unwrap_or_default();
-    let mut words = Vec::new();
-    for text in [&*folder, name] {
+    let mut words: Vec<String> = Vec::new();
+    for word in date::words(&folder).into_iter().chain(date::words(name)) {
         let mut before = None;
-        for letter in text.chars() {
-            let kind = match letter {
-                _ if letter.is_ascii_digit() => Some(true),
-                _ if letter.is_alphabetic() => Some(false),
-                _ => None,
-            };
-            let is_camel = before.is_some_and(char::is_lowercase) && letter.is_uppercase();
-            let was_digit = before.map(|before| before.is_ascii_digit());
-            before = kind.map(|_| letter);
-            if kind.is_some() && (kind != was_digit || is_camel) {
+        for letter in word.text.chars() {
+            // A capital letter after a small letter starts a new word, as in `pathA`.
+            if before.is_none_or(|own: char| own.is_lowercase() && letter.is_uppercase()) {
                 words.push(String::new());
             }
-            if let (Some(_), Some(word)) = (kind, words.last_mut()) {
-                word.extend(letter.to_lowercase());
-            }
+            words.last_mut().expect("pushed above").extend(letter.to_lowercase());
+            before = Some(letter);
         }
     }
     words.retain(|word| !ROLES.contains(&&**word));
@@ -467,7 +455,7 @@ fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
     named.next().map(|pair| plain(&pair[1]))
 }
 
-/// Returns the index of the last word that counts repetitions and is followed by a number or letter.
+/// Returns the index of the last word for a repetition that is followed by a number or letter.
 fn repetition(words: &[String]) -> Option<usize> {
     let mut pairs = words.windows(2);
     pairs.rposition(|pair| REPETITIONS.contains(&&*pair[0]) && is_label(&pair[1]))
@@ -475,22 +463,17 @@ fn repetition(words: &[String]) -> Option<usize> {
 
 /// Returns the first date of the form 2024-05-01 or 20240501.
 fn day(words: &[String]) -> Option<String> {
-    let is_day = |year: &str, month: &str, day: &str| {
-        let within = |text: &str, range: std::ops::RangeInclusive<u32>| {
-            text.parse().is_ok_and(|number| range.contains(&number))
-        };
-        within(year, 1990..=2099) && within(month, 1..=12) && within(day, 1..=31)
+    let date = |year: &str, month: &str, day: &str| {
+        let (year, month, day) = (year.parse().ok()?, month.parse().ok()?, day.parse().ok()?);
+        let date = Date::new(year, month, day).ok()?;
+        YEARS.contains(&year).then(|| date.to_string())
     };
     let written_together = words.iter().find_map(|word| {
-        let (year, month, day) = (word.get(..4)?, word.get(4..6)?, word.get(6..)?);
-        (word.len() == 8 && is_day(year, month, day)).then(|| format!("{year}-{month}-{day}"))
+        let (year, month, day) = (word.get(..4)?, word.get(4..6)?, word.get(6..8)?);
+        (word.len() == 8).then(|| date(year, month, day)).flatten()
     });
-    written_together.or_else(|| {
-        let mut threes = words.windows(3);
-        let three =
-            threes.find(|three| three[0].len() == 4 && is_day(&three[0], &three[1], &three[2]))?;
-        Some(three.join("-"))
-    })
+    let mut threes = words.windows(3);
+    written_together.or_else(|| threes.find_map(|own| date(&own[0], &own[1], &own[2])))
 }
 
 fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
@@ -499,7 +482,7 @@ fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
     Some(([&words[..at], &words[at + 1..]].concat(), number))
 }
 
-/// Returns true if the last number in the names counts repetitions from 0 or 1, and the others name at least three series.
+/// Returns true if the last number in the names counts repetitions, and the other numbers name at least three series.
 fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     let (mut series, mut counted) = (BTreeSet::new(), BTreeSet::new());
     for &at in open {
@@ -517,8 +500,8 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
-/// Groups recordings that repeat one load programme, named after its first recording; `None` if the training recordings do
-/// not repeat each programme, on average.
+/// Groups recordings that repeat one load programme. The group has the name of its first recording. Returns `None` if the
+/// training recordings run each programme less than twice on average.
 fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
     let mut programmes: Vec<&Recording> = Vec::new();
     let mut programme_of = |at: usize| {
@@ -530,15 +513,15 @@ fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
         })
     };
     let trained: BTreeSet<usize> = training.iter().map(|at| programme_of(*at)).collect();
-    let is_repeated = 2 * trained.len() <= training.len();
-    let all: Vec<usize> =
-        if is_repeated { (0..entries.len()).map(programme_of).collect() } else { return None };
+    if 2 * trained.len() > training.len() {
+        return None;
+    }
+    let all: Vec<usize> = (0..entries.len()).map(programme_of).collect();
     let name = |programme: usize| Some(format!("loads of {}", programmes[programme].name()));
     let keys = all.into_iter().map(name).collect();
     Some(Way { by: GroupedBy::Programme, keys, reports_single_group: false })
 }
 
-/// Groups recordings by a part of the path of their files.
 fn by_path(by: GroupedBy, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
     let parts: Vec<Option<&Path>> =
         entries.iter().map(|entry| entry.recording.source().path().and_then(part)).collect();

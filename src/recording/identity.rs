@@ -1,17 +1,31 @@
-//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard. Each item is
-//! described once, in [`Item`], from which files, form, exports and report follow. All items are optional.
+//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard. [`Item`]
+//! describes each item once, for files, the window's form, exports and the report. All items are optional.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use strum::{EnumIter, IntoEnumIterator as _, IntoStaticStr};
+use serde::{Deserialize, Deserializer, Serialize};
+use strum::{EnumIter, EnumString, IntoEnumIterator as _, IntoStaticStr};
 
 use crate::recording::axis::Axis;
 use crate::small_file::{TomlError, read_toml};
 
 /// One item of a sensor's identity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, EnumIter, IntoStaticStr)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    EnumIter,
+    EnumString,
+    IntoStaticStr,
+)]
+#[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "their labels describe them")]
 pub enum Item {
@@ -52,28 +66,24 @@ impl Item {
         }
     }
 
-    /// Returns the key in files.
+    /// Returns the name of the item in files.
     pub fn key(self) -> &'static str {
         self.into()
     }
 
-    /// Returns the label.
+    /// Returns the label of the item's field in the window.
     pub fn label(self) -> &'static str {
         self.texts()[0]
     }
 
-    /// Returns the placeholder shown in an empty field.
+    /// Returns the text that an empty field shows as an example.
     pub fn placeholder(self) -> &'static str {
         self.texts()[1]
-    }
-
-    fn named(key: &str) -> Option<Self> {
-        Self::all().find(|item| item.key() == key)
     }
 }
 
 /// Items that the user entered.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Identity(BTreeMap<Item, String>);
 
 impl Identity {
@@ -81,7 +91,7 @@ impl Identity {
         self.0.get(&item).map_or("", String::as_str)
     }
 
-    /// Sets the text of an item. A blank text removes the item.
+    /// Sets the text of an item, or removes the item if the text is blank.
     pub fn set(&mut self, item: Item, text: impl Into<String>) {
         let text = text.into();
         if text.trim().is_empty() {
@@ -100,16 +110,10 @@ impl Identity {
         self.0.iter().map(|(item, text)| (*item, text.trim()))
     }
 
-    /// Returns these items with those of `other` added or replaced.
+    /// Returns the items of both identities. If both have an item, the text of `other` is used.
     pub fn with(&self, other: &Self) -> Self {
         let both = self.0.iter().chain(&other.0);
         Self(both.map(|(item, text)| (*item, text.clone())).collect())
-    }
-}
-
-impl Serialize for Identity {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(item, text)| (item.key(), text)))
     }
 }
 
@@ -139,7 +143,7 @@ impl<'de> Deserialize<'de> for Identity {
         let entered = BTreeMap::<String, Entered>::deserialize(deserializer)?;
         let mut identity = Self::default();
         for (key, value) in entered {
-            let item = Item::named(&key).ok_or_else(|| {
+            let item = key.parse().map_err(|_| {
                 let known: Vec<&str> = Item::all().map(Item::key).collect();
                 serde::de::Error::custom(format!(
                     "{key} is not known; use one of {}",
@@ -167,29 +171,25 @@ impl SensorFile {
     }
 
     fn from_toml(text: &str) -> Result<Self, String> {
-        // The first line of the parser's message gives the place and the last line the fault.
+        // The parser's message has several lines: first the place, last the fault.
         let in_words = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
         let mut table: toml::Table = toml::from_str(text).map_err(in_words)?;
-        let rated = table.remove("rated_loads");
-        let rated: BTreeMap<Axis, f64> = match rated {
-            Some(value) => {
-                value.try_into().map_err(|error| format!("rated_loads: {}", in_words(error)))?
-            }
-            None => BTreeMap::new(),
-        };
-        if let Some((axis, load)) =
-            rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0))
-        {
+        let rated = table.remove("rated_loads").map(toml::Value::try_into).transpose();
+        let rated: Option<BTreeMap<Axis, f64>> =
+            rated.map_err(|error| format!("rated_loads: {}", in_words(error)))?;
+        let rated_loads = rated.unwrap_or_default();
+        let is_wrong = |(_, load): &(&Axis, &f64)| !(load.is_finite() && **load > 0.0);
+        if let Some((axis, load)) = rated_loads.iter().find(is_wrong) {
             return Err(format!(
                 "rated_loads: {load} of {axis} is not valid; enter a number above zero"
             ));
         }
-        let identity: Identity = toml::Value::Table(table).try_into().map_err(in_words)?;
-        Ok(Self { identity, rated_loads: rated })
+        let identity = toml::Value::Table(table).try_into().map_err(in_words)?;
+        Ok(Self { identity, rated_loads })
     }
 }
 
-/// Sets the full scale of each axis without an entered full scale to its rated load, if there is one.
+/// Sets the full scale of each axis to its rated load, if the user entered none.
 pub fn rate(rated_loads: &BTreeMap<Axis, f64>, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
     if axes.iter().any(|axis| rated_loads.contains_key(axis)) {
         full_scale.resize(axes.len(), None);

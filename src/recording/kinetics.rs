@@ -1,13 +1,12 @@
-//! Load of a weight hanging from a sensor, computed from the sensor's attitude; attitudes in several notations. Without an
-//! acceleration the load is quasi-static, and the force never exceeds `m·g` except by rounding.
+//! Load of a weight hanging from a sensor, computed from the sensor's attitude (orientation). Attitudes are read in several
+//! notations. If the weight does not accelerate, the force never exceeds `m·g` except by rounding.
 
 /// Standard gravity in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
-/// Attitude of a sensor: the rotation matrix, by rows, from sensor to world coordinates, whose z axis points up.
+/// Attitude of a sensor: the rows of the rotation matrix from sensor to world coordinates. The world's z axis points up.
 pub type Rotation = [[f64; 3]; 3];
 
-/// A weight fixed to the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
     pub mass_kg: f64,
@@ -15,34 +14,24 @@ pub struct Weight {
     pub centre_m: [f64; 3],
 }
 
-/// Returns the attitude after rotations (rad) by `roll` about x, then by `pitch` about the world's y axis.
-pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
-    let (sin_roll, cos_roll) = roll.sin_cos();
-    let (sin_pitch, cos_pitch) = pitch.sin_cos();
-    [
-        [cos_pitch, sin_pitch * sin_roll, sin_pitch * cos_roll],
-        [0.0, cos_roll, -sin_roll],
-        [-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll],
-    ]
-}
-
-/// Returns the load `[Fx, Fy, Fz, Mx, My, Mz]` (N, N·m) at the sensor's origin in its frame: `F = Rᵀ m g`, `M = r × F`.
+/// Returns the load `[Fx, Fy, Fz, Mx, My, Mz]` (N, N·m) of a weight at rest, at the origin and in the axes of the sensor:
+/// `F = Rᵀ m g`, `M = r × F`.
 ///
 /// **Source** Koike et al. 2019: the load of Eq. 1, computed from the robot's attitude as in section 4.1.2.
 pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
-    // The weight pulls along −z of the world, and Rᵀ times that axis is R's last row.
+    // Gravity points along −z of the world. In the sensor's axes, the world's z axis is the last row of R.
     let pull = -weight.mass_kg * STANDARD_GRAVITY;
     with_moments(sensor_to_world[2].map(|along_up| pull * along_up), weight)
 }
 
-/// Returns the load of an accelerated weight as [`gravity_load`] does: `F = m Rᵀ (g − a)`, `M = r × F`. `pull` is gravity
-/// minus the acceleration of the weight's centre (m/s², world frame).
+/// Returns the load of an accelerated weight, in the form of [`gravity_load`]: `F = m Rᵀ (g − a)`, `M = r × F`. `pull` is
+/// gravity minus the acceleration of the weight's centre (m/s², in the world's axes).
 pub fn load_of_pull(sensor_to_world: &Rotation, weight: &Weight, pull: [f64; 3]) -> [f64; 6] {
     let force = pull_in_sensor(sensor_to_world, pull).map(|pull| weight.mass_kg * pull);
     with_moments(force, weight)
 }
 
-/// Returns a vector of the world in the sensor's frame: `Rᵀ p`.
+/// Returns a vector, given in the world's axes, in the sensor's axes: `Rᵀ p`.
 pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = sensor_to_world;
     std::array::from_fn(|i| x[i] * pull[0] + y[i] * pull[1] + z[i] * pull[2])
@@ -74,20 +63,23 @@ pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
 /// Returns the attitude after a rotation about a vector. The vector's length is the angle (rad).
 pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     let angle = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // sin(angle / 2) / angle has the limit one half.
+    // For small angles, sin(angle / 2) / angle tends to one half.
     let share = if angle > 0.0 { (angle / 2.0).sin() / angle } else { 0.5 };
     let [x, y, z] = vector.map(|part| share * part);
     rotation_from_quaternion([(angle / 2.0).cos(), x, y, z]).unwrap_or([[f64::NAN; 3]; 3])
 }
 
-/// Returns the attitude after rotations (rad) by `roll` about x, `pitch` about the world's y and `yaw` about its z axis.
+/// Returns the attitude after rotations (rad) by `roll` about the world's x axis, then `pitch` about y, then `yaw` about z.
 pub fn rotation_from_roll_pitch_yaw(roll: f64, pitch: f64, yaw: f64) -> Rotation {
-    let [x, y, z] = rotation_from_roll_pitch(roll, pitch);
+    let (sin_roll, cos_roll) = roll.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch.sin_cos();
+    let x = [cos_pitch, sin_pitch * sin_roll, sin_pitch * cos_roll];
+    let y = [0.0, cos_roll, -sin_roll];
     let (sin, cos) = yaw.sin_cos();
     [
         std::array::from_fn(|i| cos * x[i] - sin * y[i]),
         std::array::from_fn(|i| sin * x[i] + cos * y[i]),
-        z,
+        [-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll],
     ]
 }
 
@@ -110,7 +102,8 @@ mod tests {
         let [x, y, z] = [0.02, 0.015, 0.03];
         let weight = Weight { mass_kg: 2.0, centre_m: [x, y, z] };
         let w = 2.0 * STANDARD_GRAVITY;
-        let load = |roll, pitch| gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight);
+        let load =
+            |roll, pitch| gravity_load(&rotation_from_roll_pitch_yaw(roll, pitch, 0.0), &weight);
         assert_close(load(0.0, 0.0), [0.0, 0.0, -w, -y * w, x * w, 0.0]);
         assert_close(load(FRAC_PI_2, 0.0), [0.0, -w, 0.0, z * w, 0.0, -x * w]);
         assert_close(load(0.0, FRAC_PI_2), [w, 0.0, 0.0, 0.0, z * w, -y * w]);
@@ -119,7 +112,7 @@ mod tests {
     #[test]
     fn attitudes_are_rotations() {
         for (roll, pitch) in [(0.0, 0.0), (0.4, -1.3), (-3.0, 1.5), (2.0, 0.7)] {
-            let r = rotation_from_roll_pitch(roll, pitch);
+            let r = rotation_from_roll_pitch_yaw(roll, pitch, 0.0);
             for i in 0..3 {
                 for j in 0..3 {
                     let dot: f64 = (0..3).map(|k| r[i][k] * r[j][k]).sum();

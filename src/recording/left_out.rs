@@ -1,29 +1,30 @@
-//! Samples that the data check leaves out, and the recordings that remain.
+//! Settings and results of leaving out samples that the data check found to be faulty.
 
 use serde::{Deserialize, Serialize};
 
 use crate::recording::tare::Tare;
 
-/// Limits of the sensor's channels that the user entered. Samples beyond them are not used.
+/// Limits of gauge readings and loads that the user entered. Samples beyond a limit are not used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ValidRange {
     /// Minimum and maximum reading of a gauge, in the logger's unit. A reading at a limit is clipped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gauges: Option<GaugeRange>,
-    /// Rated load of each axis (N, N·m); `None` where the user entered none.
+    /// Rated load of each axis (N, N·m); `None` for an axis without an entered rated load.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<Option<f64>>,
-    /// Share by which a load may exceed the rated one; `None` for [`RATED_TOLERANCE`](Self::RATED_TOLERANCE).
+    /// Share of the rated load by which a load may exceed it. `None` means [`RATED_TOLERANCE`](Self::RATED_TOLERANCE).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub overload_tolerance: Option<f64>,
 }
 
 impl ValidRange {
-    /// Default tolerance of overload. References are no more accurate, and ratings are round numbers.
+    /// Default for [`overload_tolerance`](Self::overload_tolerance). References have errors, and rated loads are round
+    /// numbers.
     pub const RATED_TOLERANCE: f64 = 0.02;
 
-    /// Returns the magnitude of a load above which it counts as overload.
+    /// Returns the magnitude (N or N·m) above which a load counts as overload.
     pub fn overload_above(&self, rated: f64) -> f64 {
         rated * (1.0 + self.overload_tolerance.unwrap_or(Self::RATED_TOLERANCE))
     }
@@ -35,7 +36,7 @@ impl ValidRange {
 pub enum GaugeRange {
     /// The same limits for all gauges.
     All((f64, f64)),
-    /// Limits of each gauge; `None` where they are unknown.
+    /// Limits of each gauge; `None` for a gauge with unknown limits.
     Each(Vec<Option<(f64, f64)>>),
 }
 
@@ -70,11 +71,11 @@ pub struct Judged {
 /// Samples that were left out of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
-    /// Name before samples were left out.
+    /// Name of the recording before samples were left out.
     pub of: String,
     pub judged: Judged,
     pub n_samples: usize,
-    /// Lower and upper limit between which each gauge is not clipped; `None` where no clipping was found.
+    /// Lower and upper reading at which each gauge is clipped; `None` for a limit that was not found.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 

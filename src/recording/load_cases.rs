@@ -2,10 +2,12 @@
 
 use crate::recording::axis::Axis;
 
-/// Maximum difference between equal loads, as a share of the largest force or the largest moment.
+/// Maximum difference between two loads that count as equal, as a share of the largest force or the largest moment.
 pub const SAME_LOAD_SHARE: f64 = 0.005;
 
-/// Returns the number of each row's load case: the first with the same load on every axis (`n × n_axes` row-major).
+/// Returns the number of each row's load case, counted from 0. Rows with equal loads on every axis have the same number.
+///
+/// **Shapes** `loads`: one row of `axes.len()` loads for each sample.
 pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
     let largest = largest_loads(loads, axes);
     let within = |axis: &Axis| SAME_LOAD_SHARE * largest[usize::from(axis.is_force())];
@@ -25,7 +27,7 @@ pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
     .collect()
 }
 
-/// Returns the largest magnitude of a moment and of a force among loads (`n × n_axes` row-major).
+/// Returns the largest magnitude of a moment (N·m), then of a force (N), among rows of loads.
 pub(super) fn largest_loads(loads: &[f64], axes: &[Axis]) -> [f64; 2] {
     [false, true].map(|is_force| {
         let all = loads.iter().zip(axes.iter().cycle());

@@ -1,4 +1,4 @@
-/// Returns the upper median, or `None` without values.
+/// Returns the median, or `None` without values. For an even number of values, it is the larger of the two middle values.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {
@@ -9,9 +9,10 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     Some(*median)
 }
 
-/// Returns the standard deviation of white noise in a smooth signal.
+/// Returns the standard deviation of the white noise in a signal that is otherwise smooth.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
-    // The median magnitude of a normal distribution is 0.6745 of its deviation. A bend has six times a sample's variance.
+    // The median magnitude of normal noise is 0.6745 standard deviations. The variance of a second difference is six times
+    // that of the noise.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
 }

@@ -22,8 +22,7 @@ mod tare;
 mod taring;
 pub(crate) mod units;
 
-pub(crate) use auxiliary::AuxiliaryTable;
-pub(crate) use auxiliary::span;
+pub(crate) use auxiliary::{AuxiliaryTable, places, span};
 pub use axis::Axis;
 pub use date::DateSource;
 pub(crate) use date::Day;

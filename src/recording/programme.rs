@@ -1,16 +1,16 @@
-//! Load programmes: compares the loads that two recordings go through.
+//! Load programmes: finds recordings in which the load takes the same course.
 
 use crate::recording::recording::Recording;
 
-/// Minimum number of samples of a recording that is compared.
+/// Minimum number of samples of a recording whose load programme is compared.
 const FEWEST_SAMPLES: usize = 16;
-/// Number of loads at which two programmes are compared, evenly spread over their samples.
+/// Number of samples at which two load programmes are compared, evenly spread over each recording.
 const COMPARED: usize = 64;
-/// Maximum RMS difference of the loads of one programme, as a share of their range.
+/// Maximum RMS difference between the loads of two recordings of one programme, as a share of the load range.
 const SAME_PROGRAMME: f64 = 0.05;
 
 impl Recording {
-    /// Returns true if both recordings go through the same loads at the same shares of their length.
+    /// Returns true if the load takes the same course in both recordings, at the same or another speed.
     pub(crate) fn repeats(&self, other: &Self) -> bool {
         let is_comparable = |own: &Self| own.n_samples() >= FEWEST_SAMPLES && own.has_reference();
         if self.axes() != other.axes() || ![self, other].into_iter().all(is_comparable) {
@@ -24,7 +24,7 @@ impl Recording {
         let range: f64 = other.load_ranges().iter().map(|own| own.span().powi(2)).sum();
         let most = SAME_PROGRAMME.powi(2) * range * COMPARED as f64;
         let mut squares = 0.0;
-        // Most programmes differ within a few loads.
+        // The sum stops early: most different programmes exceed the limit within a few samples.
         (0..COMPARED).all(|at| {
             let difference = |axis| load(self, at, axis) - load(other, at, axis);
             squares += (0..n_axes).map(|axis| difference(axis).powi(2)).sum::<f64>();

@@ -1,7 +1,7 @@
 //! One uninterrupted run of a sensor.
 //!
-//! Guarantees, checked by the constructor: at least one sample and one gauge, finite numbers, times that never go back,
-//! axes in [`Axis`] order without repeats.
+//! Guarantees, checked by the constructor: there is at least one sample and one gauge, numbers are finite, times never go
+//! back, and axes are in the order of [`Axis`] without repeats.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -11,7 +11,6 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::recording::auxiliary::AuxiliaryTable;
-use crate::recording::auxiliary::Held;
 use crate::recording::axis::Axis;
 use crate::recording::date::{DateSource, Dated, Day};
 use crate::recording::gap::gap_by_steps;
@@ -39,43 +38,39 @@ impl Source {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sampling {
-    /// Samples follow one another in time.
-    #[default]
-    Timed,
-    /// Samples are rows of one load case. Their times only count the rows.
-    Static,
-}
-
-/// One uninterrupted run: times (s), gauge channels, and the reference load (N, N·m) if it is known.
+/// One uninterrupted run: times (s), gauge readings in the unit of the logger, and the reference load (N, N·m) if it is
+/// known.
 ///
-/// A row of loads is L (Eq. 1), a row of gauges S (Eq. 2). Gauges (`n × n_gauges`) are in the unit of the logger, loads are
-/// `n × n_axes` (`n_axes` is 0 without a reference), both row-major.
+/// The loads of one sample are L in Eq. 1, its gauge readings S in Eq. 2.
+///
+/// **Shapes** gauges and loads have one row for each sample, with `n_gauges` and `n_axes` columns. Without a reference,
+/// `n_axes` is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     name: String,
     source: Source,
-    sampling: Sampling,
+    /// True if the samples were taken under one load and have no times. `times` then only counts the rows.
+    is_static: bool,
     times: Shared,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
     gauges: Ranged,
     axes: Vec<Axis>,
     loads: Ranged,
-    auxiliary: AuxiliaryTable,
+    pub(crate) auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
-    /// Origin of the times (s since 1970); zero if the file gives no date.
-    zero_secs: f64,
-    /// Step above which samples are missing (s), if the file defines one; otherwise the steps do.
-    gap_secs: Option<f64>,
-    /// Offsets that taring subtracted; empty without a tare.
+    /// Whole seconds that were subtracted from the times of the file, on the file's clock.
+    pub(crate) zero_secs: f64,
+    /// Minimum length of a gap (s) that was used when the file was read; `None` to compute the length from the times.
+    pub(crate) gap_secs: Option<f64>,
+    /// Offset of each gauge that taring subtracted; empty without a tare.
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
-    group: Option<String>,
-    file_day: Option<Day>,
-    entered_day: Option<Day>,
+    pub(crate) group: Option<String>,
+    pub(crate) file_day: Option<Day>,
+    /// Day that the user entered.
+    pub(crate) entered_day: Option<Day>,
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -84,7 +79,7 @@ pub enum RecordingError {
     NoSamples { name: String },
     #[error("{name}: no gauge channels")]
     NoGauges { name: String },
-    #[error("{name}: the {what} has {actual} numbers, but {expected} are needed")]
+    #[error("{name}: there are {actual} {what} values, but {expected} are needed")]
     Shape { name: String, what: &'static str, expected: usize, actual: usize },
     #[error("{name}: the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
     AxisOrder { name: String },
@@ -95,7 +90,7 @@ pub enum RecordingError {
 }
 
 impl Recording {
-    /// Creates a recording from its parts; [`RecordingError`] if a guarantee of this type does not hold.
+    /// Creates a recording from its parts. Returns [`RecordingError`] if a guarantee of this module does not hold.
     pub fn new(
         name: impl Into<String>,
         source: Source,
@@ -113,30 +108,11 @@ impl Recording {
         if gauge_names.is_empty() {
             return Err(RecordingError::NoGauges { name });
         }
-        for (what, width, values) in
-            [("gauge table", gauge_names.len(), &gauges), ("load table", axes.len(), &loads)]
-        {
-            if values.len() != n * width {
-                return Err(RecordingError::Shape {
-                    name,
-                    what,
-                    expected: n * width,
-                    actual: values.len(),
-                });
-            }
-        }
+        check(&name, "time", [n, 1], &times)?;
+        check(&name, "gauge", [n, gauge_names.len()], &gauges)?;
+        check(&name, "load", [n, axes.len()], &loads)?;
         if !axes.is_sorted_by(|a, b| a < b) {
             return Err(RecordingError::AxisOrder { name });
-        }
-        for (what, width, values) in [
-            ("time", 1, &times),
-            ("gauge", gauge_names.len(), &gauges),
-            ("load", axes.len(), &loads),
-        ] {
-            if let Some(at) = first_not_finite(values) {
-                let sample = at / width;
-                return Err(RecordingError::NotFinite { name, what, sample });
-            }
         }
         if let Some(at) = times.windows(2).position(|pair| pair[1] < pair[0]) {
             return Err(RecordingError::TimeGoesBack { name, sample: at + 1 });
@@ -154,7 +130,7 @@ impl Recording {
             auxiliary: AuxiliaryTable::default(),
             name,
             source,
-            sampling: Sampling::Timed,
+            is_static: false,
             times: times.into(),
             gauge_units: vec![String::new(); gauge_names.len()],
             gauges: Ranged::new(gauges, gauge_names.len()),
@@ -164,8 +140,8 @@ impl Recording {
         })
     }
 
-    /// Returns the recording with labels for the gauge units (`mV/V`, `V`, `counts`, `ohm`), empty where unknown; unchanged if
-    /// their number differs from that of the gauges.
+    /// Returns the recording with labels for the units of its gauges, such as `mV/V`; an unknown unit is empty. Without exactly
+    /// one label for each gauge, the recording is returned unchanged.
     pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
         if units.len() == self.gauge_names.len() {
             self.gauge_units = units;
@@ -173,40 +149,24 @@ impl Recording {
         self
     }
 
-    /// Returns the recording with auxiliary channels, `n × names` row-major, and their units (empty if unknown). The error is
-    /// [`RecordingError`] if a number is missing or not finite.
+    /// Returns the recording with auxiliary channels and their units; an unknown unit is empty. `values` has one row for each
+    /// sample. Returns [`RecordingError`] if a number is missing or not finite.
     pub fn with_auxiliary(
         mut self,
         names: Vec<String>,
         units: Vec<String>,
         values: Vec<f64>,
     ) -> Result<Self, RecordingError> {
-        let what = "auxiliary channel";
-        let expected = self.n_samples() * names.len();
-        if values.len() != expected || units.len() != names.len() {
-            let (name, actual) = (self.name, values.len());
-            return Err(RecordingError::Shape { name, what, expected, actual });
-        }
-        if let Some(at) = first_not_finite(&values) {
-            let (name, sample) = (self.name, at / names.len());
-            return Err(RecordingError::NotFinite { name, what, sample });
-        }
+        check(&self.name, "auxiliary channel", [self.n_samples(), names.len()], &values)?;
         self.auxiliary = AuxiliaryTable::new(names, units, values);
         Ok(self)
     }
 
-    /// Returns the recording with the intervals (s) in which each auxiliary channel holds an outdated value, in order.
-    pub(crate) fn with_held_auxiliary(mut self, held: Vec<Held>) -> Self {
-        self.auxiliary = self.auxiliary.with_held(held);
-        self
-    }
-
-    /// Returns the recording with only these auxiliary channels, in this order, or the first name that it lacks.
+    /// Returns the recording with only the named auxiliary channels, in this order, or the first name that is not a channel.
     pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
         let mut picked = self.clone();
         if names != self.auxiliary.names() {
-            let places = self.auxiliary.places(names)?;
-            picked.auxiliary = self.auxiliary.picked(&places);
+            picked.auxiliary = self.auxiliary.picked(names)?;
         }
         Ok(picked)
     }
@@ -225,14 +185,14 @@ impl Recording {
         self
     }
 
-    /// Returns the recording as rows of one load case, without times.
+    /// Returns the recording as samples of one load, without times.
     pub fn without_times(mut self) -> Self {
-        self.sampling = Sampling::Static;
+        self.is_static = true;
         self.rate_hz = None;
         self
     }
 
-    /// Returns the rows of several load cases as one recording; panics without any.
+    /// Returns the samples of several recordings without times as one recording. Panics if there is no recording.
     pub(crate) fn table_of(cases: &[&Self]) -> Self {
         let all = |values: fn(&Self) -> &[f64]| -> Vec<f64> {
             let values = cases.iter().flat_map(|case| values(case));
@@ -250,51 +210,36 @@ impl Recording {
         first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
 
-    /// Returns the relation of the samples to time.
-    pub fn sampling(&self) -> Sampling {
-        self.sampling
-    }
-
-    /// Returns true if the samples have no times. History, loops and dwells are then undefined.
+    /// Returns true if the samples have no times, so that there are no loops, dwells or past samples.
     pub fn is_static(&self) -> bool {
-        self.sampling == Sampling::Static
+        self.is_static
     }
 
     pub(crate) fn tared_by(&self, gauge: usize) -> f64 {
         self.offsets.get(gauge).copied().unwrap_or(0.0)
     }
 
-    /// Returns the samples that were left out.
+    /// Returns the description of the samples that were left out, if any were.
     pub fn left_out(&self) -> Option<&LeftOut> {
         self.left_out.as_ref()
     }
 
-    pub(crate) fn with_gap(mut self, gap_secs: f64) -> Self {
-        self.gap_secs = Some(gap_secs);
-        self
-    }
-
-    pub(crate) fn with_zero(mut self, zero_secs: f64) -> Self {
-        self.zero_secs = zero_secs;
-        self
-    }
-
-    /// Returns the time of a sample on the clock of the file (s).
+    /// Returns the time (s) of a sample on the clock of the file.
     pub fn clock_time(&self, sample: usize) -> f64 {
         self.zero_secs + self.times[sample]
     }
 
-    /// Returns the step above which samples are missing (s): the value of the file, else a multiple of the median step.
+    /// Returns the minimum length of a gap (s): the value used when the file was read, else a multiple of the median step.
     pub fn gap_secs(&self) -> f64 {
         self.gap_secs.unwrap_or_else(|| gap_by_steps(&self.times))
     }
 
-    /// Returns the tare of the gauges, or `None` if they are as measured.
+    /// Returns the tare of the gauges, or `None` if the readings are as measured.
     pub fn tare(&self) -> Option<Tare> {
         self.tare
     }
 
-    /// Returns the name: the stem of the file name, with a part number if one file holds several recordings.
+    /// Returns the name: the file name without extension, with a number if the file holds several recordings.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -309,7 +254,7 @@ impl Recording {
         self.times.len()
     }
 
-    /// Returns the sample times (s), which never go back, without the whole seconds that [`Self::clock_time`] adds.
+    /// Returns the sample times (s). They never go back. [`Self::clock_time`] returns times on the clock of the file.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -318,7 +263,7 @@ impl Recording {
         self.times.whole()
     }
 
-    /// Returns the time from the first to the last sample (s); zero for samples without times.
+    /// Returns the time (s) from the first to the last sample; zero for samples without times.
     pub fn duration_secs(&self) -> f64 {
         if self.is_static() {
             return 0.0;
@@ -326,17 +271,17 @@ impl Recording {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Returns the sample rate (Hz), the inverse of the median step. `None` with one sample, or if most steps are zero.
+    /// Returns the sample rate (Hz), the inverse of the median time step. `None` for one sample, or if most steps are zero.
     pub fn rate_hz(&self) -> Option<f64> {
         self.rate_hz
     }
 
-    /// Returns the gauge names in column order.
+    /// Returns the names of the gauges, in the order of columns.
     pub fn gauge_names(&self) -> &[String] {
         &self.gauge_names
     }
 
-    /// Returns the labels of the gauge units in column order, empty where unknown. Gauge values are never converted.
+    /// Returns the labels of the gauges' units; an unknown unit is empty. Gauge readings are never converted.
     pub fn gauge_units(&self) -> &[String] {
         &self.gauge_units
     }
@@ -346,12 +291,12 @@ impl Recording {
         self.gauge_names.len()
     }
 
-    /// Returns all gauge readings, `n × n_gauges` row-major.
+    /// Returns all gauge readings, one row of `n_gauges` readings for each sample.
     pub fn gauges(&self) -> &[f64] {
         &self.gauges
     }
 
-    /// Returns the gauge readings of sample `k`; panics if there is none.
+    /// Returns the gauge readings of sample `k`. Panics if there is no such sample.
     pub fn gauges_at(&self, k: usize) -> &[f64] {
         &self.gauges[k * self.n_gauges()..(k + 1) * self.n_gauges()]
     }
@@ -361,50 +306,32 @@ impl Recording {
         &self.axes
     }
 
-    /// Returns the start of the recording (s since 1970), if its clock shows a date between 2001 and 2286.
+    /// Returns the start of the recording (s since 1970). `None` if the file's clock does not count from 1970.
     pub fn started(&self) -> Option<f64> {
         let first = self.clock_time(0);
         (1e9..1e10).contains(&first).then_some(first)
     }
 
-    pub(crate) fn with_group(mut self, group: Option<String>) -> Self {
-        self.group = group;
-        self
-    }
-
-    /// Returns the group in the group column of the file.
+    /// Returns the name of the group that the group column of the file gives.
     pub fn group(&self) -> Option<&str> {
         self.group.as_deref()
     }
 
-    pub(crate) fn with_file_day(mut self, day: Option<Day>) -> Self {
-        self.file_day = day;
-        self
-    }
-
-    /// Returns the recording with the day that the user entered, or with none.
-    pub fn with_entered_day(mut self, day: Option<Day>) -> Self {
-        self.entered_day = day;
-        self
-    }
-
-    /// Returns the day that the user entered.
-    pub fn entered_day(&self) -> Option<Day> {
-        self.entered_day
-    }
-
-    /// Returns the day of the recording by the first of: the user's entry, file header, clock, name of file or folder.
+    /// Returns the day of the recording from the first source that gives it, in the order of [`DateSource`].
     pub fn dated(&self) -> Option<Dated> {
         let in_name = || {
             let path = self.source.path()?;
             let day = |name: Option<&std::ffi::OsStr>| Day::in_text(&name?.to_string_lossy());
             day(path.file_stem()).or_else(|| day(path.parent().and_then(Path::file_name)))
         };
-        let dated = |day: Option<Day>, from| day.map(|day| Dated { day, from });
-        dated(self.entered_day, DateSource::Entered)
-            .or_else(|| dated(self.file_day, DateSource::Header))
-            .or_else(|| dated(Day::of_clock(self.started()?), DateSource::Clock))
-            .or_else(|| dated(in_name(), DateSource::Name))
+        let clock = self.started().and_then(Day::of_clock);
+        let found = [
+            (self.entered_day, DateSource::Entered),
+            (self.file_day, DateSource::Header),
+            (clock, DateSource::Clock),
+            (in_name(), DateSource::Name),
+        ];
+        found.into_iter().find_map(|(day, from)| Some(Dated { day: day?, from }))
     }
 
     /// Returns true if the reference load is known.
@@ -412,7 +339,7 @@ impl Recording {
         !self.axes.is_empty()
     }
 
-    /// Returns the reference load, `n × n_axes` row-major.
+    /// Returns the reference load, one row of `n_axes` loads (N, N·m) for each sample.
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
@@ -426,49 +353,20 @@ impl Recording {
         self.loads.ranges()
     }
 
-    /// Returns the common step of a gauge's readings (its converter's resolution); `None` without one, or with few samples.
-    pub fn resolution(&self, gauge: usize) -> Option<f64> {
-        const FEWEST: usize = 100;
-        const SHARE: f64 = 0.95;
-        let values = || self.gauges().iter().skip(gauge).step_by(self.n_gauges());
-        let steps = || {
-            let steps = values().zip(values().skip(1)).map(|(a, b)| (a - b).abs());
-            steps.filter(|step| *step > 0.0)
-        };
-        let least = steps().reduce(f64::min)?;
-        let is_whole = |step: &f64| (step / least - (step / least).round()).abs() < 0.1;
-        let (n, whole) = (steps().count(), steps().filter(is_whole).count());
-        (n >= FEWEST && whole as f64 >= SHARE * n as f64).then_some(least)
-    }
-
-    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2); 0 counts as 1. Load cases
-    /// keep all rows, because their rows are not samples of one motion.
+    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2). With a step of 0 or 1, or
+    /// for samples without times, all samples are returned.
     pub fn decimated(&self, step: usize) -> Self {
-        if self.is_static() {
+        if self.is_static || step <= 1 {
             return self.clone();
         }
-        let step = step.max(1);
-        let mut kept = match step {
-            1 => self.segment(0..self.n_samples()),
-            _ => {
-                let every = |values: &[f64], width: usize| -> Vec<f64> {
-                    let rows = values.chunks_exact(width.max(1)).step_by(step);
-                    rows.flatten().copied().collect()
-                };
-                let times = every(&self.times, 1).into();
-                let gauges = Ranged::new(every(&self.gauges, self.n_gauges()), self.n_gauges());
-                let loads = Ranged::new(every(&self.loads, self.axes.len()), self.axes.len());
-                let auxiliary = every(self.auxiliary.values(), self.auxiliary.len());
-                let auxiliary = self.auxiliary.with_values(auxiliary.into());
-                self.with_samples(self.name.clone(), times, gauges, loads, auxiliary)
-            }
-        };
+        let kept: Vec<_> = (0..self.n_samples()).step_by(step).map(|k| k..k + 1).collect();
+        let mut kept = self.of_ranges(&kept, self.name.clone());
         kept.gap_secs = self.gap_secs.map(|gap_secs| gap_secs * step as f64);
         kept
     }
 
-    /// Splits the recording in time: the first `⌊fraction · n⌋` samples, then the rest. `None` for a load case, or if a side
-    /// would be empty. History does not cross the cut.
+    /// Splits the recording in time. The first part has `⌊fraction · n⌋` of the `n` samples. `None` for samples without times,
+    /// or if a part would be empty. Past samples are never taken across the cut.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
         if self.is_static() {
             return None;
@@ -483,13 +381,13 @@ impl Recording {
         })
     }
 
-    /// Returns a range of samples as a recording of its own. History does not cross its ends.
+    /// Returns a range of samples as a separate recording, without the samples before the range as past samples.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
         self.picked(samples, self.name.clone())
     }
 
-    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. History
-    /// does not cross the cuts.
+    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. Past
+    /// samples are never taken across a cut.
     pub fn segments(&self, count: usize) -> Vec<Self> {
         let n = self.n_samples();
         let at = |segment: usize| segment * n / count;
@@ -503,42 +401,37 @@ impl Recording {
         self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
-    /// Returns the recordings that remain without these samples, which must be in order: none if nothing remains, several if a
-    /// missing interval is longer than a gap, because history must not cross it.
+    /// Returns what remains of the recording without these samples, which must be in order. Where the remaining samples are a
+    /// gap apart, a new recording starts.
     pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
-        let mut kept = Vec::new();
-        let mut next = 0;
-        for range in samples.iter().chain([&(self.n_samples()..self.n_samples())]) {
-            kept.extend((next < range.start).then_some(next..range.start));
-            next = next.max(range.end);
-        }
         let (times, gap_secs) = (self.times(), self.gap_secs());
         let mut parts: Vec<Vec<Range<usize>>> = Vec::new();
-        for range in kept {
-            match parts.last_mut() {
-                Some(part)
-                    if part.last().is_some_and(|before| {
-                        let missing = times[range.start] - times[before.end - 1];
-                        missing <= gap_secs || self.is_static()
-                    }) =>
-                {
-                    part.push(range);
+        let mut next = 0;
+        for range in samples.iter().chain([&(self.n_samples()..self.n_samples())]) {
+            let follows = |part: &Vec<Range<usize>>| {
+                let before = part[part.len() - 1].end - 1;
+                self.is_static || times[next] - times[before] <= gap_secs
+            };
+            let kept = next..range.start;
+            if !kept.is_empty() {
+                match parts.last_mut().filter(|part| follows(part)) {
+                    Some(part) => part.push(kept),
+                    None => parts.push(vec![kept]),
                 }
-                _ => parts.push(vec![range]),
             }
+            next = next.max(range.end);
         }
         let n_parts = parts.len();
-        let mut recordings: Vec<Self> = Vec::new();
-        for (at, ranges) in parts.into_iter().enumerate() {
+        let part = |(at, ranges): (usize, Vec<Range<usize>>)| {
             let name = match n_parts {
-                1 => self.name().to_owned(),
-                _ => format!("{} (part {})", self.name(), at + 1),
+                1 => self.name.clone(),
+                _ => format!("{} (part {})", self.name, at + 1),
             };
-            let mut part = self.of_ranges(&ranges, name).with_gap(gap_secs);
-            part.left_out = Some(left_out.clone());
-            recordings.push(part);
-        }
-        recordings
+            let mut part = self.of_ranges(&ranges, name);
+            (part.gap_secs, part.left_out) = (Some(gap_secs), Some(left_out.clone()));
+            part
+        };
+        parts.into_iter().enumerate().map(part).collect()
     }
 
     fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
@@ -547,7 +440,6 @@ impl Recording {
         self.with_samples(name, times, gauges, loads, self.auxiliary.rows(ranges))
     }
 
-    /// Returns other samples of the same sensor, without samples before them.
     fn with_samples(
         &self,
         name: String,
@@ -568,6 +460,22 @@ impl Recording {
     }
 }
 
+fn check(
+    name: &str,
+    what: &'static str,
+    [n, width]: [usize; 2],
+    values: &[f64],
+) -> Result<(), RecordingError> {
+    let (name, expected, actual) = (name.to_owned(), n * width, values.len());
+    if actual != expected {
+        return Err(RecordingError::Shape { name, what, expected, actual });
+    }
+    match first_not_finite(values) {
+        Some(at) => Err(RecordingError::NotFinite { name, what, sample: at / width }),
+        None => Ok(()),
+    }
+}
+
 fn first_not_finite(values: &[f64]) -> Option<usize> {
     let parts = values.par_chunks(SAMPLES_A_THREAD).enumerate();
     parts.find_map_first(|(part, values)| {
@@ -576,9 +484,9 @@ fn first_not_finite(values: &[f64]) -> Option<usize> {
     })
 }
 
-/// Maximum number of steps that determine the sample rate. In longer recordings, evenly spread runs of steps are used.
+/// Maximum number of time steps for the sample rate. In longer recordings, evenly spread runs of steps are used.
 const RATE_STEPS: usize = 1 << 20;
-/// Number of steps in a run, more than in a burst of samples.
+/// Number of time steps in a run. Loggers that write samples in bursts write fewer samples at once.
 const RATE_RUN: usize = 1 << 12;
 
 fn rate_hz(times: &[f64]) -> Option<f64> {
@@ -641,24 +549,6 @@ mod tests {
             vec![0.0; 2],
         );
         assert!(matches!(twice, Err(RecordingError::AxisOrder { .. })));
-    }
-
-    #[test]
-    fn a_gauge_in_counts_has_a_resolution_and_a_continuous_one_has_none() {
-        let wave = |k: usize| (0.37 * k as f64).sin() + 0.3 * (1.3 * k as f64).cos();
-        let of = |value: &dyn Fn(usize) -> f64, n: usize| {
-            let times: Vec<f64> = (0..n).map(|k| k as f64).collect();
-            let gauges = (0..n).map(value).collect();
-            let names = vec!["S1".to_owned()];
-            let recording =
-                Recording::new("r", Source::Simulated, times, names, gauges, vec![], vec![]);
-            recording.unwrap().resolution(0)
-        };
-        let counts = |k: usize| 0.25 * (wave(k) * 40.0).round();
-        assert_eq!(of(&counts, 300), Some(0.25));
-        assert_eq!(of(&wave, 300), None);
-        assert_eq!(of(&counts, 50), None, "too few samples");
-        assert_eq!(of(&|_| 1.0, 300), None);
     }
 
     #[test]

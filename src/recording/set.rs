@@ -1,21 +1,24 @@
 //! The loaded recordings and their roles.
 //!
 //! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order. A recording without a
-//! reference may be loaded, but has no role.
+//! reference may be loaded, but is neither fitted nor scored.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 use crate::recording::axis::Axis;
 use crate::recording::date::Day;
 use crate::recording::median::median;
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
+use crate::shown::listed;
 
 /// Role of a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Role {
     /// The calibration is fitted to the recording.
     Train,
@@ -27,7 +30,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Returns the default role: test for names of recordings or files that start with `test`, otherwise train.
+    /// Returns the default role for the name of a recording or file: test if the name starts with `test`, otherwise train.
     pub fn of_name(name: &str) -> Self {
         let start = name.get(..4);
         if start.is_some_and(|start| start.eq_ignore_ascii_case("test")) {
@@ -37,13 +40,9 @@ impl Role {
         }
     }
 
-    /// Returns the name of the role, in the window and in files.
-    pub const fn label(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Test => "test",
-            Self::Off => "off",
-        }
+    /// Returns the name of the role in the window and in files.
+    pub fn label(self) -> &'static str {
+        self.into()
     }
 }
 
@@ -54,18 +53,18 @@ pub struct Entry {
     pub recording: Arc<Recording>,
     /// Role of the recording.
     pub role: Role,
-    /// Group that the user set, or that a column of the file gives; see [`RecordingSet::groups`].
+    /// Name of the group, from the user or from a column of the file; see [`RecordingSet::groups`].
     pub group: Option<String>,
 }
 
 impl Entry {
-    /// Creates an entry with the default role for the recording's name ([`Role::of_name`]), or off without a reference.
+    /// Creates an entry with the role for the recording's name ([`Role::of_name`]). Without a reference, the role is off.
     pub fn with_default_role(recording: Recording) -> Self {
         let role = Role::of_name(recording.name());
         Self::new(recording, role)
     }
 
-    /// Creates an entry with this role, or off without a reference.
+    /// Creates an entry with this role. Without a reference, the role is off.
     pub fn new(recording: Recording, role: Role) -> Self {
         let role = if recording.has_reference() { role } else { Role::Off };
         let group = recording.group().map(str::to_owned);
@@ -77,7 +76,7 @@ pub fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
     entries.iter().filter(|entry| entry.role == role).map(|entry| &*entry.recording).collect()
 }
 
-/// The columns that the recordings of one set share, in order.
+/// Gauges and axes that all recordings of one set have, in the order of columns.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     pub gauge_names: Vec<String>,
@@ -86,28 +85,14 @@ pub struct Layout {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LayoutError {
-    #[error(
-        "{name}: the gauges are {}, but {} in the other recordings; use recordings of one sensor",
-        names(actual),
-        names(expected)
-    )]
-    Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
-    #[error(
-        "{name}: the reference axes are {}, but {} in the other recordings; use recordings of one sensor and one set of axes",
-        Axis::symbols(actual).join(" "),
-        Axis::symbols(expected).join(" ")
-    )]
-    Axes { name: String, expected: Vec<Axis>, actual: Vec<Axis> },
-}
-
-fn names(names: &[String]) -> String {
-    match names {
-        [first, .., last] if names.len() > 8 => {
-            format!("{first} … {last} ({} channels)", names.len())
-        }
-        _ => names.join(" "),
-    }
+#[error(
+    "{name}: the {what} are {actual}, but {expected} in the other recordings; use recordings of one sensor with the same reference axes"
+)]
+pub struct LayoutError {
+    name: String,
+    what: &'static str,
+    expected: String,
+    actual: String,
 }
 
 /// Loaded recordings, in the order of loading.
@@ -123,7 +108,7 @@ impl RecordingSet {
         &self.layout
     }
 
-    /// Returns the unit of a gauge in the first recording, or `raw` if it has none.
+    /// Returns the unit of a gauge in the first recording, or `raw` if the unit is unknown.
     pub fn gauge_unit(&self, gauge: usize) -> &str {
         let first = self.entries.first();
         let unit = first.and_then(|entry| entry.recording.gauge_units().get(gauge));
@@ -140,19 +125,19 @@ impl RecordingSet {
         in_role(&self.entries, role).into_iter().map(Recording::n_samples).sum()
     }
 
-    /// Returns true if every recording comes from the built-in simulated sensor.
+    /// Returns true if there are recordings, and all come from the built-in simulated sensor.
     pub fn is_simulated(&self) -> bool {
         let mut entries = self.entries.iter();
         let is_read = |entry: &Entry| entry.recording.source().path().is_some();
         !self.entries.is_empty() && !entries.any(is_read)
     }
 
-    /// Returns the upper median of the sample rates in a role (Hz), or `None` if no recording has a rate.
+    /// Returns the median sample rate (Hz) of the recordings in a role, or `None` if no recording has a rate.
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
         median(in_role(&self.entries, role).into_iter().filter_map(Recording::rate_hz))
     }
 
-    /// Returns true if recordings that train or test have no times, so that there is no history.
+    /// Returns true if a recording that trains or tests has no times, so that there are no past samples.
     pub fn is_static(&self) -> bool {
         let mut used = self.entries.iter().filter(|entry| entry.role != Role::Off);
         used.any(|entry| entry.recording.is_static())
@@ -165,36 +150,33 @@ impl RecordingSet {
         tares.all(|tare| tare.is_some()).then_some(first)
     }
 
-    /// Appends a recording; on [`LayoutError`], its columns differ and the set is unchanged.
+    /// Appends a recording. If its columns differ, returns [`LayoutError`] and leaves the set unchanged.
     pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
         let recording = &entry.recording;
-        let (name, axes) = (|| recording.name().to_owned(), recording.axes());
+        let axes = recording.axes();
         let layout = &mut self.layout;
         if self.entries.is_empty() {
             layout.gauge_names = recording.gauge_names().to_vec();
             layout.axes.clear();
         }
+        let differ = |what, expected, actual| {
+            Err(LayoutError { name: recording.name().to_owned(), what, expected, actual })
+        };
         if recording.gauge_names() != layout.gauge_names {
-            return Err(LayoutError::Gauges {
-                name: name(),
-                expected: layout.gauge_names.clone(),
-                actual: recording.gauge_names().to_vec(),
-            });
+            return differ("gauges", listed(&layout.gauge_names), listed(recording.gauge_names()));
         }
         if layout.axes.is_empty() {
             layout.axes = axes.to_vec();
         } else if recording.has_reference() && axes != layout.axes {
-            return Err(LayoutError::Axes {
-                name: name(),
-                expected: layout.axes.clone(),
-                actual: axes.to_vec(),
-            });
+            let [expected, actual] =
+                [&layout.axes[..], axes].map(|axes| Axis::symbols(axes).join(" "));
+            return differ("reference axes", expected, actual);
         }
         self.entries.push(entry);
         Ok(())
     }
 
-    /// Sets the role of a recording. A recording without a reference stays off; an unknown index changes nothing.
+    /// Sets the role of a recording. A recording without a reference stays off. An unknown index changes nothing.
     pub fn set_role(&mut self, index: usize, role: Role) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.has_reference()
@@ -203,24 +185,23 @@ impl RecordingSet {
         }
     }
 
-    /// Sets the group of a recording; with `None` it follows from the file or the name. An unknown index changes nothing.
+    /// Sets the group of a recording. With `None`, the file or the name gives the group. An unknown index changes nothing.
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
             entry.group = group.or_else(|| entry.recording.group().map(str::to_owned));
         }
     }
 
-    /// Sets the day of a recording; with `None` the day follows from the file. An unknown index changes nothing.
+    /// Sets the day of a recording. With `None`, the file gives the day. An unknown index changes nothing.
     pub fn set_day(&mut self, index: usize, day: Option<Day>) {
         if let Some(entry) = self.entries.get_mut(index)
-            && entry.recording.entered_day() != day
+            && entry.recording.entered_day != day
         {
-            let recording = Recording::clone(&entry.recording);
-            entry.recording = Arc::new(recording.with_entered_day(day));
+            Arc::make_mut(&mut entry.recording).entered_day = day;
         }
     }
 
-    /// Replaces a recording by one with the same columns and other values.
+    /// Replaces a recording by one with other values. If the columns differ, nothing changes.
     pub fn replace(&mut self, index: usize, recording: Recording) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.gauge_names() == recording.gauge_names()
@@ -230,7 +211,7 @@ impl RecordingSet {
         }
     }
 
-    /// Removes a recording; an unknown index changes nothing.
+    /// Removes a recording. An unknown index changes nothing.
     pub fn remove(&mut self, index: usize) {
         if index < self.entries.len() {
             self.entries.remove(index);
@@ -241,38 +222,31 @@ impl RecordingSet {
         }
     }
 
-    /// Splits each recording with a role in time: the first part trains, the rest tests. Recordings that are off or short stay
-    /// unchanged. Each load case gets one role instead, so that no repeat of a training row is tested.
+    /// Splits each recording with a role in time: the first part trains, the second part tests. Recordings that are off or too
+    /// short stay unchanged. Samples without times are not split in time: all samples of one load get the same role.
     pub fn split(&self, fraction: f64) -> Self {
         let cases = if self.is_static() { self.groups().of } else { Vec::new() };
-        // Load cases with the train role are spread evenly, because loads are often in order.
+        // Training loads are spread evenly over the loads, because tables often list loads in increasing order.
         let trains = |case: usize| {
             let before = |n: usize| (fraction * n as f64).floor();
             before(case + 1) > before(case)
         };
-        let entries = self
-            .entries
-            .iter()
-            .enumerate()
-            .flat_map(|(at, entry)| {
-                if entry.recording.is_static() && entry.role != Role::Off {
-                    let is_training = trains(cases.get(at).copied().unwrap_or(at));
-                    let role = if is_training { Role::Train } else { Role::Test };
-                    return vec![Entry { role, ..entry.clone() }];
-                }
-                let halves =
-                    (entry.role != Role::Off).then(|| entry.recording.split(fraction)).flatten();
-                match halves {
-                    Some((first, rest)) => [(first, Role::Train), (rest, Role::Test)]
-                        .map(|(part, role)| Entry {
-                            group: entry.group.clone(),
-                            ..Entry::new(part, role)
-                        })
-                        .to_vec(),
-                    None => vec![entry.clone()],
-                }
-            })
-            .collect();
+        let split = |(at, entry): (usize, &Entry)| -> Vec<Entry> {
+            if entry.role == Role::Off {
+                return vec![entry.clone()];
+            }
+            if entry.recording.is_static() {
+                let role = if trains(cases[at]) { Role::Train } else { Role::Test };
+                return vec![Entry { role, ..entry.clone() }];
+            }
+            let part =
+                |(part, role)| Entry { group: entry.group.clone(), ..Entry::new(part, role) };
+            match entry.recording.split(fraction) {
+                Some((first, rest)) => [(first, Role::Train), (rest, Role::Test)].map(part).into(),
+                None => vec![entry.clone()],
+            }
+        };
+        let entries = self.entries.iter().enumerate().flat_map(split).collect();
         Self { layout: self.layout.clone(), entries }
     }
 }
@@ -314,9 +288,9 @@ mod tests {
         set.push(Entry::with_default_role(recording("a", &["S1", "S2"], &[Axis::Fz]))).unwrap();
         let before = set.clone();
         let gauges = set.push(Entry::with_default_role(recording("b", &["S1"], &[Axis::Fz])));
-        assert!(matches!(gauges, Err(LayoutError::Gauges { .. })));
+        assert_eq!(gauges.unwrap_err().what, "gauges");
         let axes = set.push(Entry::with_default_role(recording("c", &["S1", "S2"], &[Axis::Fx])));
-        assert!(matches!(axes, Err(LayoutError::Axes { .. })));
+        assert_eq!(axes.unwrap_err().what, "reference axes");
         assert_eq!(set, before);
     }
 

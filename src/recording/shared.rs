@@ -1,17 +1,17 @@
-//! Numbers that several recordings share: a segment refers to the numbers of its recording.
+//! Numbers that several recordings share without a copy: a segment uses the numbers of the recording from which it was cut.
 
 use std::ops::{Deref, Range};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
 use crate::min_max::MinMax;
 
-/// Number of samples or numbers that one thread processes at a time.
+/// Number of samples that one thread processes at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 
 /// A part of a shared list of numbers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Shared {
     all: Arc<Vec<f64>>,
     own: Range<usize>,
@@ -26,7 +26,7 @@ impl Shared {
         }
     }
 
-    /// Returns these rows of `width` numbers, one range after another; only a single range stays shared.
+    /// Returns these ranges of rows, each of `width` numbers. A single range is shared, several ranges are copied.
     pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
         let numbers = |range: &Range<usize>| range.start * width..range.end * width;
         match ranges {
@@ -38,7 +38,7 @@ impl Shared {
         }
     }
 
-    /// Returns the numbers as a list, copied only if they are a part of a longer list.
+    /// Returns the numbers as a list. A part of a longer list is copied.
     pub fn whole(&self) -> Arc<Vec<f64>> {
         if self.own.len() == self.all.len() {
             Arc::clone(&self.all)
@@ -47,7 +47,7 @@ impl Shared {
         }
     }
 
-    /// Returns the numbers for writing, copied if another list shares them.
+    /// Returns the numbers for writing. Numbers that others share are copied first.
     pub fn make_mut(&mut self) -> &mut Vec<f64> {
         if self.own.len() < self.all.len() {
             *self = self.to_vec().into();
@@ -77,27 +77,17 @@ impl PartialEq for Shared {
     }
 }
 
-/// Rows of numbers with the range of each column. The range of a part is found without visiting all of its rows.
+/// Rows of numbers with the range (minimum and maximum) of each column. The ranges of a segment are computed on first use.
 #[derive(Clone, Debug)]
 pub(super) struct Ranged {
     values: Shared,
     width: usize,
-    /// Range of each column over each run of [`SAMPLES_A_THREAD`] rows of the shared list.
-    runs: Arc<Vec<Vec<MinMax>>>,
-    ranges: Vec<MinMax>,
+    ranges: OnceLock<Vec<MinMax>>,
 }
 
 impl Ranged {
     pub fn new(values: Vec<f64>, width: usize) -> Self {
-        Self::of(values.into(), width)
-    }
-
-    fn of(values: Shared, width: usize) -> Self {
-        let runs = values.par_chunks(width.max(1) * SAMPLES_A_THREAD);
-        let runs: Vec<_> = runs.map(|run| ranges(run, width)).collect();
-        let mut all = vec![MinMax::NONE; width];
-        runs.iter().for_each(|run| join(&mut all, run));
-        Self { ranges: all, runs: Arc::new(runs), values, width }
+        Self { ranges: OnceLock::from(ranges(&values, width)), values: values.into(), width }
     }
 
     pub fn subtract(&mut self, offsets: &[f64]) {
@@ -105,36 +95,16 @@ impl Ranged {
             let values = row.iter_mut().zip(offsets);
             values.for_each(|(value, offset)| *value -= offset);
         }
-        *self = Self::of(self.values.clone(), self.width);
+        self.ranges = OnceLock::new();
     }
 
     pub fn ranges(&self) -> &[MinMax] {
-        &self.ranges
+        self.ranges.get_or_init(|| ranges(&self.values, self.width))
     }
 
-    /// Returns these ranges of rows, one after another.
     pub fn rows(&self, picked: &[Range<usize>]) -> Self {
         let values = self.values.rows(picked, self.width);
-        let [one] = picked else {
-            return Self::of(values, self.width);
-        };
-        let first = self.values.own.start / self.width.max(1);
-        let (start, end) = (first + one.start, first + one.end);
-        // Whole runs, and the rows before and after them.
-        let whole = start.div_ceil(SAMPLES_A_THREAD)..end / SAMPLES_A_THREAD;
-        let of = |rows: Range<usize>| {
-            let numbers = rows.start * self.width..rows.end * self.width;
-            ranges(&self.values.all[numbers], self.width)
-        };
-        let ranges = if whole.is_empty() || self.width == 0 {
-            of(start..end)
-        } else {
-            let mut all = of(start..whole.start * SAMPLES_A_THREAD);
-            join(&mut all, &of(whole.end * SAMPLES_A_THREAD..end));
-            self.runs[whole].iter().for_each(|run| join(&mut all, run));
-            all
-        };
-        Self { values, width: self.width, runs: Arc::clone(&self.runs), ranges }
+        Self { values, width: self.width, ranges: OnceLock::new() }
     }
 }
 
@@ -152,19 +122,26 @@ impl PartialEq for Ranged {
     }
 }
 
-/// Extends the ranges of columns by the ranges of other rows.
+/// Extends the range of each column by the same column's range over other rows.
 pub(super) fn join(all: &mut [MinMax], own: &[MinMax]) {
     all.iter_mut().zip(own).for_each(|(all, own)| *all = all.joined(*own));
 }
 
 fn ranges(rows: &[f64], width: usize) -> Vec<MinMax> {
-    let mut ranges = vec![MinMax::NONE; width];
-    for row in rows.chunks_exact(width.max(1)) {
-        for (range, value) in ranges.iter_mut().zip(row) {
-            *range = range.with(*value);
+    let none = || vec![MinMax::NONE; width];
+    let with = |mut ranges: Vec<MinMax>, rows: &[f64]| {
+        for row in rows.chunks_exact(width.max(1)) {
+            for (range, value) in ranges.iter_mut().zip(row) {
+                *range = range.with(*value);
+            }
         }
-    }
-    ranges
+        ranges
+    };
+    let joined = |mut all: Vec<MinMax>, own: Vec<MinMax>| {
+        join(&mut all, &own);
+        all
+    };
+    rows.par_chunks(width.max(1) * SAMPLES_A_THREAD).fold(none, with).reduce(none, joined)
 }
 
 #[cfg(test)]
@@ -183,7 +160,8 @@ mod tests {
         {
             let part = inner.rows(std::slice::from_ref(&range));
             assert_eq!(&*part, &inner[2 * range.start..2 * range.end]);
-            assert_eq!(part.ranges(), ranges(&part, 2), "{range:?}");
+            let columns = |at| part.iter().skip(at).step_by(2).collect();
+            assert_eq!(part.ranges(), [columns(0), columns(1)], "{range:?}");
         }
         let both = inner.rows(&[3..9, 70_000..70_010]);
         assert_eq!((both.len(), both.ranges()), (32, &ranges(&both, 2)[..]));

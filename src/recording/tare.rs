@@ -3,14 +3,24 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Interval over which the gauges are averaged.
+/// Interval of a recording in which the sensor is unloaded. Taring subtracts the mean gauge readings of the interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tare {
     /// First half second in which the gauges are quiet and the reference shows no load.
     Auto,
-    /// From the first to the second time, in seconds from the first sample of the recording.
+    /// Start and end of the interval, in seconds from the first sample of the recording.
     Interval(f64, f64),
+}
+
+impl Tare {
+    /// Returns true if the interval starts at 0 s or later and does not end before its start.
+    pub(crate) fn is_valid(self) -> bool {
+        match self {
+            Self::Auto => true,
+            Self::Interval(from, to) => 0.0 <= from && from <= to && to.is_finite(),
+        }
+    }
 }
 
 impl fmt::Display for Tare {
@@ -30,10 +40,9 @@ impl FromStr for Tare {
             return Ok(Self::Auto);
         }
         let interval = text.split_once(':').and_then(|(from, to)| {
-            let (from, to) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
-            (0.0 <= from && from <= to && f64::is_finite(to)).then_some(Self::Interval(from, to))
+            Some(Self::Interval(from.trim().parse().ok()?, to.trim().parse().ok()?))
         });
-        interval.ok_or_else(|| {
+        interval.filter(|tare| tare.is_valid()).ok_or_else(|| {
             format!("the tare interval is {text:?}; it must be \"auto\" or two times in seconds, such as 0:1.5")
         })
     }

@@ -1,6 +1,6 @@
-//! Taring: subtracts the mean gauge readings of an unloaded interval, for each recording on its own.
+//! Taring: subtracts the mean gauge readings of an unloaded interval, separately for each recording.
 //!
-//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist, or a
+//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval without samples, or a
 //! recording that is never quiet, is an error.
 
 use std::ops::Range;
@@ -12,21 +12,21 @@ use crate::recording::axis::Axis;
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
-/// Length of a quiet interval, in seconds. The mean of a shorter interval is too noisy.
+/// Length of the intervals that are searched for a quiet one (s). The mean of a shorter interval is too noisy.
 const QUIET_SECS: f64 = 0.5;
-/// Minimum number of samples in an interval. The scatter of fewer samples is not reliable.
+/// Minimum number of samples in an interval. The range of fewer samples does not show whether the gauges are quiet.
 const FEWEST_SAMPLES: usize = 4;
-/// Maximum ratio of the gauge range in the chosen interval to the range in the quietest interval.
+/// Maximum ratio of the gauge range in a quiet interval to the range in the quietest interval.
 const NEARLY_AS_QUIET: f64 = 2.0;
 /// Maximum gauge range in a quiet interval, as a share of the gauge's range in the whole recording.
 const LARGEST_SHARE: f64 = 0.02;
-/// Maximum load on an unloaded sensor, as a share of the largest force or moment in the recording.
+/// Maximum mean reference load on an unloaded sensor, as a share of the largest force or moment in the recording.
 const UNLOADED_SHARE: f64 = 0.02;
 
 impl Advice for TareError {
     fn ways(&self) -> &'static [Way] {
         match self {
-            Self::NeverQuiet { .. } | Self::NeverUnloaded { .. } => &[Way::Tare],
+            Self::NeverUnloaded { .. } => &[Way::Tare],
             _ => &[],
         }
     }
@@ -35,25 +35,22 @@ impl Advice for TareError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
     #[error(
-        "{name}: cannot tare, there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
+        "{name}: taring is not possible, because there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
     )]
     NoSamples { name: String, from: f64, to: f64, duration_secs: f64 },
     #[error(
-        "{name}: cannot tare, the samples have no times; subtract the unloaded reading in the table, or fit with the offset"
+        "{name}: taring is not possible, because the samples have no times; subtract the unloaded reading in the table, or fit with the offset"
     )]
     NoTimes { name: String },
     #[error(
-        "{name}: cannot tare, there is no half second without movement; enter when the sensor was unloaded, in seconds from the start of the recording"
-    )]
-    NeverQuiet { name: String },
-    #[error(
-        "{name}: cannot tare, {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
+        "{name}: taring is not possible, because {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
     )]
     NeverUnloaded { name: String, why: &'static str },
 }
 
 impl Recording {
-    /// Returns the recording minus its mean gauge readings over an interval, and the interval (s from the first sample).
+    /// Subtracts the mean gauge readings of an interval. Returns the recording, and start and end of the interval (s from the
+    /// first sample).
     ///
     /// # Errors
     /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.
@@ -85,8 +82,8 @@ impl Recording {
         Ok((self.less_offsets(&offsets, tare), place))
     }
 
-    /// Returns a finding if the mean reference load is not zero while the recording is tared, from and to these times (s
-    /// from the first sample).
+    /// Returns a finding if the mean reference load is not zero in the interval used for taring. `from` and `to` are seconds
+    /// from the first sample.
     pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<Finding> {
         let samples = self.samples_between(from, to);
         if self.axes().is_empty() || samples.is_empty() || is_unloaded(self, samples.clone()) {
@@ -105,7 +102,7 @@ impl Recording {
         Some(Finding::new(Id::TaredUnderLoad, Verdict::Doubtful, seen).with(means))
     }
 
-    /// Returns the samples from one time to another (s from the first sample), both included.
+    /// Returns the samples from one time to another, both included. Times are seconds from the first sample.
     fn samples_between(&self, from: f64, to: f64) -> Range<usize> {
         let times = self.times();
         times.partition_point(|time| time - times[0] < from)
@@ -113,13 +110,12 @@ impl Recording {
     }
 }
 
-/// Returns the samples of the first interval that is quiet on all gauges and unloaded by the reference.
+/// Returns the samples of the first interval in which all gauges are quiet and the reference shows no load.
 fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError> {
-    let name = || recording.name().to_owned();
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let (gauges, n) = (recording.gauges(), times.len());
     let ranges: Vec<f64> =
-        (0..n_gauges).map(|gauge| range(gauges, n_gauges, gauge, 0..n).1).collect();
+        (0..n_gauges).map(|gauge| range(gauges, n_gauges, gauge, 0..n).span()).collect();
     let mut intervals = Vec::new();
     let mut start = 0;
     while start < n {
@@ -130,43 +126,38 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError
         }
         let share = |gauge: usize| {
             let all = ranges[gauge];
-            if all > 0.0 { range(gauges, n_gauges, gauge, start..end).1 / all } else { 0.0 }
+            if all > 0.0 { range(gauges, n_gauges, gauge, start..end).span() / all } else { 0.0 }
         };
         let most = (0..n_gauges).map(share).fold(0.0, f64::max);
         intervals.push((start, end, most));
         start = end;
     }
-    let quietest = intervals.iter().map(|interval| interval.2);
-    let quietest = quietest.reduce(f64::min).unwrap_or(f64::INFINITY);
+    let quietest = intervals.iter().map(|interval| interval.2).fold(f64::INFINITY, f64::min);
     let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
-    let mut quiet = intervals
-        .into_iter()
-        .filter(|interval| interval.2 <= limit)
-        .map(|(start, end, _)| start..end)
-        .peekable();
-    if quiet.peek().is_none() {
-        return Err(TareError::NeverQuiet { name: name() });
-    }
-    let why = if recording.axes().is_empty() {
+    let mut quiet = intervals.into_iter().filter(|interval| interval.2 <= limit).peekable();
+    let why = if quiet.peek().is_none() {
+        "there is no half second without movement"
+    } else if recording.axes().is_empty() {
         "there is no reference that shows when the sensor is unloaded"
     } else {
-        "the reference is not without load in any quiet half second"
+        "the reference shows a load in every quiet half second"
     };
     quiet
+        .map(|(start, end, _)| start..end)
         .find(|samples| is_unloaded(recording, samples.clone()))
-        .ok_or_else(|| TareError::NeverUnloaded { name: name(), why })
+        .ok_or_else(|| TareError::NeverUnloaded { name: recording.name().to_owned(), why })
 }
 
-/// Returns true if the mean reference of these samples is near zero on every axis, or zero lies within its noise.
+/// Returns true if, on every axis, the mean reference load of these samples is near zero, or the reference reaches zero.
 fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     let (axes, loads) = (recording.axes(), recording.loads());
     let n_axes = axes.len();
     let largest = largest_loads(loads, axes);
     let is_near_zero = |(at, axis): (usize, &Axis)| {
-        let (low, width) = range(loads, n_axes, at, samples.clone());
+        let noise = range(loads, n_axes, at, samples.clone());
         let mean = mean(loads, n_axes, at, samples.clone());
         let limit = UNLOADED_SHARE * largest[usize::from(axis.is_force())];
-        mean.abs() <= limit || (low <= 0.0 && low + width >= 0.0)
+        mean.abs() <= limit || noise.contains(0.0)
     };
     n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
 }
@@ -176,11 +167,9 @@ fn mean(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> f64 
     own.take(rows.len()).sum::<f64>() / rows.len() as f64
 }
 
-/// Returns the minimum of a column over these rows, and its range.
-fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
+fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> MinMax {
     let own = values[rows.start * width + column..].iter().step_by(width);
-    let range: MinMax = own.take(rows.len()).collect();
-    (range.min, range.max - range.min)
+    own.take(rows.len()).collect()
 }
 
 #[cfg(test)]
@@ -251,8 +240,8 @@ mod tests {
         assert!(place.0 >= 2.0 && place.1 < 3.0, "{place:?}");
         let never = |t: f64| vec![if t < 3.0 { 40.0 } else { 0.0 }, 0.0];
         for (recording, why) in [
-            (with_loads(&axes, &never), "without load"),
-            (with_loads(&[Axis::Fz], &|_| vec![3.0]), "without load"),
+            (with_loads(&axes, &never), "shows a load"),
+            (with_loads(&[Axis::Fz], &|_| vec![3.0]), "shows a load"),
             (with_loads(&[], &|_| Vec::new()), "no reference"),
         ] {
             let asked = recording.tared(Tare::Auto).unwrap_err();
@@ -264,7 +253,8 @@ mod tests {
     #[test]
     fn a_recording_that_is_never_quiet_or_too_short_is_refused() {
         let busy = run().split(0.15).unwrap().0;
-        assert!(matches!(busy.tared(Tare::Auto), Err(TareError::NeverQuiet { .. })));
+        let moving = busy.tared(Tare::Auto).unwrap_err().to_string();
+        assert!(moving.contains("no half second without movement"), "{moving}");
         let beyond = run().tared(Tare::Interval(7.0, 9.0)).unwrap_err().to_string();
         assert!(
             beyond.contains("no sample from 7 s to 9 s") && beyond.contains("5.99 s long"),

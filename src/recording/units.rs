@@ -1,14 +1,11 @@
-//! Units that files use, and their factors to SI, for reading and writing files. An unknown spelling gives `None`. Upper and
-//! lower case are the same, except where they distinguish milli from mega.
+//! Units in files, and their factors to SI units. An unknown spelling gives `None`. Upper and lower case are the same, except
+//! where they distinguish milli from mega.
 
-/// Force units that [`force_in_newtons`] accepts, for messages.
+/// These four lists are for messages about an unknown unit.
 pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
-/// Moment units that [`moment_in_newton_metres`] accepts, for messages.
 pub const MOMENT_UNITS: &str = "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
-/// Angle units that [`angle_in_radians`] accepts, for messages.
 pub const ANGLE_UNITS: &str = "rad, deg";
-/// Length units that [`length_in_metres`] accepts, for messages.
 pub const LENGTH_UNITS: &str = "m, cm, mm";
 
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
@@ -16,7 +13,6 @@ const KILOGRAM_FORCE: f64 = 9.806_65;
 const INCH: f64 = 0.0254;
 const FOOT: f64 = 0.3048;
 
-/// Returns the number of newtons in one `unit`, or `None` for an unknown spelling.
 pub fn force_in_newtons(unit: &str) -> Option<f64> {
     Some(match plain(unit)?.as_str() {
         "n" | "newton" | "newtons" => 1.0,
@@ -31,7 +27,6 @@ pub fn force_in_newtons(unit: &str) -> Option<f64> {
     })
 }
 
-/// Returns the number of newton metres in one `unit`, or `None` for an unknown spelling.
 pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
     Some(match plain(unit)?.as_str() {
         "nm" => 1.0,
@@ -50,7 +45,6 @@ pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// Returns the number of radians in one `unit`, or `None` for an unknown spelling.
 pub fn angle_in_radians(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "rad" | "radian" | "radians" => 1.0,
@@ -59,7 +53,6 @@ pub fn angle_in_radians(unit: &str) -> Option<f64> {
     })
 }
 
-/// Returns the number of metres in one `unit`, or `None` for an unknown spelling.
 pub fn length_in_metres(unit: &str) -> Option<f64> {
     Some(match unit.trim() {
         "m" => 1.0,
@@ -69,8 +62,8 @@ pub fn length_in_metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// Returns the unit in which an auxiliary channel is kept, and the factor and summand from `unit`: temperatures become °C,
-/// voltages V, humidities %. Any other unit is kept as a label, without conversion.
+/// Returns the unit into which an auxiliary channel is converted, and the factor and summand of the conversion. Temperatures
+/// become °C, voltages V, humidities %. Values in any other unit are not converted.
 pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     let (label, factor, shift) = match closed_up(unit).as_str() {
         "v" | "volt" | "volts" => ("V", 1.0, 0.0),
@@ -84,7 +77,7 @@ pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     (label.to_owned(), factor, shift)
 }
 
-/// Returns the factor and the summand that convert a temperature to °C, if the unit is one of temperature.
+/// Returns the factor and the summand that convert a temperature to °C; `None` if the unit is no temperature unit.
 pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     const FAHRENHEIT: f64 = 5.0 / 9.0;
     Some(match closed_up(unit).as_str() {
@@ -95,12 +88,11 @@ pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     })
 }
 
-/// Returns the unit in lower case, without spaces, underscores and dots.
 fn closed_up(unit: &str) -> String {
     unit.trim().to_lowercase().replace([' ', '_', '.'], "")
 }
 
-/// Returns the unit in lower case, without the signs between its factors, or `None` for mega.
+/// Returns the unit in lower case, without the signs between its factors, such as `·`. `None` if the prefix is mega.
 fn plain(unit: &str) -> Option<String> {
     const BETWEEN: [char; 9] = ['·', '⋅', '∙', '•', '*', '.', '-', '_', ' '];
     let unit = unit.trim().replace(BETWEEN, "");
@@ -108,7 +100,6 @@ fn plain(unit: &str) -> Option<String> {
     (!is_mega).then(|| unit.to_lowercase())
 }
 
-/// A unit in which loggers write time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeUnit {
     Seconds,
@@ -118,7 +109,6 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Returns the unit with this name in upper or lower case.
     pub fn from_name(name: &str) -> Option<Self> {
         // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
         let name = name.trim().to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
@@ -136,7 +126,7 @@ impl TimeUnit {
         })
     }
 
-    /// Returns the number of these units in one second. Dividing by it rounds correctly; multiplying by its inverse does not.
+    /// Returns the number of units in one second. Dividing by it is more exact than multiplying by its inverse.
     pub const fn per_second(self) -> f64 {
         match self {
             Self::Seconds => 1.0,
@@ -146,7 +136,6 @@ impl TimeUnit {
         }
     }
 
-    /// Returns the symbol of the unit in ASCII, `s` to `ns`.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "s",

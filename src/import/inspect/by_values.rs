@@ -1,4 +1,4 @@
-//! Proposes roles of columns from their values, if the names do not give them. The user reviews the proposal.
+//! Proposes roles of columns from their values, if the names of the columns do not give them. The user reviews the proposal.
 
 use super::super::names::{Guess, form_of_column};
 use super::super::plan::{AUXILIARY_LIMIT, GAUGE_LIMIT};
@@ -10,7 +10,7 @@ use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
 
-/// Adds a time and gauges to a map without them, and returns the questions that the user has to decide.
+/// Adds a time and gauges, if the names of the columns gave none. Returns the questions that the user has to decide.
 pub(super) fn fill_in(
     guess: &mut Guess,
     head: &Head,
@@ -19,47 +19,38 @@ pub(super) fn fill_in(
 ) -> Vec<Question> {
     let mut questions = Vec::new();
     let keys = Header::of(head);
-    let mut is_free = vec![true; reports.len()];
-    for (index, _) in &guess.rules {
-        is_free[*index] = false;
-    }
     let unnamed_loads: Vec<usize> = guess.unnamed_loads.iter().map(|index| index + 1).collect();
     if !unnamed_loads.is_empty() {
         questions.push(Question::LoadAxis(unnamed_loads.clone()));
     }
     let needs_time = !guess.has_role(ColumnRole::Time);
     let needs_gauges = !guess.has_role(ColumnRole::Gauge);
-    let is_load = |(_, rule): &(usize, ColumnRule)| matches!(rule.is, ColumnRole::Load(_));
-    let has_loads = guess.rules.iter().any(is_load);
-    let may_be_load_cases = has_loads && !needs_gauges;
-    let is_clock = |report: &&ColumnReport, is_free: &[bool]| {
-        let is_counter = may_be_load_cases && needs_time && report.counts_rows();
-        report.runs_like_clock && is_free[report.number - 1] && !is_counter
+    let has_loads = guess.rules.iter().any(|(_, rule)| rule.is.is_load());
+    let may_be_load_cases = has_loads && !needs_gauges && needs_time;
+    let is_clock = |guess: &Guess, report: &ColumnReport| {
+        let is_counter = may_be_load_cases && report.counts_rows();
+        report.runs_like_clock && guess.is_free(report.number - 1) && !is_counter
     };
     if needs_time {
-        match reports.iter().find(|report| is_clock(report, &is_free)) {
-            Some(clock) => {
-                let rules = times(&keys, rows, clock.number - 1);
-                rules.iter().for_each(|(index, _)| is_free[*index] = false);
-                guess.rules.extend(rules);
-            }
+        match reports.iter().find(|report| is_clock(guess, report)) {
+            Some(clock) => guess.rules.extend(times(&keys, rows, clock.number - 1)),
             None => questions.push(Question::Time),
         }
     }
-    let clocks: Vec<usize> = reports
-        .iter()
-        .filter(|report| is_clock(report, &is_free))
-        .map(|report| report.number)
-        .collect();
+    let clocks = reports.iter().filter(|report| is_clock(guess, report));
+    let clocks: Vec<usize> = clocks.map(|report| report.number).collect();
     if !clocks.is_empty() {
         questions.push(Question::ReferenceClock(clocks));
     }
     if needs_gauges {
         let may_be = |report: &&ColumnReport| {
             let at = report.number - 1;
-            let is_load = unnamed_loads.contains(&report.number);
-            let is_time = head.names.get(at).is_some_and(|name| is_clock_name(name));
-            may_be_gauge(report) && is_free[at] && !is_load && !is_time
+            let is_load = unnamed_loads.contains(&report.number)
+                || report.unit.as_deref().is_some_and(is_load_unit);
+            let is_time = report.runs_like_clock
+                || head.names.get(at).is_some_and(|name| is_clock_name(name));
+            let is_live = report.content == Content::Numbers && report.min < report.max;
+            is_live && guess.is_free(at) && !is_load && !is_time
         };
         let proposed = reports.iter().filter(may_be).map(|report| report.number);
         let (gauges, rules) = gauges(head, &keys, proposed.take(GAUGE_LIMIT).collect());
@@ -72,7 +63,8 @@ pub(super) fn fill_in(
     questions
 }
 
-/// Returns which of the proposed columns are gauges, with the rules of all: those with the name of an auxiliary channel are auxiliary.
+/// Divides the proposed columns into gauges and auxiliary channels by their names. Returns the gauge columns, and the rules
+/// of all columns.
 fn gauges(
     head: &Head,
     keys: &Header<'_>,
@@ -87,7 +79,7 @@ fn gauges(
         .filter(|number| auxiliary(number).is_some())
         .take(AUXILIARY_LIMIT)
         .collect();
-    // If all proposed columns are temperatures or voltages, they may be the gauges themselves.
+    // If all proposed columns have names of auxiliary channels, they are more likely the gauges.
     if named.len() == proposed.len() {
         named.clear();
     }
@@ -106,13 +98,7 @@ fn gauges(
     (proposed, rules)
 }
 
-fn may_be_gauge(report: &ColumnReport) -> bool {
-    let changes = report.min < report.max;
-    let is_load = report.unit.as_deref().is_some_and(is_load_unit);
-    report.content == Content::Numbers && changes && !report.runs_like_clock && !is_load
-}
-
-/// Returns the rules that make a column the time, with the date column beside a time of day.
+/// Returns the rule that makes a column the time. For a time of day, also returns the rule of the date in the column before.
 fn times(keys: &Header<'_>, rows: &[Vec<Cell<'_>>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
     let rule = |index, is, form: Option<TimeForm>| {

@@ -1,4 +1,4 @@
-//! Contents of each column.
+//! Description of the content of each column.
 
 use serde::Serialize;
 
@@ -8,40 +8,39 @@ use crate::formats::text::Head;
 use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
-/// Number of cells shown for each column.
 const SHOWN_VALUES: usize = 3;
-/// Minimum share of increasing steps in a clock column (%).
+/// Minimum share (%) of rows in which a time column increases.
 const CLOCK_STEPS_PERCENT: usize = 60;
-/// Maximum share of decreasing steps in a clock column (%). Time may go back between the recordings of a file.
+/// Maximum share (%) of rows in which a time column decreases. Time may go back between the recordings of a file.
 const RESTARTS_PERCENT: usize = 1;
-/// Minimum number of rows for recognising a clock.
+/// Minimum number of rows from which a time column is recognised.
 const FEWEST_CLOCK_ROWS: usize = 3;
 
-/// Properties of a column, found from rows at the start and all over the file.
+/// Properties of a column, from rows at the start and rows spread over the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnReport {
     /// Number of the column, counted from 1.
     pub number: usize,
-    /// Cell of the header as written, which is the key in a map; empty without a header.
+    /// Cell of the header as written in the file, which names the column in a map. Empty without a header.
     pub header: String,
-    /// Name in the header, without a bracketed unit; empty without a header.
+    /// Name in the header, without a unit in brackets. Empty without a header.
     pub name: String,
-    /// From the header or the units row.
+    /// Unit from the map, the header or the row of units.
     pub unit: Option<String>,
     pub content: Content,
     pub first: Vec<String>,
-    /// Numbers at evenly spaced rows of the sample, for drawing.
+    /// Numbers at evenly spaced rows, for a small plot of the column.
     #[serde(skip)]
     pub outline: Vec<f32>,
     pub min: Option<f64>,
     pub max: Option<f64>,
-    /// True if the numbers or dates increase at most steps and hardly ever decrease.
+    /// True if the numbers or dates increase in most rows and hardly ever decrease, like a time.
     pub runs_like_clock: bool,
     pub is: ColumnRole,
 }
 
 impl ColumnReport {
-    /// Returns true if the column only counts rows, poses or repetitions.
+    /// Returns true if the column may be a count of rows, poses or repetitions: whole numbers that increase by 0 or 1.
     pub(super) fn counts_rows(&self) -> bool {
         let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
@@ -56,7 +55,7 @@ impl ColumnReport {
             ColumnRole::Ignore | ColumnRole::Group | ColumnRole::Status | ColumnRole::Mount => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
-            // Beside faster gauges, the clock of the reference repeats its value in most rows.
+            // If the gauges are faster than the reference, the time of the reference is the same in most rows.
             ColumnRole::TimeReference => {
                 matches!(self.content, Content::Numbers | Content::Times)
             }
@@ -86,7 +85,7 @@ impl Content {
     }
 }
 
-/// Maximum number of values in the drawing of a column.
+/// Maximum number of values in the small plot of a column.
 const OUTLINE_VALUES: usize = 90;
 
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
@@ -151,7 +150,7 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
         .collect()
 }
 
-/// Returns true if the times at each place run like a clock.
+/// Returns true if numbers, read at several places of a file, increase in most rows and hardly ever decrease.
 fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
     let (mut n_up, mut n_back, mut n_steps) = (0, 0, 0);
     for times in places {
@@ -166,7 +165,7 @@ fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
         && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
 }
 
-/// Returns true if an ignored column runs like a clock and does not only count rows.
+/// Returns true if an ignored column increases like a time, and does not only count rows.
 pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
     let reports = reports(table, head, &opened.sample(&table.text, head));
     let is_clock = |report: &ColumnReport| {

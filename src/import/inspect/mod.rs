@@ -1,7 +1,7 @@
-//! Inspection of a file before it is loaded, for making a column map in the window or by hand.
+//! Inspection: describes a file before it is loaded, so that the user can make a column map in the window or by hand.
 //!
-//! Guarantees: only the start of a large file is read. The preview uses the same code as loading, so it never promises more.
-//! A file that can be opened as text is always described.
+//! Guarantees: only the start of a large file is read. The preview uses the same code as loading, so it shows only what can
+//! be loaded. A file that can be opened as text is always described.
 
 mod by_values;
 pub(super) mod columns;
@@ -15,14 +15,13 @@ use serde::Serialize;
 pub(crate) use columns::ColumnReport;
 pub use question::Question;
 
-use super::load::{Loaded, Reading};
+use super::load::Reading;
 use super::two_clocks::{self, Table};
 use crate::finding::Finding;
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
 use crate::formats::{Cell, FilePart, Opened, Sample};
-use crate::import::clock_offset;
-use crate::import::clock_offset::ClockOffset;
+use crate::import::clock_offset::{self, ClockOffset};
 use crate::import::error::ReadError;
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
@@ -30,33 +29,33 @@ use crate::import::names;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// Maximum length of a file that is read for the preview (bytes): thousands of rows, read without delay.
+/// Number of bytes of a file that are read for the preview. They hold thousands of rows, and are read without delay.
 const SAMPLE_BYTES: u64 = 8 << 20;
 const PREVIEW_ROWS: usize = 12;
 
-/// Known properties of a file that is inspected.
+/// Information that the user has already given about the inspected file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Known {
-    /// Everything is detected.
+    /// No information: layout and columns are detected.
     Nothing,
-    /// The layout of the text is known; the columns are detected.
+    /// Layout of the text. The columns are detected.
     Layout(TextLayout),
-    /// The map is known and only tried out.
+    /// Column map, which is only tried out.
     Map(Box<ColumnMap>),
 }
 
-/// Description of a file, a map for it, and the result of reading it with that map.
+/// Description of a file, a column map for the file, and the result of reading the file with this map.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
     /// Description of the file.
     pub table: TableReport,
-    /// Description of the reference's file, if the map names one that can be opened.
+    /// Description of the separate file with the reference. `None` if the map names no such file, or it cannot be opened.
     pub reference: Option<TableReport>,
-    /// Given map, or a proposal.
+    /// Column map from the user, or a proposal.
     pub map: ColumnMap,
-    /// Open decisions about a proposal.
+    /// Questions about the proposed map that the user has to decide.
     pub questions: Vec<Question>,
-    /// Result of loading the file.
+    /// Result of reading the file with this map.
     pub check: Check,
 }
 
@@ -73,11 +72,11 @@ pub struct TableReport {
     pub kind: Option<&'static str>,
     /// Division of the text into cells.
     pub text: TextLayout,
-    /// Line of the header, or of the first row; `None` if neither is found.
+    /// Line of the header, or of the first row. `None` if there is neither.
     pub line: Option<u64>,
     /// Estimated number of rows.
     pub about_rows: u64,
-    /// All tables of the file; empty if there is only one.
+    /// Names of the tables in the file. Empty if there is only one table.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FilePart>,
     /// Columns of the table.
@@ -99,14 +98,14 @@ impl fmt::Display for TableReport {
     }
 }
 
-/// Result of reading a file, or the start of a large one.
+/// Result of reading a file, or the start of a large file.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Check {
-    /// True if only the start was read.
+    /// True if only the start of the file was read.
     pub is_sample: bool,
-    /// Error that prevents loading.
+    /// Message of the error that prevents loading, if there is one.
     pub error: Option<String>,
-    /// Warnings of loading.
+    /// Warnings that loading would give.
     pub warnings: Vec<Finding>,
     /// Recordings that would be loaded.
     pub recordings: Vec<RecordingReport>,
@@ -114,9 +113,9 @@ pub struct Check {
     pub gauges: Vec<String>,
     /// Axes of the reference.
     pub axes: Vec<Axis>,
-    /// Gap that ends a recording (s), if it was derived because rows come in bursts and the map sets none.
+    /// Minimum length of a gap (s), if it was derived because rows come in bursts and the map sets none.
     pub assumed_gap_secs: Option<f64>,
-    /// Estimated offset between two clocks. It is applied only if the map contains it.
+    /// Estimated offset between the clocks of gauges and reference. It is applied only if the user puts it into the map.
     pub clock_offset: Option<ClockOffset>,
 }
 
@@ -132,7 +131,7 @@ pub struct RecordingReport {
     pub auxiliary: Vec<String>,
 }
 
-/// Inspects a file. The error is [`ReadError`] if it cannot be opened, is not text, or `progress` is cancelled. Any other
+/// Inspects a file. Returns [`ReadError`] if the file cannot be opened, is not text, or `progress` is cancelled. Any other
 /// error is in [`Check::error`].
 pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
     let reading = Reading::start(progress, SAMPLE_BYTES);
@@ -161,7 +160,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     Ok(Inspection { table, reference, map, questions, check })
 }
 
-/// Proposes a map from the names of a table, and from its values where the names do not suffice.
+/// Proposes a map from the names of the columns, and from their values if the names do not suffice.
 fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
     let Some(head) = opened.head(text) else {
         let table = TableMap { text: text.clone(), ..TableMap::default() };
@@ -178,7 +177,7 @@ fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Q
     (guess.map(text, &head, path, &sample.rows), questions)
 }
 
-/// Returns the first of the maps that fits the file.
+/// Returns the first map that fits the file.
 pub(super) fn map_for<'a>(
     path: &Path,
     maps: &'a [ColumnMap],
@@ -193,8 +192,8 @@ pub(super) fn map_for<'a>(
     Ok(maps.iter().find(is_for_it))
 }
 
-/// Returns true if a map fits a file: the names in the header are the same, or without a header the number of columns and
-/// the layout, and the values fit the roles.
+/// Returns true if a map fits a file. A file with a header must have the same names. A file without a header must have the
+/// same number of columns and layout, and its values must fit the roles.
 fn is_for(opened: &Opened, table: &TableMap) -> bool {
     let Some(head) = opened.head(&table.text) else {
         return false;
@@ -245,21 +244,11 @@ fn check(
         }
         sides.joined()
     });
-    match loaded {
-        Ok(loaded) => note(&mut check, &loaded),
+    let loaded = match loaded {
+        Ok(loaded) => loaded,
         Err(ReadError::Cancelled) => return Err(ReadError::Cancelled),
-        Err(error) => check.error = Some(error.to_string()),
-    }
-    Ok(check)
-}
-
-fn note(check: &mut Check, loaded: &Loaded) {
-    check.warnings.clone_from(&loaded.warnings);
-    check.assumed_gap_secs = loaded.assumed_gap_secs;
-    if let Some(first) = loaded.recordings.first() {
-        check.gauges = first.gauge_names().to_vec();
-        check.axes = first.axes().to_vec();
-    }
+        Err(error) => return Ok(Check { error: Some(error.to_string()), ..check }),
+    };
     let report = |recording: &Recording| RecordingReport {
         name: recording.name().to_owned(),
         n_samples: recording.n_samples(),
@@ -267,7 +256,15 @@ fn note(check: &mut Check, loaded: &Loaded) {
         rate_hz: recording.rate_hz(),
         auxiliary: recording.auxiliary().in_words(),
     };
-    check.recordings = loaded.recordings.iter().map(report).collect();
+    let first = &loaded.recordings[0];
+    Ok(Check {
+        gauges: first.gauge_names().to_vec(),
+        axes: first.axes().to_vec(),
+        recordings: loaded.recordings.iter().map(report).collect(),
+        warnings: loaded.warnings,
+        assumed_gap_secs: loaded.assumed_gap_secs,
+        ..check
+    })
 }
 
 fn estimated_offset(gauges: &Table, reference: &Table) -> Option<ClockOffset> {

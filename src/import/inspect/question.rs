@@ -1,4 +1,4 @@
-//! Open decisions about a proposed column map, and the test of whether each is settled.
+//! Questions about a proposed column map that the user has to decide.
 
 use std::fmt;
 
@@ -8,35 +8,34 @@ use super::columns::ColumnReport;
 use crate::import::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use crate::shown::listed;
 
-/// Fact that the file does not give and the user has to decide. The question's text names the choices.
+/// Question that the file does not answer. The text of the question names the choices. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(into = "String")]
 pub enum Question {
-    /// The file holds only a reference, so it belongs in the map of another file.
+    /// The file holds only a reference, so the map of the file with the gauges should name it.
     ReferenceAlone,
-    /// Choice of the time column.
+    /// Which column is the time?
     Time,
-    /// Columns (counted from 1), one of which may be a separate clock of the reference.
+    /// Is one of these columns the time of the reference?
     ReferenceClock(Vec<usize>),
-    /// Load axis of each of these columns (counted from 1), which look like loads.
+    /// Which axis does each of these columns have? They look like loads.
     LoadAxis(Vec<usize>),
-    /// Units of load columns for which the file gives no unit, by the number of the column (from 1).
+    /// Which unit does each of these load columns have? The file gives none.
     LoadUnit(Vec<usize>),
-    /// Choice of the gauge columns.
+    /// Which columns are gauges?
     Gauges {
-        /// Columns proposed as gauges, counted from 1.
+        /// Columns proposed as gauges.
         proposed: Vec<usize>,
-        /// True if the names of the columns show which are the reference.
+        /// True if the names show which columns are the reference.
         has_loads: bool,
     },
 }
 
 impl Question {
-    /// Returns the question if it is still open under a map with these columns, else `None`.
+    /// Returns the question, updated to this map, or `None` if the map answers it.
     pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
         let role_of = |number: usize| columns.get(number - 1).map(|report| report.is);
-        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
-        let has_loads = map.reference_table().columns.iter().any(is_load)
+        let has_loads = map.reference_table().columns.iter().any(|rule| rule.is.is_load())
             || map.weight.is_some()
             || map.reference.is_some();
         let is_open = match self {
@@ -59,7 +58,7 @@ impl Question {
                 let rules = header.rules(&map.table).unwrap_or_default();
                 let has_no_unit = |index: usize, rule: &ColumnRule| {
                     let in_file = columns.get(index).and_then(|report| report.unit.as_ref());
-                    is_load(rule) && rule.unit.as_ref().or(in_file).is_none()
+                    rule.is.is_load() && rule.unit.as_ref().or(in_file).is_none()
                 };
                 let without = rules.iter().filter(|(index, rule)| has_no_unit(*index, rule));
                 let without: Vec<usize> = without.map(|(index, _)| index + 1).collect();
@@ -81,7 +80,7 @@ impl fmt::Display for Question {
                 "This log of ATI's Net F/T holds only the reference. Name it as the reference file in the column map of the file with the gauges.",
             ),
             Self::Time => f.write_str(
-                "No column increases steadily like a time. Choose the time column or set the sample rate; without either, rows with gauges and loads are read as load cases.",
+                "No column increases steadily like a time. Choose the time column, or set the sample rate. Otherwise, rows with gauges and loads are read as samples without times.",
             ),
             Self::ReferenceClock(columns) => write!(
                 f,
@@ -95,16 +94,16 @@ impl fmt::Display for Question {
             ),
             Self::LoadUnit(columns) => write!(
                 f,
-                "The file does not show the unit of the load in column {}. Enter the unit in the table below, for example N, kN, kgf, lbf, N·m or N·mm; if this question is ticked, forces are in N and moments in N·m.",
+                "The file does not show the unit of the load in column {}. Enter the unit in the table below, for example N, kN, kgf, lbf, N·m or N·mm; if you tick this question instead, forces are read in N and moments in N·m.",
                 numbers(columns)
             ),
             Self::Gauges {
                 has_loads: false, ..
             } => f.write_str(
-                "The file does not show which columns are gauges and which are the reference. All numeric columns that change, except those with a unit of load, are proposed as gauges. Choose axis and unit of the reference's columns, and ignore the columns that are neither.",
+                "The file does not show which columns are gauges and which are the reference. All numeric columns that change, except those with a unit of load, are proposed as gauges. Choose axis and unit of the reference's columns. Give columns that are neither the role Ignore.",
             ),
             Self::Gauges { .. } => f.write_str(
-                "The file does not show which columns are gauges. All other numeric columns that change are proposed; ignore those that are not gauges.",
+                "The file does not show which columns are gauges. All other numeric columns that change are proposed; give columns that are not gauges the role Ignore.",
             ),
         }
     }

@@ -2,41 +2,42 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::import::map::role::ColumnRole;
-use crate::import::map::table::TableMap;
+use crate::import::map::table::{TableMap, is_default};
 use crate::import::map::weight::WeightMap;
 use crate::recording::{GroupPattern, Tare};
 
-/// Description of how a file, or a pair of files, becomes recordings.
+/// Description of how recordings are read from a file, or from one file with gauges and one with the reference.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnMap {
-    /// Name of the format, constant in a file.
+    /// Name of the format, which is the same in every file.
     #[serde(serialize_with = "format", deserialize_with = "skip")]
     pub format: (),
-    /// Version of the format, constant in a file.
+    /// Version of the format, which is the same in every file.
     #[serde(serialize_with = "version", deserialize_with = "skip")]
     pub version: (),
-    /// File with the gauges.
+    /// Columns of the file with the gauges.
     pub table: TableMap,
-    /// File with the reference load, if it is a separate one.
+    /// File with the reference load, if it is a separate file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceFile>,
-    /// Joining of two clocks; without a second clock it has no effect.
-    #[serde(default, skip_serializing_if = "Join::is_default")]
+    /// Way to compute the reference at the times of the gauges. It has an effect only if the two have different clocks.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub join: Join,
     /// Weight whose load is computed from the pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<WeightMap>,
-    /// Taring of the gauges by their mean over an interval: `"auto"`, or `{ "interval": [from, to] }` in seconds.
+    /// Interval in which the sensor is unloaded, for taring the gauges: `"auto"`, or `{ "interval": [from, to] }` in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
-    /// Maximum step between successive gauge samples that are averaged into one (s).
+    /// Maximum time step (s) between gauge samples of one burst. Each burst is averaged to one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub average_bursts_secs: Option<f64>,
-    /// Step above which a recording ends (s): by default 20 median steps, at least 0.2 s, or 2 s (reported) for rows in bursts.
+    /// Time step (s) above which a recording ends. The default is 20 median steps, but at least 0.2 s. For rows in bursts it
+    /// is 2 s, and the user is told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_secs: Option<f64>,
-    /// Group of the recordings; by default it is derived from a group column, names, folders and files.
+    /// Group of the recordings. By default, it is derived from a group column, names, folders and files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<GroupPattern>,
 }
@@ -45,63 +46,53 @@ pub struct ColumnMap {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceFile {
-    /// Path relative to the folder of the file with the gauges, whose name without extension replaces `{stem}`.
+    /// Path, relative to the folder of the file with the gauges. `{stem}` stands for the name of that file without its
+    /// extension.
     pub file: String,
-    /// Columns of the file: one `time` and at least one axis.
+    /// Columns of the file. There must be one `time` and at least one axis.
     pub table: TableMap,
 }
 
-/// Evaluation of a reference with its own clock at the times of the gauges.
+/// Way to compute the reference at the times of the gauges, if the two have different clocks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Join {
-    /// Value between two reference samples.
+    /// Choice of the value between two reference samples.
     pub method: JoinMethod,
-    /// Limit (s), by default 20 median steps of the reference: longest step that `interpolate` bridges, largest distance of a
-    /// sample for `nearest`, largest age for `hold`.
+    /// Limit (s) above which there is no value: for `interpolate` the time step between two reference samples, for `nearest`
+    /// the distance in time, for `hold` the age of the value. The default is 20 median time steps of the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_secs: Option<f64>,
-    /// Offset added to the reference's times (s), by default 0.
-    #[serde(skip_serializing_if = "is_zero")]
+    /// Offset (s) that is added to the reference's times. The default is 0.
+    #[serde(skip_serializing_if = "is_default")]
     pub clock_offset_secs: f64,
 }
 
-impl Join {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-/// Choice of the reference value between two reference samples.
+/// Method for the value between two reference samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JoinMethod {
     /// Linear interpolation.
     #[default]
     Interpolate,
-    /// Value of the nearer sample.
+    /// Value of the sample that is nearer in time.
     Nearest,
     /// Value of the sample before.
     Hold,
 }
 
 impl ColumnMap {
-    /// Creates a map for files with one clock.
+    /// Creates a map for files in which gauges and reference have one clock.
     pub fn of_table(table: TableMap) -> Self {
         Self { table, ..Self::default() }
     }
 
-    /// Returns the table with the reference.
+    /// Returns the columns of the file that holds the reference.
     pub fn reference_table(&self) -> &TableMap {
         self.reference.as_ref().map_or(&self.table, |file| &file.table)
     }
 
-    /// Returns true if the reference has its own times, in a separate file or column.
+    /// Returns true if the reference has its own times, in a separate file or in a separate column.
     pub fn has_two_clocks(&self) -> bool {
         self.reference.is_some() || self.table.has_role(ColumnRole::TimeReference)
     }
@@ -118,7 +109,7 @@ fn version<T, S: Serializer>(_: &T, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u32(VERSION)
 }
 
-/// Skips a value that was checked before.
+/// Ignores the value, because [`ColumnMap::from_json`] has checked it.
 fn skip<'de, D: Deserializer<'de>>(from: D) -> Result<(), D::Error> {
     IgnoredAny::deserialize(from).map(|_| ())
 }

@@ -2,12 +2,14 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::finding::{Advice, Way};
+use crate::import::map::header::KeyError;
 use crate::import::map::role::{Attitude, ColumnRole, PosePart};
-use crate::import::map::table::ColumnKey;
 
-/// Reason why a column map cannot be used for any recording, as one sentence.
+/// Reason why a column map cannot be used for any file.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
+    #[error("cannot be read: {0}")]
+    Io(#[from] io::Error),
     #[error(
         "this is not JSON, so not a column map; write one from a recording with `inspect --write-map`"
     )]
@@ -18,8 +20,10 @@ pub enum MapError {
         "not a column map: its \"format\" is {found} instead of \"{expected}\"; write one from a recording with `inspect --write-map`"
     )]
     Format { found: String, expected: &'static str },
-    #[error("it has version {found}, but this program reads version {known}; update the program")]
-    Version { found: u64, known: u32 },
+    #[error(
+        "the map has version {found}, but this program reads version {known}; update the program"
+    )]
+    Version { found: String, known: u32 },
     #[error("the pose has a position but no orientation; add the columns {}", Attitude::listed())]
     NoAttitude,
     #[error("the pose has no {}; choose a column for this part of the pose", missing.words())]
@@ -50,8 +54,8 @@ pub enum MapError {
         "\"shape\" declares {columns} columns but {names} names; give one name per column, or none"
     )]
     ShapeNames { columns: usize, names: usize },
-    #[error("column {number} is listed twice, as {first} and as {second}; list it once")]
-    ListedTwice { number: usize, first: ColumnKey, second: ColumnKey },
+    #[error(transparent)]
+    Key(#[from] KeyError),
     #[error(
         "column \"{name}\" is listed by its name, but \"text\" declares that there is no header; use its number"
     )]
@@ -74,30 +78,33 @@ impl Advice for MapError {
 }
 
 #[derive(Debug, thiserror::Error)]
-pub enum MapFileError {
-    #[error("{}: cannot be read: {source}", path.display())]
-    Io { path: PathBuf, source: io::Error },
-    #[error("{}: {source}", path.display())]
-    Map { path: PathBuf, source: MapError },
+#[error("{}: {source}", path.display())]
+pub struct MapFileError {
+    pub path: PathBuf,
+    pub source: MapError,
 }
 
 impl Advice for MapFileError {
     fn ways(&self) -> &'static [Way] {
-        match self {
-            Self::Map { source, .. } => source.ways(),
-            Self::Io { .. } => &[],
-        }
+        self.source.ways()
     }
 }
 
+/// Requirement on a number: its wording, and the function that tests it.
+type Rule = (&'static str, fn(f64) -> bool);
+
+pub(super) const FINITE: Rule = ("finite", f64::is_finite);
+pub(super) const POSITIVE: Rule = ("greater than 0", |x| x > 0.0 && x.is_finite());
+pub(super) const NOT_NEGATIVE: Rule = ("0 or more", |x| x >= 0.0);
+
+/// Returns an error if a number of a column map does not meet a requirement. A missing number is valid.
 pub(super) fn must(
     what: impl Into<String>,
-    value: f64,
-    must: &'static str,
-    holds: impl Fn(f64) -> bool,
+    value: impl Into<Option<f64>>,
+    (must, holds): Rule,
 ) -> Result<(), MapError> {
-    if holds(value) {
-        return Ok(());
+    match value.into() {
+        Some(value) if !holds(value) => Err(MapError::Number { what: what.into(), value, must }),
+        _ => Ok(()),
     }
-    Err(MapError::Number { what: what.into(), value, must })
 }

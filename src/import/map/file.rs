@@ -1,38 +1,29 @@
-//! Column maps as JSON, short enough to be edited by hand. A map that is written reads back the same. A map that is read
-//! can be used, or the error names the part to change.
+//! Column maps as JSON that can be edited by hand. A map that is written reads back the same. If a map cannot be used, the
+//! error names the part to change.
 
 use std::io::{self, Write};
 use std::path::Path;
 
-use serde::{Deserialize, Serialize as _};
+use serde::Serialize as _;
 
 use super::line_per_item::LinePerItem;
 use crate::import::map::column_map::{ColumnMap, FORMAT, VERSION};
-use crate::import::map::error::{MapError, MapFileError, must};
+use crate::import::map::error::{FINITE, MapError, MapFileError, NOT_NEGATIVE, POSITIVE, must};
 use crate::import::map::header::{Header, KeyError};
 use crate::import::map::role::Attitude;
 use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
 use crate::recording::Tare;
 use crate::small_file::read_small;
 
-/// Maximum length of a map file (bytes). A longer file is not a map and would only fill the memory.
+/// Maximum length of a map file (bytes). A longer file is not a map, and reading it would waste memory.
 const MAP_BYTES_LIMIT: u64 = 4 << 20;
-
-/// Fields at the start of every version of the format.
-#[derive(Deserialize)]
-struct Start {
-    #[serde(default)]
-    format: serde_json::Value,
-    #[serde(default)]
-    version: u64,
-}
 
 impl ColumnMap {
     /// Reads and checks the map in a file.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
-        let io_error = |source| MapFileError::Io { path: path.to_owned(), source };
-        let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
-        Self::from_json(&text).map_err(|source| MapFileError::Map { path: path.to_owned(), source })
+        let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(MapError::from);
+        let map = text.and_then(|text| Self::from_json(&text));
+        map.map_err(|source| MapFileError { path: path.to_owned(), source })
     }
 
     /// Reads and checks a map in JSON.
@@ -40,26 +31,28 @@ impl ColumnMap {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(MapError::NotAMap);
         }
-        let start: Start = serde_json::from_slice(text)?;
-        if start.format != FORMAT {
-            return Err(MapError::Format { found: start.format.to_string(), expected: FORMAT });
+        // Every version of the format has these two fields.
+        let start: serde_json::Value = serde_json::from_slice(text)?;
+        let [format, version] = ["format", "version"].map(|key| &start[key]);
+        if format != FORMAT {
+            return Err(MapError::Format { found: format.to_string(), expected: FORMAT });
         }
-        if start.version != u64::from(VERSION) {
-            return Err(MapError::Version { found: start.version, known: VERSION });
+        if version != VERSION {
+            return Err(MapError::Version { found: version.to_string(), known: VERSION });
         }
         let map: Self = serde_json::from_slice(text)?;
         map.check()?;
         Ok(map)
     }
 
-    /// Writes the map as JSON, one line per column.
+    /// Writes the map as JSON, with one line for each column.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
         self.serialize(&mut writer)?;
         writeln!(out)
     }
 
-    /// Checks the numbers and columns of the map, without a file.
+    /// Returns an error if the map is invalid for every file.
     pub fn check(&self) -> Result<(), MapError> {
         self.table.check()?;
         if let Some(reference) = &self.reference {
@@ -73,27 +66,18 @@ impl ColumnMap {
         if let Some(weight) = &self.weight {
             weight.check(self.reference_table())?;
         }
-        if let Some(limit) = self.join.limit_secs {
-            must("join.limit_secs", limit, "0 or more", |x| x >= 0.0)?;
+        must("join.limit_secs", self.join.limit_secs, NOT_NEGATIVE)?;
+        must("join.clock_offset_secs", self.join.clock_offset_secs, FINITE)?;
+        must("average_bursts_secs", self.average_bursts_secs, NOT_NEGATIVE)?;
+        must("gap_secs", self.gap_secs, POSITIVE)?;
+        match self.tare {
+            Some(tare @ Tare::Interval(_, end)) if !tare.is_valid() => Err(MapError::Number {
+                what: "the end of \"tare\"".to_owned(),
+                value: end,
+                must: "at least its start, and the start 0 or more",
+            }),
+            _ => Ok(()),
         }
-        let offset = self.join.clock_offset_secs;
-        must("join.clock_offset_secs", offset, "finite", f64::is_finite)?;
-        if let Some(Tare::Interval(from, to)) = self.tare {
-            let is_after = |x: f64| 0.0 <= from && from <= x && x.is_finite();
-            must(
-                "the end of \"tare\"",
-                to,
-                "at least its start, and the start 0 or more",
-                is_after,
-            )?;
-        }
-        if let Some(within) = self.average_bursts_secs {
-            must("average_bursts_secs", within, "0 or more", |x| x >= 0.0)?;
-        }
-        if let Some(gap) = self.gap_secs {
-            must("gap_secs", gap, "greater than 0", |x| x > 0.0 && x.is_finite())?;
-        }
-        Ok(())
     }
 }
 
@@ -103,20 +87,15 @@ impl TableMap {
         if names > 0 && names != columns {
             return Err(MapError::ShapeNames { columns, names });
         }
-        if let Some(rate) = self.sample_rate_hz {
-            let is_rate = |x: f64| x > 0.0 && x.is_finite();
-            must("sample_rate_hz", rate, "greater than 0", is_rate)?;
-        }
+        must("sample_rate_hz", self.sample_rate_hz, POSITIVE)?;
         for rule in &self.columns {
             self.check_rule(rule)?;
         }
-        // Only the names in the map are checked here; the names in a file are checked when it is read.
+        // Names that are not in `shape` are allowed here. They are checked when a file is read.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
-            Err(KeyError::ListedTwice { column, first, second }) => {
-                Err(MapError::ListedTwice { number: column, first, second })
-            }
-            Ok(_) | Err(KeyError::Missing { .. } | KeyError::SameNames { .. }) => Ok(()),
+            Err(twice @ KeyError::ListedTwice { .. }) => Err(twice.into()),
+            _ => Ok(()),
         }
     }
 
@@ -132,10 +111,8 @@ impl TableMap {
         }
         let of = |what| format!("{what} of column {}", rule.column);
         let is_scale = |x: f64| x != 0.0 && x.is_finite();
-        must(of("\"scale\""), rule.scale, "finite and not 0", is_scale)?;
-        let is_count = |x: f64| x > 0.0 && x.is_finite();
-        let counts = rule.counts_per_unit;
-        must(of("\"counts_per_unit\""), counts, "greater than 0", is_count)
+        must(of("\"scale\""), rule.scale, ("finite and not 0", is_scale))?;
+        must(of("\"counts_per_unit\""), rule.counts_per_unit, POSITIVE)
     }
 }
 

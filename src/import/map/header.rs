@@ -1,5 +1,5 @@
-//! The index in a file of each column that a map names. Keys are turned into indices only here, so no two rules are for one
-//! column, even if one uses the column's name and the other its number.
+//! Finds the columns of a file that a map names. Only this file turns names and numbers of columns into indices. A column
+//! cannot have two rules, even if one rule uses its name and the other its number.
 
 use std::collections::HashMap;
 
@@ -8,15 +8,15 @@ use crate::import::map::role::ColumnRole;
 use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
 use crate::shown::{listed, shown};
 
-/// Names of a file's columns; without a header there are none.
+/// Names of a file's columns. The list is empty for a file without a header.
 #[derive(Clone, Debug)]
 pub struct Header<'a> {
     names: Vec<&'a str>,
-    /// Index of the first column with each name, and of the second one if the name is repeated.
-    places: HashMap<&'a str, (usize, Option<usize>)>,
+    /// Indices of the columns with each name.
+    places: HashMap<&'a str, Vec<usize>>,
 }
 
-/// Reason why a map's keys cannot be matched to the columns of a file. Columns are counted from 1.
+/// Reason why the columns that a map names cannot be found in a file. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     #[error(
@@ -30,24 +30,19 @@ pub enum KeyError {
         shown(name)
     )]
     SameNames { name: String, first: usize, second: usize },
-    #[error("the column map lists column {column} twice, as {first} and as {second}; list it once")]
+    #[error(
+        "column {column} is listed twice, as {first} and as {second}; list it once in the column map"
+    )]
     ListedTwice { column: usize, first: ColumnKey, second: ColumnKey },
 }
 
 impl<'a> Header<'a> {
-    /// Creates the header from names in file order; a column without a name has only its number.
+    /// Creates the header from names in the order of the file. The name of a column may be empty.
     pub fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
         let names: Vec<&str> = names.into_iter().collect();
-        let mut places = HashMap::new();
-        for (index, name) in names.iter().enumerate() {
-            if !name.is_empty() {
-                places
-                    .entry(*name)
-                    .and_modify(|(_, again): &mut (_, Option<usize>)| {
-                        again.get_or_insert(index);
-                    })
-                    .or_insert((index, None));
-            }
+        let mut places: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (index, name) in names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
+            places.entry(name).or_default().push(index);
         }
         Self { names, places }
     }
@@ -56,25 +51,27 @@ impl<'a> Header<'a> {
         Self::new(head.names.iter().map(String::as_str))
     }
 
-    /// Returns the key of a column, given its index: its name if no other column has that name, else its number.
+    /// Returns the key of the column with this index: its name if no other column has the same name, else its number.
     pub fn key(&self, index: usize) -> ColumnKey {
-        match self.names.get(index).map(|name| (*name, self.places.get(name))) {
-            Some((name, Some((_, None)))) => ColumnKey::Name(name.to_owned()),
+        match self.names.get(index) {
+            Some(name) if self.places.get(name).is_some_and(|own| own.len() == 1) => {
+                ColumnKey::Name((*name).to_owned())
+            }
             _ => ColumnKey::Number(index + 1),
         }
     }
 
-    /// Returns the index of the column that a key names; an error if no column or more than one has the name.
+    /// Returns the index of the column with this key. Returns an error if no column, or more than one column, has the name.
     pub fn index(&self, key: &ColumnKey) -> Result<usize, KeyError> {
         match key {
             ColumnKey::Number(number) => Ok(number.saturating_sub(1)),
-            ColumnKey::Name(name) => match self.places.get(name.as_str()) {
-                Some(&(index, None)) => Ok(index),
-                Some(&(first, Some(second))) => {
+            ColumnKey::Name(name) => match self.places.get(name.as_str()).map(Vec::as_slice) {
+                Some([index]) => Ok(*index),
+                Some([first, second, ..]) => {
                     let name = name.clone();
                     Err(KeyError::SameNames { name, first: first + 1, second: second + 1 })
                 }
-                None => {
+                _ => {
                     let names = self.names.iter().map(|own| (*own).to_owned()).collect();
                     Err(KeyError::Missing { name: name.clone(), names })
                 }
@@ -82,8 +79,8 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Returns the rules of a table with the indices of their columns, in file order. The error is [`KeyError`] if a rule's
-    /// column does not exist, or has another rule.
+    /// Returns the rules of a table with the indices of their columns, in the order of the file. Returns [`KeyError`] if the
+    /// column of a rule does not exist or has another rule.
     pub fn rules<'t>(&self, table: &'t TableMap) -> Result<Vec<(usize, &'t ColumnRule)>, KeyError> {
         let with_index = |rule: &'t ColumnRule| Ok((self.index(&rule.column)?, rule));
         let rules: Result<Vec<_>, _> = table.columns.iter().map(with_index).collect();
@@ -102,14 +99,14 @@ impl<'a> Header<'a> {
 }
 
 impl TableMap {
-    /// Returns the rule of a column, given its index; a column without a rule is ignored.
+    /// Returns the rule of the column with this index. A column without a rule has the role `ignore`.
     pub fn rule(&self, header: &Header<'_>, index: usize) -> ColumnRule {
         let is_it = |rule: &&ColumnRule| header.index(&rule.column) == Ok(index);
         let rule = self.columns.iter().find(is_it).cloned();
         rule.unwrap_or_else(|| ColumnRule::new(header.key(index), ColumnRole::Ignore))
     }
 
-    /// Replaces the rule of a column, given its index; a new rule is inserted in the order of the columns.
+    /// Replaces the rule of the column with this index. A new rule is inserted in the order of the columns.
     pub fn set_rule(&mut self, header: &Header<'_>, index: usize, rule: ColumnRule) {
         let is_it = |rule: &ColumnRule| header.index(&rule.column) == Ok(index);
         let is_after = |rule: &ColumnRule| header.index(&rule.column).is_ok_and(|at| at > index);

@@ -1,10 +1,9 @@
-//! Readable JSON: objects are indented, and each item of a list is on one line.
+//! JSON that is easy to read: objects are indented, and each item of a list is on one line.
 
 use std::io::{self, Write};
 
 use serde_json::ser::Formatter;
 
-/// Formatter that breaks lines outside lists and after each item of a list.
 #[derive(Debug, Default)]
 pub(super) struct LinePerItem {
     depth: usize,

@@ -1,7 +1,8 @@
-//! Column maps: the roles of a table's columns, chosen once by the user for all files of a kind.
+//! Column maps: the roles of a table's columns. The user chooses them once for all files with the same columns.
 //!
-//! Guarantees: a [`ColumnMap`] holds everything that reading needs and nothing about a single file, so one map serves all
-//! files of the same [`Shape`]. Names of columns and choices of the user become such a map, and only maps lead to recordings.
+//! Guarantees: a [`ColumnMap`] holds everything that reading needs, and nothing about a single file. So one map can be used
+//! for all files of the same [`Shape`]. Every file is read by a map. Without a map of the user, the names of the columns give
+//! one.
 
 mod column_map;
 mod error;

@@ -1,4 +1,4 @@
-//! Roles of columns, and their names in the file of a map.
+//! Roles of columns, and their names in map files.
 
 use std::fmt;
 
@@ -15,29 +15,29 @@ pub enum ColumnRole {
     Ignore,
     /// Time of the sample.
     Time,
-    /// Time of the reference in this row, if it differs from `time`.
+    /// Time of the reference, if the reference has another clock than the gauges.
     TimeReference,
-    /// Day that belongs to the time of day in the `time` column.
+    /// Date that belongs to the time of day in the `time` column.
     Date,
-    /// Fraction that is added to the `time` column: nanoseconds or milliseconds of a stamp with whole seconds.
+    /// Fraction of a second that is added to the `time` column: nanoseconds or milliseconds.
     TimeFraction,
     /// Gauge channel.
     Gauge,
-    /// Channel that influences the gauges but is not one: temperature, supply voltage, humidity.
+    /// Quantity that influences the gauges: temperature, supply voltage, humidity.
     Auxiliary,
-    /// Group of the sample, as a text or a number: press, condition, day. Each change of the value starts a new recording.
+    /// Text or number that names the group of the sample: press, condition, day. Each change of the value starts a recording.
     Group,
     /// Axis of the reference load.
     Load(Axis),
-    /// Status word in hexadecimal digits. Rows in which it reports an error are skipped.
+    /// Status word in hexadecimal digits. Rows in which the status reports an error are skipped.
     Status,
     /// Part of the sensor's pose, from which the load of a known weight is computed.
     Pose(PosePart),
-    /// Name of the weight that the sensor carries, one of several.
+    /// Name of the weight that the sensor carries, if there are several.
     Mount,
 }
 
-/// One number of a pose: position of the sensor in the world, or its orientation (sensor to world).
+/// One number of a pose: part of the sensor's position in the world, or of its orientation (sensor to world).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(prefix = "pose_", serialize_all = "snake_case")]
 pub enum PosePart {
@@ -68,7 +68,7 @@ pub enum PosePart {
 }
 
 impl PosePart {
-    /// Position, which is needed only for the acceleration.
+    /// Parts of the position. The position is needed only for the acceleration of the weight.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Returns the part of the pose in words, such as "y component of the rotation vector".
@@ -104,7 +104,11 @@ impl ColumnRole {
             .chain([Self::Mount])
     }
 
-    /// Returns the name in map files.
+    pub(crate) const fn is_load(self) -> bool {
+        matches!(self, Self::Load(_))
+    }
+
+    /// Returns the name of the role in map files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ignore => "ignore",
@@ -122,7 +126,7 @@ impl ColumnRole {
         }
     }
 
-    /// Returns the label in the window.
+    /// Returns the label of the role in the window.
     pub fn label(self) -> String {
         match self {
             Self::TimeReference => "Reference clock".to_owned(),
@@ -149,23 +153,14 @@ impl From<ColumnRole> for &'static str {
     }
 }
 
-#[derive(Debug, thiserror::Error)]
-#[error("a column cannot be \"{name}\"; use one of: {known}")]
-pub struct UnknownRole {
-    name: String,
-    known: String,
-}
-
 impl TryFrom<String> for ColumnRole {
-    type Error = UnknownRole;
+    type Error = String;
 
-    fn try_from(name: String) -> Result<Self, UnknownRole> {
-        if let Some(role) = Self::all().find(|role| role.name() == name) {
-            return Ok(role);
-        }
-        let known: Vec<&str> = Self::all().map(Self::name).collect();
-        let known = known.join(", ");
-        Err(UnknownRole { name, known })
+    fn try_from(name: String) -> Result<Self, String> {
+        Self::all().find(|role| role.name() == name).ok_or_else(|| {
+            let known: Vec<&str> = Self::all().map(Self::name).collect();
+            format!("a column cannot be \"{name}\"; use one of: {}", known.join(", "))
+        })
     }
 }
 
@@ -174,7 +169,7 @@ impl TryFrom<String> for ColumnRole {
 pub enum Attitude {
     Quaternion,
     RollPitchYaw,
-    /// Axis of rotation whose length is the angle (rad).
+    /// Vector along the axis of rotation. Its length is the angle (rad).
     RotationVector,
     Matrix,
 }
@@ -183,7 +178,8 @@ impl Attitude {
     pub(super) const ALL: [Self; 4] =
         [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
 
-    /// Returns the roles of the columns, in the order of the numbers.
+    /// Returns the parts of the orientation, in the order in which [`pose::rotation`](crate::import::pose::rotation) expects
+    /// them.
     pub const fn parts(self) -> &'static [PosePart] {
         use PosePart::{
             Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
@@ -197,7 +193,7 @@ impl Attitude {
         }
     }
 
-    /// Returns the columns of each representation, for messages.
+    /// Returns the names of the columns of all representations, for messages.
     pub fn listed() -> String {
         let of_attitude = |attitude: Self| {
             let parts = attitude.parts();
@@ -218,9 +214,7 @@ mod tests {
         for role in ColumnRole::all() {
             assert_eq!(ColumnRole::try_from(role.name().to_owned()).unwrap(), role);
         }
-        let error = |name: &str| ColumnRole::try_from(name.to_owned()).unwrap_err();
-        assert!(matches!(error("Fq"), UnknownRole { .. }));
-        let message = error("Fq").to_string();
+        let message = ColumnRole::try_from("Fq".to_owned()).unwrap_err();
         assert!(ColumnRole::all().all(|role| message.contains(role.name())), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! Roles, units and layout of the columns of one file.
+//! Description of one file in a column map: the layout of the text, and the role and unit of each column.
 
 use std::fmt;
 
@@ -12,16 +12,16 @@ use crate::shown::shown;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableMap {
-    /// Number and names of the columns that a file must have for this map.
+    /// Number and names of the columns that a file must have.
     pub shape: Shape,
     /// Division of the text into cells.
     #[serde(default)]
     pub text: TextLayout,
-    /// Sample rate (Hz), used where no column is the time, or where the time column counts samples.
+    /// Sample rate (Hz). It is used if no column is the time, or if the time column counts samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_rate_hz: Option<f64>,
     /// Treatment of time stamps that are out of order, or shared by several rows.
-    #[serde(default, skip_serializing_if = "Stamps::is_as_written")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub stamps: Stamps,
     /// Rules of the columns. A column that is not listed is ignored.
     pub columns: Vec<ColumnRule>,
@@ -31,12 +31,12 @@ pub struct TableMap {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stamps {
-    /// Stamps stay as they are.
+    /// Time stamps stay as they are.
     #[default]
     AsWritten,
     /// Rows are sorted by time.
     Sorted,
-    /// Rows with the same stamp are spread evenly up to the next stamp.
+    /// Rows with the same time stamp are spread evenly up to the next time stamp.
     Spread,
 }
 
@@ -51,14 +51,9 @@ impl Stamps {
             "For stamps in whole seconds, or of a clock that is coarser than the samples",
         ),
     ];
-
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
-    fn is_as_written(&self) -> bool {
-        *self == Self::AsWritten
-    }
 }
 
-/// Number and names of columns that all files of one map have in common.
+/// Number and names of the columns that all files of one map have.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
@@ -77,28 +72,29 @@ pub struct ColumnRule {
     pub column: ColumnKey,
     /// Role of the column.
     pub is: ColumnRole,
-    /// Name of a gauge or an auxiliary channel; by default the name in the header, or `S1`, `S2` and so on.
+    /// Name of a gauge or an auxiliary channel. The default is the name in the header, or `S1`, `S2` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Unit of the values, by default that in the header, else derived from the values (times) or SI (loads, positions).
+    /// Unit of the values. The default is the unit in the header. Without it, the unit of times is derived from the values,
+    /// and loads and positions are in SI units.
     ///
-    /// A gauge or an auxiliary channel has any label (known: `degC`, `K`, `degF`, `V`, `mV`, `%`), an angle `rad` or `deg`,
-    /// and a time `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`.
+    /// A gauge or an auxiliary channel may have any unit (converted: `degC`, `K`, `degF`, `V`, `mV`, `%`). An angle is in
+    /// `rad` or `deg`, and a time in `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Factor of the values; -1 reverses the sign.
+    /// Factor by which the values are multiplied; -1 reverses the sign.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub scale: f64,
-    /// Number of counts per unit, by which the values are divided.
+    /// Number of counts for one unit. The values are divided by this number.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub counts_per_unit: f64,
-    /// Values, as written in the file, that mark a missing value.
+    /// Numbers in the file that mark a missing value.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dropouts: Vec<f64>,
 }
 
 impl ColumnRule {
-    /// Creates a rule with scale 1 and without a unit or dropouts.
+    /// Creates a rule without unit, name or marks of missing values. The factor is 1.
     pub fn new(column: ColumnKey, is: ColumnRole) -> Self {
         Self {
             column,
@@ -112,6 +108,10 @@ impl ColumnRule {
     }
 }
 
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 fn one() -> f64 {
     1.0
 }
@@ -121,7 +121,7 @@ fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
 
-/// Number of a column, counted from 1, or its name; [`Header`](crate::import::map::Header) turns it into an index.
+/// Number of a column, counted from 1, or its name. [`Header`](crate::import::map::Header) finds the column in a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]

@@ -1,32 +1,33 @@
-//! Weight in a column map, whose load is computed from a pose.
+//! Weight in a column map. Its load is computed from the pose of the sensor.
 
 use serde::{Deserialize, Serialize};
 
-use crate::import::map::error::{MapError, must};
+use crate::import::map::error::{FINITE, MapError, NOT_NEGATIVE, POSITIVE, must};
 use crate::import::map::role::{Attitude, ColumnRole, PosePart};
-use crate::import::map::table::{ColumnRule, TableMap};
+use crate::import::map::table::TableMap;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
-/// Weight on a sensor whose pose is known. The reference load is computed from it, not measured.
+/// Weight that a sensor carries in known poses. The reference load is computed from weight and pose instead of measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeightMap {
-    /// Mass (kg); not needed if each of the `mounts` gives it.
+    /// Mass (kg). Not needed if each of the `mounts` has a mass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Centre of mass in the sensor's frame (m); not needed if each of the `mounts` gives it.
+    /// Centre of mass in the sensor's frame (m). Not needed if each of the `mounts` has a centre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
-    /// Several weights, or several places for one, selected by the `mount` column, or by the name of the file without one.
+    /// Several weights, or several mounting points of one weight. The `mount` column selects one for each row. Without this
+    /// column, the name of the file selects one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mounts: Vec<Mount>,
-    /// Acceleration of gravity in the world frame (m/s²), by default `[0, 0, -9.80665]`: z points up.
+    /// Acceleration of gravity in the world's axes (m/s²). The default is `[0, 0, -9.80665]`, so that z points up.
     pub gravity: [f64; 3],
     /// Convention of roll, pitch and yaw.
     pub angles: Angles,
-    /// Time over which the pose is smoothed before its acceleration is computed (s).
+    /// Time (s) over which the pose is smoothed to compute the acceleration of the weight.
     pub smoothing_secs: f64,
-    /// True if the weight's own acceleration is part of its load.
+    /// True if the force that accelerates the weight is part of the load.
     pub inertia: bool,
 }
 
@@ -44,10 +45,10 @@ impl Default for WeightMap {
     }
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mount {
-    /// Name in the `mount` column or in file names. Mass and centre are by default those of [`WeightMap`].
+    /// Name in the `mount` column or in the names of files.
     pub name: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
@@ -62,15 +63,16 @@ pub enum Angles {
     /// Roll about the world's x, then pitch about its y, then yaw about its z: `Rz(yaw) Ry(pitch) Rx(roll)`, as in ROS.
     #[default]
     FixedXyz,
-    /// Each angle about an axis that the previous ones have turned: `Rx(roll) Ry(pitch) Rz(yaw)`.
+    /// Roll about x, then pitch about the turned y, then yaw about the z turned by both: `Rx(roll) Ry(pitch) Rz(yaw)`.
     IntrinsicXyz,
 }
 
 impl Attitude {
-    /// Returns the representation that a table uses; `None` without a pose, an error if columns are missing or two are mixed.
+    /// Returns the representation of the orientation in a table. `None` without a pose. Returns an error if columns are
+    /// missing, or two representations are mixed.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
-        let begun = Attitude::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
+        let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
         let begun: Vec<Self> = begun.collect();
         match begun[..] {
             [] if PosePart::POSITION.iter().any(has) => Err(MapError::NoAttitude),
@@ -88,34 +90,27 @@ impl Attitude {
 }
 
 impl WeightMap {
-    /// Returns the weight without mounts, if it is complete.
-    fn own(&self) -> Option<Weight> {
-        Some(Weight { mass_kg: self.mass_kg?, centre_m: self.centre_m? })
+    fn weight_of(&self, mount: &Mount) -> Option<Weight> {
+        let (mass_kg, centre_m) =
+            (mount.mass_kg.or(self.mass_kg), mount.centre_m.or(self.centre_m));
+        Some(Weight { mass_kg: mass_kg?, centre_m: centre_m? })
     }
 
-    /// Returns the weights with the names of their mounts; a single weight has an empty name.
+    /// Returns the weights with known mass and centre, and the names of their mounts. The name of a single weight is empty.
     pub fn weights(&self) -> Vec<(String, Weight)> {
-        let of_mount = |mount: &Mount| {
-            let weight = Weight {
-                mass_kg: mount.mass_kg.or(self.mass_kg).unwrap_or_default(),
-                centre_m: mount.centre_m.or(self.centre_m).unwrap_or_default(),
-            };
-            (mount.name.clone(), weight)
-        };
-        match self.own() {
-            Some(own) if self.mounts.is_empty() => vec![(String::new(), own)],
-            _ => self.mounts.iter().map(of_mount).collect(),
-        }
+        let own = [Mount::default()];
+        let mounts = if self.mounts.is_empty() { &own[..] } else { &self.mounts };
+        let weight = |mount: &Mount| Some((mount.name.clone(), self.weight_of(mount)?));
+        mounts.iter().filter_map(weight).collect()
     }
 
-    /// Checks that loads can be computed: the weight is known, and no column is a load. Neither is required for finding the
-    /// weight from a recording.
+    /// Returns an error if the weight is unknown, or if a column is a measured load. Both are allowed for estimating the
+    /// weight.
     pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
-        let is_load = |rule: &&ColumnRule| matches!(rule.is, ColumnRole::Load(_));
-        if let Some(rule) = table.columns.iter().find(is_load) {
+        if let Some(rule) = table.columns.iter().find(|rule| rule.is.is_load()) {
             return Err(MapError::WeightAndLoad { role: rule.is });
         }
-        if self.mounts.is_empty() && self.own().is_none() {
+        if self.weights().is_empty() {
             return Err(MapError::WeightUnknown { mount: "\"weight\"".to_owned() });
         }
         Ok(())
@@ -129,22 +124,17 @@ impl WeightMap {
             return Err(MapError::NoMounts);
         }
         for (at, mount) in self.mounts.iter().enumerate() {
-            let is_whole = mount.mass_kg.or(self.mass_kg).is_some()
-                && mount.centre_m.or(self.centre_m).is_some();
+            let is_whole = self.weight_of(mount).is_some();
             let is_new = self.mounts[..at].iter().all(|m| m.name != mount.name);
             if mount.name.trim().is_empty() || !is_whole || !is_new {
                 return Err(MapError::WeightUnknown { mount: format!("mount \"{}\"", mount.name) });
             }
         }
         for (_, weight) in self.weights() {
-            must("weight.mass_kg", weight.mass_kg, "greater than 0", |x| x > 0.0 && x.is_finite())?;
-            for length in weight.centre_m {
-                must("weight.centre_m", length, "finite", f64::is_finite)?;
-            }
+            must("weight.mass_kg", weight.mass_kg, POSITIVE)?;
+            weight.centre_m.into_iter().try_for_each(|x| must("weight.centre_m", x, FINITE))?;
         }
-        for pull in self.gravity {
-            must("weight.gravity", pull, "finite", f64::is_finite)?;
-        }
-        must("weight.smoothing_secs", self.smoothing_secs, "0 or more", |x| x >= 0.0)
+        self.gravity.into_iter().try_for_each(|x| must("weight.gravity", x, FINITE))?;
+        must("weight.smoothing_secs", self.smoothing_secs, NOT_NEGATIVE)
     }
 }

@@ -1,9 +1,8 @@
-//! Turns a column map into a plan, part by part, and refuses what is not valid.
+//! Applies a column map to a file: finds the columns, and returns an error if the map does not fit.
 
 use super::super::named_column::NamedColumn;
 use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::formats::text::Head;
-use crate::formats::text::ati::CountedUnit;
 use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
 use crate::import::error::TableError;
 use crate::import::map::{
@@ -13,64 +12,55 @@ use crate::recording::Axis;
 use crate::recording::units;
 use crate::recording::units::TimeUnit;
 
-/// Returns the rules in file order, with the indices of their columns.
-fn resolved<'a>(
-    table: &'a TableMap,
-    head: &Head,
-) -> Result<Vec<(usize, &'a ColumnRule)>, TableError> {
-    let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
-    let (expected, actual) = (table.shape.columns, head.n_columns);
-    if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
-        return Err(TableError::MapShape { expected, actual });
-    }
-    let header = Header::of(head);
-    let columns = header.rules(table)?;
-    let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
-    let mut other_names = by_number.filter_map(|(index, _)| {
-        let expected = table.shape.names.get(*index)?;
-        let actual = head.names.get(*index)?;
-        (expected != actual).then_some((*index, expected, actual))
-    });
-    match other_names.next() {
-        None => Ok(columns),
-        Some((index, expected, actual)) => Err(TableError::MapOtherName {
-            column: index + 1,
-            expected: expected.clone(),
-            actual: actual.clone(),
-        }),
-    }
-}
+/// Function that returns the factor from a unit to SI, and the list of known units for messages.
+type Quantity = (fn(&str) -> Option<f64>, &'static str);
 
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,
-    /// Rules that this side reads, in file order, with the indices of their columns.
+    /// Index and rule of each column that is read, in the order of the file.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
 impl<'a> Making<'a> {
     /// Finds the columns of a map in a file.
     pub fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
-        let mut columns = resolved(table, head)?;
+        let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
+        let (expected, actual) = (table.shape.columns, head.n_columns);
+        if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
+            return Err(TableError::MapShape { expected, actual });
+        }
+        let mut columns = Header::of(head).rules(table)?;
+        for (index, _) in columns.iter().filter(|(_, rule)| is_by_number(rule)) {
+            if let (Some(expected), Some(actual)) =
+                (table.shape.names.get(*index), head.names.get(*index))
+                && expected != actual
+            {
+                return Err(TableError::MapOtherName {
+                    column: index + 1,
+                    expected: expected.clone(),
+                    actual: actual.clone(),
+                });
+            }
+        }
         columns.retain(|(_, rule)| side.reads(rule.is));
         Ok(Self { table, head, side, columns })
     }
-}
 
-impl Making<'_> {
-    fn with_role(&self, role: ColumnRole) -> impl Iterator<Item = (usize, &ColumnRule)> {
+    fn with_role(&self, role: ColumnRole) -> impl Iterator<Item = (usize, &'a ColumnRule)> {
         let columns = self.columns.iter().copied();
         columns.filter(move |(_, rule)| rule.is == role)
     }
 
-    /// Returns the only column with this role, if there is one.
-    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &ColumnRule)>, TableError> {
+    /// Returns the column with this role. Returns an error if there are two.
+    fn single(&self, role: ColumnRole) -> Result<Option<(usize, &'a ColumnRule)>, TableError> {
         let mut columns = self.with_role(role);
         let first = columns.next();
         match (first, columns.next()) {
             (Some((first, _)), Some((second, _))) => {
-                Err(TableError::RoleTwice { role, first: first + 1, second: second + 1 })
+                let what = role.to_string();
+                Err(TableError::Twice { what, first: first + 1, second: second + 1 })
             }
             _ => Ok(first),
         }
@@ -87,7 +77,7 @@ impl Making<'_> {
         self.head.name(index).map(|name| name.name)
     }
 
-    /// Returns the unit of a column: that of the rule, else that of the header or the units row.
+    /// Returns the unit of a column, from its rule, else from the header or the row of units.
     fn unit(&self, index: usize, rule: &ColumnRule) -> Option<String> {
         rule.unit.clone().or_else(|| self.head.unit(index))
     }
@@ -111,8 +101,8 @@ impl Making<'_> {
         TableError::NoTime { names: self.all_names() }
     }
 
-    /// Returns the uses of columns other than time, gauges and loads.
-    fn uses(&self) -> Result<Vec<Use>, TableError> {
+    /// Returns the uses of all columns, so far only of status and group.
+    pub fn uses(&self) -> Result<Vec<Use>, TableError> {
         let mut uses = vec![Use::Ignored; self.head.n_columns];
         for (role, usage) in [(ColumnRole::Status, Use::Status), (ColumnRole::Group, Use::Group)] {
             if let Some((index, _)) = self.single(role)? {
@@ -122,18 +112,13 @@ impl Making<'_> {
         Ok(uses)
     }
 
-    /// Returns the result of [`Self::times`] for a table without times.
-    pub fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
-        Ok((None, TimeScale::PerSecond(1.0), self.uses()?))
-    }
-
-    pub fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
-        let mut uses = self.uses()?;
+    /// Returns the time column, and the conversion of its times to seconds.
+    pub fn times(&self, uses: &mut [Use]) -> Result<(Option<usize>, TimeScale), TableError> {
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
         let Some((index, rule)) = self.single(self.side.time_role())? else {
             return match rate {
-                Some(rate) => Ok((None, TimeScale::PerSecond(rate), uses)),
+                Some(rate) => Ok((None, TimeScale::PerSecond(rate))),
                 None if self.head.ati.is_some() && self.side == Side::Both => {
                     Err(TableError::ReferenceAlone)
                 }
@@ -160,12 +145,11 @@ impl Making<'_> {
                 TimeScale::PerSecond(1.0)
             }
         };
-        self.date(&mut uses)?;
-        let scale = self.time_fraction(scale, &mut uses)?;
-        Ok((Some(index), scale, uses))
+        self.date(uses)?;
+        Ok((Some(index), self.time_fraction(scale, uses)?))
     }
 
-    /// Returns the time scale, and marks the column with the fraction of times in whole seconds.
+    /// Sets the use of the column with fractions of seconds. Returns the conversion of times to seconds.
     fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
         let Some((index, rule)) = self.single(ColumnRole::TimeFraction)? else {
             return Ok(scale);
@@ -181,7 +165,7 @@ impl Making<'_> {
         Ok(TimeScale::PerSecond(per_second))
     }
 
-    /// Marks the column with the day, which is added to a time of day.
+    /// Sets the use of the column with the date, which is added to a time of day.
     fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
         if let Some((index, rule)) = self.single(ColumnRole::Date)? {
             let form = match self.unit(index, rule) {
@@ -198,7 +182,7 @@ impl Making<'_> {
         Ok(())
     }
 
-    /// Returns the name of a gauge or an auxiliary channel: from its rule, from the header, or from its number.
+    /// Returns the name of a gauge or an auxiliary channel, from its rule, else from the header, else with a running number.
     fn channel_name(&self, index: usize, rule: &ColumnRule, stem: &str, n_before: usize) -> String {
         let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
         let name = rule.name.clone().or_else(in_header);
@@ -219,11 +203,8 @@ impl Making<'_> {
         for (index, rule) in self.with_role(ColumnRole::Gauge) {
             let name = self.channel_name(index, rule, "S", names.len());
             if let Some(first) = names.iter().position(|other| *other == name) {
-                return Err(TableError::DuplicateGauge {
-                    name,
-                    first: indices[first] + 1,
-                    second: index + 1,
-                });
+                let (what, first) = (format!("gauge {name}"), indices[first] + 1);
+                return Err(TableError::Twice { what, first, second: index + 1 });
             }
             uses[index] = Use::Gauge { factor: rule.scale / rule.counts_per_unit };
             indices.push(index);
@@ -238,7 +219,6 @@ impl Making<'_> {
         }
     }
 
-    /// Returns the names and units of the auxiliary channels, which are read with the gauges.
     pub fn auxiliary(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
@@ -259,7 +239,7 @@ impl Making<'_> {
         Ok((names, labels))
     }
 
-    /// Returns the columns of a pose, if the load is computed from it.
+    /// Returns the columns of the pose, if the load is computed from the pose.
     pub fn pose(
         &self,
         weight: Option<&WeightMap>,
@@ -268,7 +248,7 @@ impl Making<'_> {
         let (Some(weight), true) = (weight, self.side != Side::Gauges) else {
             return Ok(None);
         };
-        // The map was checked for a complete pose before.
+        // An incomplete pose cannot occur here, because the map was checked before.
         let Ok(Some(attitude)) = Attitude::of_table(self.table) else {
             return Ok(None);
         };
@@ -308,36 +288,40 @@ impl Making<'_> {
         index: usize,
         rule: &ColumnRule,
     ) -> Result<f64, TableError> {
-        let (in_si, known) = match self.unit(index, rule) {
-            None => (Some(1.0), ""),
-            Some(unit) if part.is_angle() => (units::angle_in_radians(&unit), units::ANGLE_UNITS),
-            Some(unit) if PosePart::POSITION.contains(&part) => {
-                (units::length_in_metres(&unit), units::LENGTH_UNITS)
-            }
-            Some(_) => (Some(1.0), ""),
+        let quantity: Option<Quantity> = if part.is_angle() {
+            Some((units::angle_in_radians, units::ANGLE_UNITS))
+        } else {
+            let is_place = PosePart::POSITION.contains(&part);
+            is_place.then_some((units::length_in_metres, units::LENGTH_UNITS))
         };
-        let unit = || self.unit(index, rule).unwrap_or_default();
-        let in_si = in_si.ok_or_else(|| self.unknown_unit(index, rule, &unit(), known))?;
+        self.factor(index, rule, self.unit(index, rule), quantity)
+    }
+
+    /// Returns the factor from the numbers of a column to SI units, including scale and counts of the rule.
+    fn factor(
+        &self,
+        index: usize,
+        rule: &ColumnRule,
+        unit: Option<String>,
+        quantity: Option<Quantity>,
+    ) -> Result<f64, TableError> {
+        let in_si = match (unit, quantity) {
+            (Some(unit), Some((in_si, known))) => {
+                in_si(&unit).ok_or_else(|| self.unknown_unit(index, rule, &unit, known))?
+            }
+            _ => 1.0,
+        };
         Ok(in_si * rule.scale / rule.counts_per_unit)
     }
 
     pub fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
         let mut axes = Vec::new();
         for axis in Axis::ALL {
-            let mut candidates = self.with_role(ColumnRole::Load(axis));
-            let Some((index, rule)) = candidates.next() else {
-                continue;
-            };
-            if let Some((second, _)) = candidates.next() {
-                return Err(TableError::DuplicateAxis {
-                    axis,
-                    first: index + 1,
-                    second: second + 1,
-                });
+            if let Some((index, rule)) = self.single(ColumnRole::Load(axis))? {
+                let factor = self.load_factor(axis, index, rule)?;
+                uses[index] = Use::Load { slot: axes.len(), factor };
+                axes.push(axis);
             }
-            uses[index] =
-                Use::Load { slot: axes.len(), factor: self.load_factor(axis, index, rule)? };
-            axes.push(axis);
         }
         if axes.is_empty() && !self.side.has_gauges() && !has_pose {
             return Err(TableError::NoLoads { names: self.all_names() });
@@ -346,21 +330,18 @@ impl Making<'_> {
     }
 
     fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, TableError> {
-        let counted = self.counted_unit(axis);
-        let in_preamble = || counted.map(|counted| counted.unit.clone());
-        let in_si = match self.unit(index, rule).or_else(in_preamble) {
-            None => 1.0,
-            Some(unit) => axis_factor(axis, &unit)
-                .map_err(|known| self.unknown_unit(index, rule, &unit, known))?,
+        let (quantity, counted): (Quantity, _) = if axis.is_force() {
+            let counted = self.head.ati.as_ref().map(|ati| &ati.force);
+            ((units::force_in_newtons, units::FORCE_UNITS), counted)
+        } else {
+            let counted = self.head.ati.as_ref().map(|ati| &ati.moment);
+            ((units::moment_in_newton_metres, units::MOMENT_UNITS), counted)
         };
+        // A log of ATI's Net F/T gives unit and counts per unit above its table.
+        let in_preamble = || counted.map(|counted| counted.unit.clone());
+        let unit = self.unit(index, rule).or_else(in_preamble);
         let counts = counted.map_or(1.0, |counted| counted.counts);
-        Ok(in_si * rule.scale / (counts * rule.counts_per_unit))
-    }
-
-    /// Returns the unit of an axis in the preamble.
-    fn counted_unit(&self, axis: Axis) -> Option<&CountedUnit> {
-        let ati = self.head.ati.as_ref()?;
-        Some(if axis.is_force() { &ati.force } else { &ati.moment })
+        Ok(self.factor(index, rule, unit, Some(quantity))? / counts)
     }
 
     pub fn names(&self, gauge_names: &[String], uses: &[Use]) -> Vec<String> {
@@ -389,14 +370,5 @@ impl Making<'_> {
             }
         }
         dropouts
-    }
-}
-
-/// Returns the factor from `unit` to SI units, or the list of known units.
-fn axis_factor(axis: Axis, unit: &str) -> Result<f64, &'static str> {
-    if axis.is_force() {
-        units::force_in_newtons(unit).ok_or(units::FORCE_UNITS)
-    } else {
-        units::moment_in_newton_metres(unit).ok_or(units::MOMENT_UNITS)
     }
 }

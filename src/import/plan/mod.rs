@@ -1,7 +1,7 @@
-//! Plan for reading the columns of one file: a column map that was applied to the file and checked.
+//! Plan for reading the columns of one file. A plan is a column map that was checked and applied to the file.
 //!
-//! Guarantees: there is exactly one source of time. A side with gauges has 1 to 64; a side with a reference has at least one
-//! axis, each at most once. Every unit is known.
+//! Guarantees: there is exactly one source of time. A file with gauges has 1 to 64 gauges. A file with only a reference has
+//! at least one axis. No axis occurs twice. Every unit is known.
 
 mod making;
 mod parts;
@@ -15,7 +15,7 @@ use crate::recording::Axis;
 use making::Making;
 pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 
-/// Use of each column of a file; all lists are in file order.
+/// Use of each column of a file. Lists of columns are in the order of the file.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     /// Line of the header, or of the first row.
@@ -23,25 +23,25 @@ pub(super) struct Plan {
     pub text: TextLayout,
     pub uses: Vec<Use>,
     pub names: Vec<String>,
-    /// Values that mark a missing value, for each column; empty if no column has any.
+    /// For each column, the numbers that mark a missing value. Empty if no column has any.
     pub dropouts: Vec<Vec<f64>>,
     pub time_scale: TimeScale,
-    /// Offset subtracted from the times, in the unit of the file. Without it, present-day stamps would lose digits as floats.
+    /// Number that is subtracted from the times, in the unit of the file. Otherwise, times since 1970 would lose digits.
     pub since: i64,
-    /// Index of the time column; without one, rows are counted.
+    /// Index of the time column. `None` if rows are counted instead.
     pub time_column: Option<usize>,
     pub gauge_names: Vec<String>,
-    /// Any labels; empty where there is none.
+    /// Unit of each gauge; empty if unknown.
     pub gauge_units: Vec<String>,
     pub auxiliary_names: Vec<String>,
-    /// Empty where no unit is known.
+    /// Unit of each auxiliary channel; empty if unknown.
     pub auxiliary_units: Vec<String>,
     pub axes: Vec<Axis>,
-    /// Pose, if the load is computed from it.
+    /// Columns of the pose, if the load is computed from the pose.
     pub pose: Option<PosePlan>,
-    /// True if a row may have no values for this side.
+    /// True if a row may be blank in the columns that are read, because it belongs to the other clock.
     pub may_be_blank: bool,
-    /// True if there are no times, so that rows are load cases.
+    /// True if the rows have no times.
     pub is_static: bool,
 }
 
@@ -57,7 +57,7 @@ impl Plan {
     #[inline]
     pub fn is_since_off(&self, index: usize) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
-        // Asked for each cell of a file, and most times are not counted from long ago.
+        // The first condition makes this fast: the function is called for each cell of a file, and `since` is mostly 0.
         self.since != 0 && self.uses.iter().position(is_date).or(self.time_column) == Some(index)
     }
 
@@ -69,11 +69,16 @@ impl Plan {
         NamedColumn::new(index, &self.names[index])
     }
 
+    /// Returns the time column, or the first column if rows are counted.
+    pub fn time(&self) -> NamedColumn {
+        self.column(self.time_column.unwrap_or_default())
+    }
+
     pub fn group_column(&self) -> Option<usize> {
         self.uses.iter().position(|usage| *usage == Use::Group)
     }
 
-    /// Returns the name of the group with this value, or `None` without a group column.
+    /// Returns the name of the group with this value in the group column. `None` without a group column.
     pub fn group_name(&self, value: &str) -> Option<String> {
         Some(format!("{} {value}", self.names[self.group_column()?]))
     }
@@ -82,49 +87,35 @@ impl Plan {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
 
-    /// Applies a map to the file with this head.
+    /// Applies a map to the file with this head. With `is_static`, rows have no times, and loads are required.
     pub fn new(
         table: &TableMap,
         head: &Head,
         side: Side,
         weight: Option<&WeightMap>,
-    ) -> Result<Self, TableError> {
-        let making = Making::new(table, head, side)?;
-        Self::made(&making, making.times()?, weight, false)
-    }
-
-    /// Applies a map without a time to the file with this head. Rows are load cases, so loads are required.
-    pub fn of_load_cases(
-        table: &TableMap,
-        head: &Head,
-        weight: Option<&WeightMap>,
-    ) -> Result<Self, TableError> {
-        let making = Making::new(table, head, Side::Both)?;
-        let plan = Self::made(&making, making.no_times()?, weight, true)?;
-        if plan.axes.is_empty() && plan.pose.is_none() {
-            return Err(making.no_time());
-        }
-        Ok(plan)
-    }
-
-    fn made(
-        making: &Making<'_>,
-        (time_column, time_scale, mut uses): (Option<usize>, TimeScale, Vec<Use>),
-        weight: Option<&WeightMap>,
         is_static: bool,
     ) -> Result<Self, TableError> {
+        let making = Making::new(table, head, side)?;
+        let mut uses = making.uses()?;
+        let (time_column, time_scale) = match is_static {
+            true => (None, TimeScale::PerSecond(1.0)),
+            false => making.times(&mut uses)?,
+        };
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
         let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
         let mut pose = making.pose(weight, &mut uses)?;
         if let Some(pose) = pose.as_mut().filter(|_| is_static) {
-            // The weight does not move in load cases, so its position is not needed.
+            // Without times there is no acceleration, so the position is not needed.
             pose.position = None;
         }
         let axes = making.loads(pose.is_some(), &mut uses)?;
+        if is_static && axes.is_empty() && pose.is_none() {
+            return Err(making.no_time());
+        }
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
-            line: making.head.line,
-            text: making.table.text.clone(),
+            line: head.line,
+            text: table.text.clone(),
             dropouts: making.dropouts(&uses),
             uses,
             names,
@@ -137,7 +128,7 @@ impl Plan {
             auxiliary_units,
             axes,
             pose,
-            may_be_blank: making.side != Side::Both,
+            may_be_blank: side != Side::Both,
             is_static,
         })
     }

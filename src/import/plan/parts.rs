@@ -1,34 +1,35 @@
-//! Uses of columns, sides of a table, and the plans for times and poses.
+//! Parts of a plan: uses of columns, the part of a table that is read, the unit of times, the columns of a pose.
 
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{Attitude, ColumnMap, ColumnRole};
 
-/// Maximum number of gauges: more than any force/torque sensor has, and small enough for normal equations.
+/// Maximum number of gauges. No known force/torque sensor has more, and least squares stay fast.
 pub(crate) const GAUGE_LIMIT: usize = 64;
-/// Maximum number of auxiliary channels; each may give products with all gauges.
+/// Maximum number of auxiliary channels. More channels give too many features: each may be multiplied by all gauges.
 pub(crate) const AUXILIARY_LIMIT: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Use {
     Ignored,
-    /// Number, part of the time.
+    /// Number that is the time or a part of it.
     Time,
-    /// Date or time of day, part of the time.
+    /// Date or time of day, which are added to the time.
     TimeText(TimeForm),
-    /// Fraction of the time; `factor` converts it to the unit of the time.
+    /// Fraction of a second. `factor` converts to the unit of the time.
     TimeFraction {
         factor: f64,
     },
-    /// Gauge; `factor` scales it as the map requires.
+    /// Gauge. The map gives `factor`.
     Gauge {
         factor: f64,
     },
-    /// Auxiliary channel; `factor`, then `shift`, converts to its unit. A cell without a number keeps the previous value.
+    /// Auxiliary channel. The value is the number times `factor` plus `shift`. For a cell without a number, the previous
+    /// value is used.
     Auxiliary {
         factor: f64,
         shift: f64,
     },
-    /// Reference load with index `slot` in the order of [`Axis`](crate::recording::Axis); `factor` converts it to SI.
+    /// Reference load. `slot` is its index in the order of [`Axis`](crate::recording::Axis), and `factor` converts to SI.
     Load {
         slot: usize,
         factor: f64,
@@ -36,12 +37,12 @@ pub(crate) enum Use {
     Status,
     /// Text that names the group of the row.
     Group,
-    /// Pose value `slot`; `factor` converts it to SI.
+    /// Number of a pose. `slot` is its index in the order of [`PosePlan`], and `factor` converts to SI.
     Pose {
         slot: usize,
         factor: f64,
     },
-    /// Name of a mount; its index in the list of mounts becomes pose value `slot`.
+    /// Name of a mount. Number `slot` of the pose is its index in the list of mounts.
     Mount {
         slot: usize,
     },
@@ -52,7 +53,6 @@ impl Use {
         !matches!(self, Self::TimeText(_) | Self::Status | Self::Group | Self::Mount { .. })
     }
 
-    /// Returns true for a part of the time.
     pub const fn is_time(self) -> bool {
         matches!(self, Self::Time | Self::TimeText(_) | Self::TimeFraction { .. })
     }
@@ -81,20 +81,20 @@ impl Use {
     }
 }
 
-/// Part of a table that is read.
+/// Columns of a table that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// Gauges and reference, on one clock.
+    /// Gauges and reference with one clock.
     Both,
     Gauges,
-    /// Reference alone, with a second time in the file of the gauges.
+    /// Reference in the file of the gauges, with its own time column.
     SecondClock,
-    /// Reference alone, in a file of its own.
+    /// Reference in a separate file.
     ReferenceFile,
 }
 
 impl Side {
-    /// Returns the side that is read from the file with the gauges.
+    /// Returns the columns that are read from the file with the gauges.
     pub fn of_gauges(map: &ColumnMap) -> Self {
         if map.has_two_clocks() { Self::Gauges } else { Self::Both }
     }
@@ -125,25 +125,23 @@ impl Side {
 /// Conversion of times to seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TimeScale {
-    /// Number of time units per second.
     PerSecond(f64),
-    /// Unit derived from the values.
     ByValues,
 }
 
-/// Values of a pose, in this order: orientation, position, mount.
+/// Numbers of a pose in each row, in this order: orientation, position, mount.
 #[derive(Clone, Debug)]
 pub(crate) struct PosePlan {
     pub attitude: Attitude,
-    /// Index of the first of three position values, if there are any.
+    /// Index of the first of the three numbers of the position, if the position is known.
     pub position: Option<usize>,
-    /// Index of the mount value, if there is one.
+    /// Index of the number of the mount, if a column gives the mount.
     pub mount: Option<usize>,
     pub mounts: Vec<String>,
     pub width: usize,
 }
 
 impl PosePlan {
-    /// Maximum number of pose values: a matrix, a position and a mount.
+    /// Maximum number of numbers in a row: 9 for a matrix, 3 for a position and 1 for a mount.
     pub const WIDTH_LIMIT: usize = 13;
 }

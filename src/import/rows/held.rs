@@ -1,9 +1,10 @@
-//! Auxiliary channels whose values are not in every row.
+//! Fills in auxiliary channels that do not have a value in every row.
 
 use super::*;
 
 impl Rows {
-    /// Fills missing auxiliary values with the channel's previous or first value; reports and removes channels without any.
+    /// Replaces each missing auxiliary value by the channel's previous value, or by its first value. Reports and removes
+    /// channels without values.
     pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
         let known = |channel: usize| {
@@ -30,8 +31,8 @@ impl Rows {
         }
     }
 
-    /// Reports the intervals in which a channel has no value. For a slow channel, whose values are not in every row, only
-    /// intervals longer than a gap count.
+    /// Reports the rows in which a channel has no value. A slow channel has values only in some rows, so only rows without a
+    /// value for longer than a gap are reported.
     fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
         let n_channels = plan.auxiliary_names.len();
         let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
@@ -42,11 +43,11 @@ impl Rows {
         }
         let gap_of_rows = gap_secs.unwrap_or_else(|| gap_by_steps(&self.times));
         let at: Vec<f64> = known.iter().map(|row| self.times[*row]).collect();
-        // A channel that is slower than the gauges has longer gaps.
+        // For a channel that is slower than the gauges, a gap is longer.
         let gap = gap_of_rows.max(steps_of_a_pause(&at));
         let [step, own] = [&self.times, &at].map(|times| median_step(times).unwrap_or(0.0));
         let is_now_and_then = own > 1.5 * step;
-        // A pause of the whole file does not count.
+        // Pauses between rows are not counted.
         let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
         let secs_of = |rows: &Range<usize>| {
             let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
@@ -82,7 +83,7 @@ impl Rows {
     }
 }
 
-/// Keeps these columns of a row-major table.
+/// Keeps only some columns of a table. Rows are stored one after another.
 fn keep<T>(table: &mut Vec<T>, is_kept: &[bool]) {
     let mut columns = is_kept.iter().cycle();
     table.retain(|_| columns.next() == Some(&true));

@@ -1,8 +1,8 @@
-//! Numbers from cells.
+//! Reads the numbers in the cells of a row.
 
 use super::*;
 
-/// Returns the number in the next cell. The first cell whose comma was read as a decimal point is stored.
+/// Returns the number in the next cell. If its comma was read as a decimal point, stores the cell in `comma`.
 #[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
 pub(super) fn next_value<'a>(
     row: &mut impl Row<'a>,
@@ -22,7 +22,7 @@ pub(super) fn next_value<'a>(
     }
 }
 
-/// Returns the number as [`next_value`] does, for cells that are not plain numbers.
+/// Returns the number in a cell that is not a plain number, as [`next_value`] does.
 #[inline(never)]
 fn other_value<'a>(
     cell: Cell<'a>,
@@ -38,7 +38,7 @@ fn other_value<'a>(
     Ok(value)
 }
 
-/// Returns the number in a cell, and true if its comma was read as a decimal point; or the reason why there is none.
+/// Returns the number in a cell, and true if a comma was read as a decimal point. Otherwise returns why there is no number.
 pub(super) fn value_of(
     cell: Cell<'_>,
     usage: Use,
@@ -52,16 +52,6 @@ pub(super) fn value_of(
             let since = plan.since_of(index);
             let secs = cell.written().and_then(|text| form.secs_since(since, text));
             Ok((secs.ok_or(Trouble::NotATime)?, false))
-        }
-        Use::Time if plan.is_since_off(index) => {
-            let (number, has_comma) = match cell {
-                Cell::Text(text) => {
-                    plan.text.number_since(plan.since, text).ok_or(Trouble::NotANumber)?
-                }
-                Cell::Number(number) => (number - plan.since as f64, false),
-                Cell::Since(since, number) => ((since - plan.since) as f64 + number, false),
-            };
-            Ok((in_si(number, usage, index, plan)?, has_comma))
         }
         Use::Status => match ati::reports_error(cell) {
             Some(false) => Ok((0.0, false)),
@@ -77,17 +67,20 @@ pub(super) fn value_of(
         | Use::Auxiliary { .. }
         | Use::Load { .. }
         | Use::Pose { .. } => {
-            let (number, has_comma) = match cell {
-                Cell::Number(number) => (number, false),
-                Cell::Since(since, number) => (since as f64 + number, false),
-                Cell::Text(text) => plan.text.number(text).ok_or(Trouble::NotANumber)?,
+            let since = plan.since_of(index);
+            let number = match cell {
+                Cell::Number(number) => Some((number - since as f64, false)),
+                Cell::Since(own, number) => Some(((own - since) as f64 + number, false)),
+                Cell::Text(text) if since == 0 => plan.text.number(text),
+                Cell::Text(text) => plan.text.number_since(since, text),
             };
+            let (number, has_comma) = number.ok_or(Trouble::NotANumber)?;
             Ok((in_si(number, usage, index, plan)?, has_comma))
         }
     }
 }
 
-/// Returns the magnitude that the digits of an unreadable text would have; infinite without digits.
+/// Returns the number that the digits of an unreadable text form; infinite without digits.
 pub(super) fn magnitude(text: &[u8]) -> f64 {
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
@@ -99,7 +92,6 @@ pub(super) fn magnitude(text: &[u8]) -> f64 {
     number.unwrap_or(f64::INFINITY)
 }
 
-/// Returns the index of the mount that a cell names.
 fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     let mounts = &plan.pose.as_ref()?.mounts;
     let is_it = |name: &String| match cell {
@@ -109,12 +101,12 @@ fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     Some(mounts.iter().position(is_it)? as f64)
 }
 
-/// Returns true for the code of meters for an overload (9.9E+37) or a missing value (9.91E+37).
+/// Returns true for the numbers by which meters mark an overload (9.9E+37) or a missing value (9.91E+37).
 pub(in crate::import) fn is_overload(number: f64) -> bool {
     (9.9e37..=1e38).contains(&number.abs())
 }
 
-/// Returns a number in SI units; times are not converted.
+/// Returns a number of a cell in SI units. Times are not converted.
 #[inline(always)]
 fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
     if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {

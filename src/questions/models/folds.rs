@@ -190,7 +190,8 @@ mod tests {
                     own.axes().to_vec(),
                     own.loads().to_vec(),
                 );
-                let own = own.unwrap().with_group(group(at));
+                let mut own = own.unwrap();
+                own.group = group(at);
                 set.push(Entry::new(own, Role::Train)).unwrap();
             }
             NestedFolds::of(&set).unwrap()

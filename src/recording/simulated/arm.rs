@@ -1,16 +1,16 @@
-//! Robot arm of the simulation: a path of attitudes, and the load of the weight along it. Roll, pitch and their rates are
-//! continuous. A path is the same curve at every speed.
+//! Simulated robot arm: turns the sensor along a path of attitudes, and computes the load of the weight along the path. Roll,
+//! pitch and their rates are continuous. A path is the same curve at every speed.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::random::Random;
-use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
+use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch_yaw};
 
 /// Mass of the paper's weight (section 4.1.2).
 pub(super) const MASS_KG: f64 = 1.128;
 
-/// Mounting points (m): the centre, then the paper's four combinations of 0.02 m and 0.015 m. All lie in the sensor's plane,
-/// so the centre causes no moment.
+/// Mounting points of the weight (m): the centre, then the paper's four combinations of 0.02 m and 0.015 m. The points lie in
+/// the sensor's plane, so a weight at the centre causes no moment.
 pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.0, 0.0, 0.0],
     [0.02, 0.015, 0.0],
@@ -19,10 +19,10 @@ pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.02, -0.015, 0.0],
 ];
 
-/// Length of a path in cycles: 95 s at 0.05 Hz, as in the fast run.
+/// Length of a path in cycles of the angles: 95 s at 0.05 Hz, as in the fast run.
 pub(super) const CYCLES: f64 = 4.75;
 
-/// Number of random amplitudes, one at each end of a whole cycle.
+/// Number of random amplitudes: one for the start of each cycle, and one for the end of the last whole cycle.
 const N_KNOTS: usize = 6;
 
 /// A sinusoid whose amplitude changes smoothly from cycle to cycle.
@@ -35,14 +35,13 @@ impl Swing {
     fn angle(&self, cycle: f64) -> f64 {
         let knot = (cycle as usize).min(N_KNOTS - 2);
         let along = cycle - knot as f64;
-        // A raised cosine is flat at the knots, so the rate of the amplitude and hence of the angle is continuous.
+        // The slope of a raised cosine is zero at its ends, so the rates of amplitude and angle are continuous.
         let blend = 0.5 - 0.5 * (PI * along).cos();
         let (from, to) = (self.amplitudes[knot], self.amplitudes[knot + 1]);
         (from + (to - from) * blend) * (self.phase + TAU * cycle).sin()
     }
 }
 
-/// Roll and pitch along one path.
 pub(super) struct Path {
     roll: Swing,
     pitch: Swing,
@@ -50,8 +49,8 @@ pub(super) struct Path {
 
 impl Path {
     /// Creates path number `path` of a seed. Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly every
-    /// direction. Pitch follows roll by 30° to 150° of phase on odd paths and leads it on even paths: in phase, a path would
-    /// retrace itself; with one sign on all paths, one axis would predict the hysteresis of another.
+    /// direction. Pitch lags roll by 30° to 150° of phase on odd paths, and leads roll on even paths. With equal phases, a path
+    /// would go back the way it came. With one sign on all paths, the load of one axis would predict another axis's hysteresis.
     pub fn new(seed: u64, path: u64) -> Self {
         let mut random = Random::new(seed, &[path]);
         let phase = random.between(0.0, TAU);
@@ -67,18 +66,15 @@ impl Path {
         }
     }
 
-    /// Returns roll and pitch after a number of cycles, in rad.
-    fn attitude(&self, cycle: f64) -> (f64, f64) {
-        (self.roll.angle(cycle), self.pitch.angle(cycle))
-    }
-
-    /// Returns the loads of `n_samples` evenly spaced samples along the path, with the weight at `centre_m`.
+    /// Returns the loads (N, N·m) of `n_samples` evenly spaced samples along the path, with the weight's centre at
+    /// `centre_m`.
     pub fn loads(&self, n_samples: usize, centre_m: [f64; 3]) -> Vec<[f64; 6]> {
         let weight = Weight { mass_kg: MASS_KG, centre_m };
         (0..n_samples)
             .map(|k| {
-                let (roll, pitch) = self.attitude(CYCLES * k as f64 / n_samples as f64);
-                gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight)
+                let cycle = CYCLES * k as f64 / n_samples as f64;
+                let (roll, pitch) = (self.roll.angle(cycle), self.pitch.angle(cycle));
+                gravity_load(&rotation_from_roll_pitch_yaw(roll, pitch, 0.0), &weight)
             })
             .collect()
     }

@@ -1,24 +1,22 @@
-//! Calibration bench of the simulation: loads one axis at a time, in repeated cycles and in steps with dwells.
+//! Simulated calibration bench: loads one axis at a time, in repeated cycles and in steps with dwells.
 
 use super::sensor::RATED_LOAD;
 use crate::recording::axis::Axis;
 
 /// Time from zero to the rated load in the repeated cycles (s).
 const RAMP_SECS: f64 = 5.0;
-/// Number of cycles in each direction.
+/// Number of load cycles, each to the rated load in both directions.
 const CYCLES: usize = 4;
-/// Steps of the staircase as shares of the rated load. The last step is held longest.
+/// Load steps as shares of the rated load. The last step has the longest dwell.
 const STEPS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
-/// Time between two steps, and dwell on a step (s).
+/// Time from one load step to the next, and dwell on a step (s).
 const STEP_SECS: (f64, f64) = (1.0, 8.0);
-/// Dwell on the largest step, and rest afterwards (s).
+/// Dwell on the largest load step, and rest after the steps (s).
 const LONG_SECS: f64 = 60.0;
 /// Rest before the first load (s).
 const REST_SECS: f64 = 10.0;
 
 pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
-    let at = Axis::ALL.iter().position(|one| *one == axis);
-    let at = at.expect("the list holds every axis");
     let mut shares = Shares { rate_hz, shares: vec![0.0] };
     shares.hold(REST_SECS);
     for _ in 0..CYCLES {
@@ -39,13 +37,12 @@ pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
     shares.hold(LONG_SECS);
     let load = |share: &f64| {
         let mut load = [0.0; 6];
-        load[at] = share * RATED_LOAD[at];
+        load[axis as usize] = share * RATED_LOAD[axis as usize];
         load
     };
     shares.shares.iter().map(load).collect()
 }
 
-/// Loads as shares of the rated load, sample by sample.
 struct Shares {
     rate_hz: f64,
     shares: Vec<f64>,

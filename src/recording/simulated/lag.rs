@@ -1,19 +1,21 @@
-//! Simulated recordings with a time lag, with hysteresis, or with both, for tests that distinguish the two. One force acts on
-//! two gauges. The lag is a first-order low-pass of an amplifier, the hysteresis play, independent of the load's rate. The
-//! load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
+//! Simulated recordings with a time lag, with hysteresis, or with both. They show whether a figure distinguishes lag from
+//! hysteresis. One force acts on two gauges. The lag is the first-order low-pass of an amplifier. The hysteresis is play, which
+//! does not depend on the load's rate. The load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
 
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+use strum::{Display, VariantArray};
+
 use crate::random::Random;
 use crate::recording::axis::Axis;
-use serde::{Deserialize, Serialize};
-
 use crate::recording::recording::{Recording, Source};
 use crate::recording::set::{Entry, RecordingSet, Role};
 
-/// Properties of the gauges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Simulated fault of the gauges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, VariantArray)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Late {
     /// A low-pass of 30 ms, without hysteresis.
     Lag,
@@ -23,17 +25,15 @@ pub enum Late {
     Both,
 }
 
-/// Time constant of the low-pass (s).
 pub const LAG_SECS: f64 = 0.03;
-/// Radius of the play (N).
+/// Radius (N) of the simulated play.
 pub const PLAY_NEWTONS: f64 = 0.5;
-/// Full scale (N).
 const LARGEST_NEWTONS: f64 = 10.0;
 const RATE_HZ: f64 = 100.0;
 const DURATION_SECS: f64 = 60.0;
 /// Number of simulation steps between two samples.
 const FINER: usize = 20;
-/// Lowest and highest frequency of the load.
+/// Lowest and highest frequency of the load (Hz).
 const CYCLES_HZ: (f64, f64) = (0.1, 1.0);
 /// Gain (mV/V per N) and offset (mV/V) of each gauge.
 const GAUGES: [(f64, f64); 2] = [(0.08, 0.11), (-0.06, -0.05)];
@@ -42,40 +42,26 @@ const NOISE: f64 = 0.0004;
 const KEY: u64 = 3700;
 
 impl Late {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Lag, Self::Hysteresis, Self::Both];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Lag => "lag",
-            Self::Hysteresis => "hysteresis",
-            Self::Both => "both",
-        }
-    }
-
-    /// Returns the kind of these recordings; `None` for recordings of the built-in six-axis sensor and of real sensors.
+    /// Returns the fault of these recordings. `None` if they are not recordings of this module.
     pub fn of(set: &RecordingSet) -> Option<Self> {
         let first = set.is_simulated().then(|| set.entries().first()).flatten()?;
-        Self::ALL.into_iter().find(|late| late.recording_name(1) == first.recording.name())
+        Self::VARIANTS.iter().copied().find(|late| late.recording_name(1) == first.recording.name())
     }
 
     fn recording_name(self, run: u64) -> String {
-        format!("{}_{run}", self.name())
+        format!("{self}_{run}")
     }
 }
 
-/// Returns the recordings of [`late`]: two for training, one for test.
+/// Returns the recordings of [`late()`]: two for training, one for test.
 pub fn late_set(seed: u64, late: Late) -> RecordingSet {
-    let mut set = RecordingSet::default();
-    for (recording, role) in
-        self::late(seed, late).into_iter().zip([Role::Train, Role::Train, Role::Test])
-    {
-        set.push(Entry::new(recording, role)).expect("all have the same columns");
-    }
-    set
+    let roles = [Role::Train, Role::Train, Role::Test];
+    let recordings = self::late(seed, late).into_iter().zip(roles);
+    let entries = recordings.map(|(recording, role)| Entry::new(recording, role)).collect();
+    super::with(RecordingSet::default(), entries)
 }
 
-/// Returns three recordings of one force.
+/// Returns three simulated recordings of one force with this fault.
 pub fn late(seed: u64, late: Late) -> Vec<Recording> {
     (1..=3).map(|run| recording(seed, late, run)).collect()
 }
@@ -90,7 +76,7 @@ fn recording(seed: u64, late: Late, run: u64) -> Recording {
     let (mut times, mut gauges, mut loads) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..(DURATION_SECS * RATE_HZ) as usize * FINER {
         let time = k as f64 * step;
-        // The frequency varies evenly on a logarithmic scale.
+        // The logarithm of the frequency varies as a sine.
         let share = 0.5 + 0.5 * (TAU * time / 25.0 + wobble).sin();
         phase += TAU * step * CYCLES_HZ.0 * (CYCLES_HZ.1 / CYCLES_HZ.0).powf(share);
         let load = LARGEST_NEWTONS * phase.sin();

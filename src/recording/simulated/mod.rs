@@ -1,14 +1,14 @@
-//! Built-in simulated sensor: recordings like the paper's, for a start without own files.
+//! Built-in simulated sensor: recordings like those of the paper, so that the program can be tried without files.
 //!
-//! A robot arm turns a weight of 1.128 kg, fixed at five points, along six paths at three speeds. A resin sensor with six
-//! gauges, hysteresis, creep and noise carries it. The same seed gives the same numbers. A recording depends only on seed,
-//! path, mounting point and speed. Reference loads are exact.
+//! A robot arm turns a resin sensor that carries a weight of 1.128 kg. There are five mounting points, six paths and three
+//! speeds. The sensor has six gauges, hysteresis, creep and noise. The same seed gives the same numbers. A recording depends
+//! only on seed, path, mounting point and speed. Reference loads are exact.
 
 mod arm;
 mod bench;
 mod lag;
 #[cfg(test)]
-mod mean_hysteresis;
+mod mean_hysteresis_tests;
 mod sensor;
 
 use rayon::prelude::*;
@@ -26,16 +26,16 @@ use crate::recording::set::{Entry, RecordingSet, Role};
 /// Seed of the recordings shown at the start of the program.
 pub const DEFAULT_SEED: u64 = 2019;
 
-/// Sampling rate of the paper (section 4.2.2).
+/// Sampling rate of the paper (section 4.2.2), in Hz.
 const RATE_HZ: f64 = 20.0;
 
-/// Number of paths. The last path tests, the others train.
+/// Number of paths. Recordings of the last path have the role test, all others the role train.
 const N_PATHS: u64 = 6;
 
-/// Random stream of the bench; the streams of the arm are the path numbers.
+/// First key of the bench's random numbers. It differs from the path numbers, the first keys of the arm's random numbers.
 const BENCH: u64 = 1000;
 
-/// Speeds and their number of samples: 95 s, 135 s and 175 s.
+/// Name and number of samples of each speed: a path takes 95 s, 135 s or 175 s.
 const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3500)];
 
 /// Returns all 90 recordings with their roles: five paths train (202,500 samples), the sixth tests (40,500 samples).
@@ -48,24 +48,18 @@ const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3
 /// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not relate speed to frequency and does not give the
 /// signs of the mounting offsets. Both are our choice, as is the sensor.
 pub fn recordings(seed: u64) -> RecordingSet {
-    let runs: Vec<(u64, usize, usize)> = (1..=N_PATHS)
-        .flat_map(|path| {
-            (0..MOUNTS_M.len())
-                .flat_map(move |mount| (0..SPEEDS.len()).map(move |speed| (path, mount, speed)))
-        })
-        .collect();
-    let entries: Vec<Entry> =
-        runs.into_par_iter().map(|(path, mount, speed)| entry(seed, path, mount, speed)).collect();
-    let mut set = RecordingSet::default();
-    for entry in entries {
-        set.push(entry).expect("all have the same columns");
-    }
-    set
+    let (n_mounts, n_speeds) = (MOUNTS_M.len(), SPEEDS.len());
+    let entry = |run: usize| {
+        let path = 1 + (run / n_speeds / n_mounts) as u64;
+        entry(seed, path, run / n_speeds % n_mounts, run % n_speeds)
+    };
+    let runs = (0..N_PATHS as usize * n_mounts * n_speeds).into_par_iter();
+    with(RecordingSet::default(), runs.map(entry).collect())
 }
 
-/// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off. Each loads one axis alone:
-/// rest, four cycles to the rated load in both directions, rest, a staircase with dwells up to 80 % and back, rest. They show
-/// zero return, creep, repeatability and crosstalk.
+/// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off. Each recording loads one axis:
+/// rest, four cycles to the rated load in both directions, rest, steps with dwells up to 80 % of the rated load and back, rest.
+/// The recordings show zero return, creep, repeatability and crosstalk.
 pub fn bench(seed: u64) -> Vec<Entry> {
     let axes = Axis::ALL.into_iter().enumerate();
     axes.map(|(at, axis)| {
@@ -79,8 +73,11 @@ pub fn bench(seed: u64) -> Vec<Entry> {
 
 /// Returns the [recordings], followed by the recordings of the [`bench()`].
 pub fn demonstration(seed: u64) -> RecordingSet {
-    let mut set = recordings(seed);
-    for entry in bench(seed) {
+    with(recordings(seed), bench(seed))
+}
+
+fn with(mut set: RecordingSet, entries: Vec<Entry>) -> RecordingSet {
+    for entry in entries {
         set.push(entry).expect("all have the same columns");
     }
     set

@@ -6,11 +6,11 @@
 
 use crate::random::Random;
 
-/// Rated load in N and N·m: the paper's 12 N, and a moment chosen here.
+/// Rated load (N, N·m): 12 N as in the paper, and a moment of our choice.
 pub(super) const RATED_LOAD: [f64; 6] = [12.0, 12.0, 12.0, 0.25, 0.25, 0.25];
 
-/// Elastic strain of each gauge for the rated load of each axis. Every axis has a gauge of its own, as on a cross-shaped body,
-/// with up to a quarter of crosstalk. The condition number is 1.39 for loads divided by the rated load.
+/// Elastic strain of each gauge (row) for the rated load of each axis (column). Each gauge responds mainly to one axis, as on
+/// a cross-shaped body, with up to a quarter of crosstalk. The condition number is 1.39.
 const ELASTICITY: [[f64; 6]; 6] = [
     [0.94, 0.11, -0.17, 0.06, 0.19, -0.04],
     [-0.13, 1.03, 0.14, -0.21, 0.05, 0.08],
@@ -20,27 +20,28 @@ const ELASTICITY: [[f64; 6]; 6] = [
     [0.10, -0.14, 0.05, 0.18, -0.11, 1.08],
 ];
 
-/// Half-width `h` of each gauge's loop in units of strain, scaled so that the mean hysteresis equals the paper's.
+/// Half-width `h` of each gauge's hysteresis loop, as a strain. The values make the mean hysteresis equal to the paper's.
 const HYSTERESIS: [f64; 6] = [0.154, 0.145, 0.163, 0.149, 0.159, 0.14];
 
-/// `1 / A`: strain that takes `z` from its limit to 0, well above `h`, so that a gauge follows the load after a reversal.
+/// Strain `1 / A` after a reversal, at which the hysteresis `z` has returned from its limit to 0. The strain is above `h`, so
+/// that a reading follows the load right after a reversal.
 const TURNOVER_STRAIN: f64 = 0.3;
 
-/// Creep as a share of the strain, and its time constant in s.
+/// Two parts of the creep, each as a share of the strain and a time constant (s).
 const CREEP: [(f64, f64); 2] = [(0.05, 6.0), (0.06, 40.0)];
 
-/// Coefficients of the square and the cube of the strain, per unit of strain.
+/// Coefficients of the square (for each gauge) and of the cube of the strain, which make a gauge slightly nonlinear.
 const SQUARE: [f64; 6] = [0.031, -0.027, 0.036, 0.022, -0.032, 0.025];
 const CUBE: f64 = -0.03;
 
-/// Reading of an unloaded gauge, and gain per unit of strain, in mV/V.
+/// Reading of each unloaded gauge, and gain per unit of strain (mV/V).
 const OFFSET: [f64; 6] = [0.137, -0.082, 0.214, -0.156, 0.048, -0.191];
 const GAIN: f64 = 0.8;
 
-/// Standard deviation of the logger's white noise in mV/V, 0.1 % of the rated output.
+/// Standard deviation (mV/V) of the logger's white noise: 0.1 % of the reading at the rated load.
 const NOISE: f64 = 0.0008;
 
-/// Time in which the weight is attached before a recording starts, in s.
+/// Time (s) before the start of a recording in which the weight is attached.
 const ONSET_SECS: f64 = 5.0;
 
 /// Hysteresis of one gauge: a Bouc-Wen element, `ż = A ẋ − β |ẋ| |z|ⁿ⁻¹ z − γ ẋ |z|ⁿ` with `n = 1` and `β = γ = A / 2`, so
@@ -52,7 +53,7 @@ struct BoucWen {
 }
 
 impl BoucWen {
-    /// Moves monotonically to a strain. The result is exact for any step length.
+    /// Changes the strain monotonically to this value, and returns the hysteresis `z`. The result is exact for any step length.
     fn go_to(&mut self, strain: f64) -> f64 {
         let step = strain - self.strain;
         self.strain = strain;
@@ -79,65 +80,61 @@ impl LowPass {
         Self { share: -(-step_secs / time_constant_secs).exp_m1(), value: 0.0 }
     }
 
-    /// Advances by one time step with a constant input; exact for this input.
+    /// Advances by one time step with a constant input, and returns the output. The result is exact.
     fn step(&mut self, input: f64) -> f64 {
         self.value += self.share * (input - self.value);
         self.value
     }
 }
 
-/// One gauge and the state of its history.
 #[derive(Clone, Debug)]
 struct Gauge {
     index: usize,
     hysteresis: BoucWen,
-    creep: Option<[LowPass; 2]>,
+    creep: [LowPass; 2],
 }
 
 impl Gauge {
-    /// Returns the reading without noise, in mV/V, after a monotonic change to this load.
+    /// Returns the reading (mV/V) without noise after a monotonic change to this load.
     fn read(&mut self, load: &[f64; 6]) -> f64 {
         let i = self.index;
         let strain: f64 =
             (0..6).map(|axis| ELASTICITY[i][axis] * load[axis] / RATED_LOAD[axis]).sum();
         let lag = HYSTERESIS[i] * self.hysteresis.go_to(strain);
-        let crept: f64 = self.creep.as_mut().map_or(0.0, |filters| {
-            (filters.iter_mut().zip(CREEP))
-                .map(|(filter, (amplitude, _))| amplitude * filter.step(strain))
-                .sum()
-        });
+        let filters = self.creep.iter_mut().zip(CREEP);
+        let crept: f64 =
+            filters.map(|(filter, (amplitude, _))| amplitude * filter.step(strain)).sum();
         let curved = strain * (1.0 + strain * (SQUARE[i] + strain * CUBE));
         OFFSET[i] + GAIN * (curved - lag + crept)
     }
 }
 
-/// A sensor that was never loaded, or not for a long time.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor([Gauge; 6]);
 
 impl Sensor {
-    /// Creates a relaxed sensor that is read at this time step.
+    /// Creates a sensor that has never been loaded, and that is read once in each time step.
     pub fn relaxed(step_secs: f64) -> Self {
-        Self::with_creep(Some(CREEP.map(|(_, tau)| LowPass::new(tau, step_secs))))
+        Self::with_creep(CREEP.map(|(_, tau)| LowPass::new(tau, step_secs)))
     }
 
-    /// Creates a relaxed sensor without creep, so that only the order of loads matters.
+    /// Creates a sensor without creep that has never been loaded. Its readings depend only on the order of loads, not on time.
     #[cfg(test)]
     pub fn without_creep() -> Self {
-        Self::with_creep(None)
+        Self::with_creep([LowPass { share: 0.0, value: 0.0 }; 2])
     }
 
-    fn with_creep(creep: Option<[LowPass; 2]>) -> Self {
+    fn with_creep(creep: [LowPass; 2]) -> Self {
         Self(std::array::from_fn(|index| Gauge { index, hysteresis: BoucWen::default(), creep }))
     }
 
-    /// Returns the six readings without noise, in mV/V, one time step later, after a monotonic change to this load.
+    /// Changes the load monotonically within one time step, and returns the six readings (mV/V) without noise.
     pub fn read(&mut self, load: &[f64; 6]) -> [f64; 6] {
         self.0.each_mut().map(|gauge| gauge.read(load))
     }
 }
 
-/// Returns the gauge readings at these loads, `n × 6` row-major (mV/V). The weight is attached just before the first sample.
+/// Returns the gauge readings (mV/V), six for each load. The weight is attached just before the first sample.
 pub(super) fn gauges_from_loads(loads: &[[f64; 6]], rate_hz: f64, random: &mut Random) -> Vec<f64> {
     let mut sensor = Sensor::relaxed(1.0 / rate_hz);
     let onset_steps = (ONSET_SECS * rate_hz).round() as usize;

@@ -97,7 +97,7 @@ fn day_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mu
     };
     let days = (0..entries.len()).map(|other| match is_of_file(other) {
         true => chosen,
-        false => entries[other].recording.entered_day(),
+        false => entries[other].recording.entered_day,
     });
     out.send(Edit::Days(days.collect()));
     *typed = None;

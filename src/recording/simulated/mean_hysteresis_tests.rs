@@ -1,14 +1,14 @@
-//! Mean hysteresis of the simulated sensor, the figure that fixes the size of its hysteresis.
+//! Mean hysteresis of the simulated sensor. It must equal the paper's figure.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
 use super::sensor::{RATED_LOAD, Sensor};
 
-/// Number of steps from no load to the rated load. The two branches of a loop are compared at these loads.
+/// Number of load steps from zero to the rated load. The two branches of a loop are compared at these loads.
 const STEPS: i32 = 120;
 
-/// Returns the mean hysteresis of the simulated sensor after its rated load (N).
+/// Returns the mean hysteresis (N) of the simulated sensor after its rated load.
 ///
 /// Each axis is loaded alone and slowly: zero, +rated, −rated, +rated (12 N, 0.25 N·m), without noise and creep. A linear
 /// calibration, least squares with an offset over the six runs, turns the readings into loads. The result is
@@ -34,7 +34,7 @@ pub fn mean_hysteresis_newtons() -> f64 {
     let calibrated = &design * &load_from_gauges;
     let widths = (0..3).flat_map(|axis| {
         let calibrated = &calibrated;
-        // The falling branch starts at the reversal and has two ranges; the rising branch ends at the end of the run.
+        // Seen from the reversal, the falling branch lies before it, and the rising branch lies after it.
         let reversal = 3 * STEPS as usize;
         (0..=2 * STEPS as usize).map(move |away| {
             let falling = calibrated[(axis * n + reversal - away, axis)];
