@@ -342,7 +342,7 @@ fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
         ("t,X,B\n0,1,2\n", named, "the column map needs a column A, but this file has t, X, B"),
         ("t,A,C\n0,1,2\n", named, "column 3 is C instead of B"),
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),
-        ("# nothing\n", named, "the start of this file does not"),
+        ("# nothing\n", named, "the start of this file has none"),
         ("t,A,B\n", named, "no rows follow"),
         ("0;a;b;c\n", HEADERLESS, "run.csv, line 1: column 2 (Fz) contains \"a\", not a number"),
     ] {
@@ -386,7 +386,7 @@ fn a_column_listed_by_name_and_by_number_is_an_error_that_names_both() {
         let error = read_one(text, &parts(columns)).unwrap_err();
         assert!(matches!(error, ReadError::Table { source: TableError::MapKey(_), .. }), "{error}");
         let messages = error.to_string();
-        let place = format!("run.csv, line 1: the column map lists column {number} twice, {keys}");
+        let place = format!("run.csv, line 1: column {number} is listed twice, {keys}");
         assert!(messages.contains(&place), "{messages}");
     }
     let both_known = parts(r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#)
