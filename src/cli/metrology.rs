@@ -12,10 +12,10 @@ use super::inputs::Files;
 use super::reading::{Rated, ReadArgs};
 use super::recordings::MeasuringArgs;
 use super::run::{Run, Work, examples};
-use super::values::named_file;
+use super::values::{named_file, number_in};
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
-use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::features::{Distance, FeatureSettings, Range, Thresholds};
 use crate::finding::Face;
 use crate::questions::loops::TableOf;
 use crate::questions::metrology::{
@@ -43,7 +43,7 @@ pub struct MetrologyJob {
     #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
     calibration: Option<PathBuf>,
     /// Full scale of each axis in N and N·m, in axis order [default: that of the calibration].
-    #[arg(long, value_delimiter = ',', value_name = "FS,…", allow_negative_numbers = true)]
+    #[arg(long, value_delimiter = ',', value_name = "FS,…", value_parser = number_in(Range::Positive), allow_negative_numbers = true)]
     full_scale: Vec<f64>,
     #[command(flatten)]
     measuring: MeasuringArgs,

@@ -175,7 +175,7 @@ impl Advice for ReadError {
 impl ReadError {
     /// Returns true if a table that cannot be read without a column map may be read with one.
     pub fn wants_a_map(&self) -> bool {
-        self.ways() == [Way::Columns] && !matches!(self, Self::NoNames { .. })
+        self.ways() == [Way::Columns]
     }
 }
 

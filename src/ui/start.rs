@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 
-use crate::engine::{Preferences, PreferencesFile};
+use crate::engine::PreferencesFile;
 use crate::panicked::panic_message;
 use crate::ui::dialogs::NativeDialogs;
 use crate::ui::shell::Shell;
@@ -18,8 +18,6 @@ const WITHOUT_DISPLAY: &str =
 const LIBRARY_IS_MISSING: [&str; 3] = ["shared librar", "could not be loaded", "XKBNotFound"];
 
 const APP_ID: &str = "loopscope";
-/// Key of the preferences in the storage of eframe, which earlier versions used.
-const STORED_BEFORE: &str = "preferences";
 
 struct Window {
     shell: Shell,
@@ -67,12 +65,8 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
         let context = creation.egui_ctx.clone();
         let folder = eframe::storage_dir(APP_ID);
         let kept = folder.as_deref().and_then(PreferencesFile::read_in);
-        let of_before = || {
-            let stored = creation.storage?.get_string(STORED_BEFORE)?;
-            Some(Preferences::from_json(&stored))
-        };
         let shell = Shell::new(&context, files, Box::new(NativeDialogs)).finding_thresholds();
-        let mut shell = shell.with_preferences(kept.or_else(of_before).unwrap_or_default());
+        let mut shell = shell.with_preferences(kept.unwrap_or_default());
         let mut preferences = None;
         if let Some(folder) = folder {
             preferences = Some(PreferencesFile::new(&folder, shell.preferences()));

@@ -195,7 +195,7 @@ fn suggestion(
         if ui.press_if(
             is_complete,
             "Take the cross-validation minimum",
-            "Sets the pair with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error exceeds the minimum by at most one standard error, estimated from the recordings",
+            "Sets the pair with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error is not larger than the minimum with 90 % confidence",
         ) {
             out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),
@@ -263,7 +263,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Uncompensated {}){gain}; within one standard error: {range}; cross-validation {cross_validation}",
+        "{}: {} {unit} (Uncompensated {}){gain}; not significantly worse: {range}; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
