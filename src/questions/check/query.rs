@@ -1,27 +1,23 @@
 //! Checks training recordings for a model. It needs the sums of one pass over the samples.
 
-use crate::min_max::MinMax;
-use std::sync::Arc;
-
-use crate::calibration::{Calibration, FitSettings, NormalEquations, Regressor};
+use crate::calibration::{Calibration, NormalEquations, Regressor};
 use crate::features::{Column, FeatureStream};
 use crate::finding::{Finding, Id, Verdict};
+use crate::min_max::MinMax;
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, NextLoad, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
 use crate::questions::check::load_count::LoadCount;
 use crate::questions::check::rig::{RigReport, lag_of_fit};
-use crate::questions::dataset::{Dataset, Datasets, Key};
+use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::expected_error::rule::{
     is_one_axis_at_a_time, is_one_programme, not_covered,
 };
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
-use crate::recording::in_role;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
-use crate::recording::{Axis, RecordingSet, Role, ValidRange};
-use crate::same::same_where;
+use crate::recording::{Axis, Role, ValidRange, in_role};
 use crate::scoring::coverage::Coverage;
 use crate::scoring::information::Information;
 use crate::scoring::load_spread::LoadSpread;
@@ -48,35 +44,22 @@ pub struct HangingMass {
 }
 
 /// Check of training recordings: faults of the rig, and whether the loads determine the model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CheckData {
-    /// The recordings with their roles.
-    pub recordings: Arc<RecordingSet>,
-    /// Settings of the fit.
-    pub settings: FitSettings,
+    /// Fit that is checked.
+    pub request: Request,
     /// Limits of the sensor's channels that the user entered.
     pub range: ValidRange,
     /// Reasons why files were left out.
     pub unusable: Vec<String>,
     /// Masses and arms for the proposed loads. With `None`, any load within the rated loads is proposed.
     pub hanging: Option<HangingMass>,
-    /// Dataset cache.
-    pub datasets: Datasets,
 }
-
-same_where!(CheckData: shared(recordings) value(settings, range, unusable, hanging) besides(datasets));
 
 impl CheckData {
     /// Returns the check of a fit.
     pub fn of(request: &Request, range: ValidRange, hanging: Option<HangingMass>) -> Self {
-        Self {
-            recordings: Arc::clone(&request.recordings),
-            settings: request.settings.clone(),
-            range,
-            unusable: Vec::new(),
-            hanging,
-            datasets: request.datasets.clone(),
-        }
+        Self { request: request.plain(), range, unusable: Vec::new(), hanging }
     }
 }
 
@@ -89,7 +72,7 @@ impl Query for CheckData {
     }
 
     fn is_akin(&self, other: &Self) -> bool {
-        self.recordings.layout() == other.recordings.layout()
+        self.request.recordings.layout() == other.request.recordings.layout()
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -102,18 +85,12 @@ impl Query for CheckData {
 /// # Errors
 /// [`AnalysisError`] if there is nothing to fit.
 pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency, AnalysisError> {
-    let settings = &asked.settings;
+    let Request { settings, recordings, datasets, .. } = &asked.request;
     settings.validate()?;
-    if asked.recordings.entries().is_empty() {
+    if recordings.entries().is_empty() {
         return Err(AnalysisError::NoRecordings);
     }
-    let key = Key {
-        recordings: Arc::clone(&asked.recordings),
-        offset: settings.offset,
-        decimation: settings.decimation,
-        calibration: None,
-    };
-    let data = asked.datasets.get(&key, progress)?;
+    let data = datasets.get(&asked.request.key(), progress)?;
     let mut calibration = data.blank_calibration(settings)?;
     let past = data.past(&calibration, progress)?;
     let design = calibration.design();
@@ -172,8 +149,9 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
 
 /// Returns a text about the faulty channels of each training recording, and the share of faulty samples.
 fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
-    let found = (asked.datasets).faults(&asked.recordings, &asked.range, progress)?;
-    let all = asked.recordings.entries().iter().zip(&found);
+    let found =
+        (asked.request.datasets).faults(&asked.request.recordings, &asked.range, progress)?;
+    let all = asked.request.recordings.entries().iter().zip(&found);
     let training = all.filter(|(entry, _)| entry.role == Role::Train);
     let (mut words, mut spoiled, mut n) = (Vec::new(), 0, 0);
     for (entry, found) in training {
@@ -411,11 +389,13 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::RidgeChoice;
+    use std::sync::Arc;
+
+    use crate::calibration::{FitSettings, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::questions::errors::query::analyse;
     use crate::random::Random;
-    use crate::recording::{Entry, GaugeRange, Recording, Source, simulated};
+    use crate::recording::{Entry, GaugeRange, Recording, RecordingSet, Source, simulated};
 
     fn check_of(request: &Request, hanging: Option<HangingMass>) -> Sufficiency {
         sufficiency(&CheckData::of(request, ValidRange::default(), hanging), &Progress::default())
@@ -520,7 +500,7 @@ mod tests {
         assert_eq!(told(&limited(100.0)), None);
         assert_eq!(told(&asked), Some(Verdict::Doubtful));
         let again = || {
-            let found = asked.datasets.faults(&set, &asked.range, &Progress::default());
+            let found = asked.request.datasets.faults(&set, &asked.range, &Progress::default());
             found.unwrap()
         };
         assert!(Arc::ptr_eq(&again()[0], &again()[0]));
