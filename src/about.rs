@@ -13,7 +13,7 @@ const COMMIT: &str = env!("LOOPSCOPE_COMMIT");
 const FEATURES: &str = env!("LOOPSCOPE_FEATURES");
 const TARGET: &str = env!("LOOPSCOPE_TARGET");
 
-/// Returns names and values that describe the build, to be shown and named in bug reports.
+/// Returns version, commit, features and target of this build, by name. They are displayed, and asked for in bug reports.
 pub fn built() -> [(&'static str, &'static str); 4] {
     let commit = match COMMIT {
         "" if cfg!(debug_assertions) => "not recorded in a debug build",

@@ -46,8 +46,8 @@ pub use messages::print_message;
     version,
     long_version = about::long_version(),
     after_help = examples(&[
-        ("loopscope", "opens the window on the built-in sensor"),
-        ("loopscope press_*.csv test.csv", "opens the window on these recordings"),
+        ("loopscope", "opens the window with the built-in simulated sensor"),
+        ("loopscope press_*.csv test.csv", "opens the window with these recordings"),
         ("loopscope work.json", "opens a session or a calibration in the window"),
     ]),
     args_conflicts_with_subcommands = true
@@ -90,14 +90,15 @@ fn misspelt(words: &[OsString]) -> Option<clap::Error> {
         return None;
     }
     let command = Cli::command();
-    // The program's own FILE argument is left out, because it would accept any word.
+    // Only the jobs are searched for a similar word. The FILE argument that opens the window would accept any word.
     let jobs = clap::Command::new("loopscope").subcommands(command.get_subcommands().cloned());
     let error = jobs.try_get_matches_from([program, word]).err()?;
     let is_like_one = error.get(ContextKind::SuggestedSubcommand).is_some();
     is_like_one.then_some(error)
 }
 
-/// Adds a tip to clap's error for a number with a unit, and for recordings that are named without `--train`.
+/// Adds a tip to two errors of clap: for a number that is given with a unit, and for recordings that are named without
+/// `--train`.
 fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     let is_not = match error.source() {
         Some(why) if why.is::<ParseFloatError>() => {
@@ -129,8 +130,8 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     error
 }
 
-/// Defines the enum of jobs. A new job is one file with a `mod` line above and one line in this list. The help text of a job is
-/// the doc comment of its struct.
+/// Defines the enum of jobs. A new job needs one file, a `mod` line above and one line in this list. The help text of a job
+/// is the doc comment of its struct.
 macro_rules! jobs {
     ($($name:ident($job:ty)),* $(,)?) => {
         /// Jobs that run without a window.

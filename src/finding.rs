@@ -1,8 +1,8 @@
-//! Findings: sentences that the program shows beside numbers. Each names an observation, its effect on the calibration, and a
-//! remedy.
+//! Findings: sentences that the program shows beside its results. Each names an observation, its effect on the calibration,
+//! and a remedy.
 //!
-//! Guarantees: effect and remedy of each kind of finding are worded here, once. [`Way`] adds the option or the control that
-//! applies the remedy. The observation is worded by the code that makes it.
+//! Guarantees: effect and remedy of each kind of finding are worded here, once. [`Way`] names the option or the control by
+//! which the user applies the remedy. The code that makes an observation also words it.
 
 use std::cmp::Reverse;
 use std::fmt;
@@ -13,7 +13,7 @@ use strum::IntoStaticStr;
 
 use crate::shown::first_clauses;
 
-/// Maximum number of observations that are listed in one finding. Others are counted.
+/// Maximum number of observations that are listed in one finding. Further observations are only counted.
 const LISTED: usize = 4;
 
 /// Verdict on the recordings of a calibration.
@@ -39,12 +39,12 @@ impl Verdict {
     }
 }
 
-/// Place where a finding is shown.
+/// Place where a finding is shown, which decides how its remedy is described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
-    /// Text or JSON in a terminal.
+    /// Output of the command line: text or JSON.
     CommandLine,
-    /// In the window.
+    /// The window of the program.
     Window,
     /// A report, whose readers may not have the program.
     Page,
@@ -53,43 +53,43 @@ pub enum Face {
 /// Option of the command line, and control of the window, by which the user applies a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// Changes the roles of recordings.
+    /// Changes the roles of recordings, such as training and test.
     Roles,
-    /// Groups recordings.
+    /// Assigns recordings to groups, which cross-validation leaves out as a whole.
     Groups,
-    /// Uses auxiliary channels.
+    /// Uses auxiliary channels, such as a temperature, in the fit.
     Auxiliary,
-    /// Changes the roles of columns.
+    /// Changes the roles of a file's columns, such as gauge, load and time.
     Columns,
-    /// Adds or removes features.
+    /// Adds features to the fit, or removes them.
     Features,
-    /// Sets the ridge.
+    /// Sets the ridge, the penalty on coefficients of features.
     Ridge,
-    /// Chooses the regressor.
+    /// Chooses the regressor, which computes the load: linear, network or kernel.
     Regressor,
-    /// Excludes faulty samples.
+    /// Excludes faulty samples from the fit.
     Faulty,
-    /// Tares a recording.
+    /// Tares a recording: subtracts the gauge values without load.
     Tare,
-    /// Proposes loads of a mass on an arm.
+    /// Proposes loads that a mass on an arm can apply.
     Arm,
     /// Corrects the offset between the clocks of two files.
     ClockOffset,
-    /// Replaces an existing file.
+    /// Overwrites an existing file.
     Replace,
 }
 
 impl Way {
     fn words(self) -> [&'static str; 2] {
         match self {
-            Self::Roles => ["--train, --test or --split", "press its role, or Split"],
-            Self::Groups => ["--group", "press its group"],
+            Self::Roles => ["--train, --test or --split", "press the role of a recording, or Split"],
+            Self::Groups => ["--group", "press the group of a recording"],
             Self::Auxiliary => ["--auxiliary", "Settings, Auxiliary channels"],
             Self::Columns => [
                 "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`",
                 "File > Import",
             ],
-            Self::Features => ["--polynomial, --play and others", "Settings"],
+            Self::Features => ["--polynomial, --play and other options for features", "Settings"],
             Self::Ridge => ["--ridge", "Settings, Ridge"],
             Self::Regressor => ["--regressor", "Settings, Regressor"],
             Self::Faulty => ["--leave-out-faulty", "Leave out"],
@@ -108,10 +108,10 @@ impl Way {
 
 /// Message that proposes a remedy.
 pub trait Advice: fmt::Display {
-    /// Returns the options and controls that apply the remedy.
+    /// Returns the ways by which the user applies the remedy.
     fn ways(&self) -> &'static [Way];
 
-    /// Returns the message with the options or controls of this place in parentheses.
+    /// Returns the message, followed in parentheses by the options or controls that apply the remedy at this place.
     fn text(&self, face: Face) -> String {
         with_ways(self.to_string(), self.ways(), face)
     }
@@ -134,28 +134,28 @@ fn with_ways(text: String, ways: &[Way], face: Face) -> String {
 pub struct Place {
     /// Path of the file.
     pub path: PathBuf,
-    /// First line concerned.
+    /// First line of the file that the finding is about.
     pub first_line: u64,
-    /// Last line concerned.
+    /// Last line of the file that the finding is about.
     pub last_line: u64,
-    /// Number of occurrences.
+    /// Number of lines or values that the finding is about.
     pub count: u64,
 }
 
 /// Observation with its effect on the calibration, and a remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Kind of the finding.
+    /// Kind of the finding, which determines effect and remedy.
     pub id: Id,
-    /// Best verdict that this finding allows.
+    /// Best verdict on the recordings that is possible with this finding.
     pub severity: Verdict,
-    /// Observation in a few words; the start of the sentence.
+    /// Observation in a few words, with which the sentence of the finding begins.
     pub seen: String,
     /// Place in a file; `None` if the finding is not about lines of a file.
     pub place: Option<Place>,
-    /// Figures of the observation, shown in parentheses; may be empty.
+    /// Numbers of the observation, shown in parentheses; may be empty.
     pub figures: String,
-    /// Size of the effect, by which findings are ordered: share of full scale by which errors become larger, or share of the loads
+    /// Size of the effect, by which findings are ordered: increase of errors as a share of full scale, or share of the loads
     /// or samples concerned; 0 if unknown.
     pub cost: f64,
 }
@@ -173,8 +173,8 @@ impl Finding {
         Self { cost, ..self }
     }
 
-    /// Returns one finding for each kind and severity: first the faults of recordings, then the others, both by severity and size
-    /// of the effect.
+    /// Joins findings of one kind and severity, and orders the results. Faults of recordings come first, then the others,
+    /// both by severity and by size of the effect.
     pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<Vec<Self>> = Vec::new();
         for own in found {
@@ -193,7 +193,8 @@ impl Finding {
         merged
     }
 
-    /// Joins findings of one kind and severity, the one with the largest effect first.
+    /// Joins the observations of findings of one kind and severity in one finding. The observation with the largest effect
+    /// comes first.
     fn merged(mut own: Vec<Self>) -> Self {
         own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
         if own.len() == 1 {
@@ -252,7 +253,7 @@ impl Serialize for Finding {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
 #[cfg_attr(test, derive(strum::EnumIter))]
 #[strum(serialize_all = "snake_case")]
-#[expect(missing_docs, reason = "the meaning of each is worded below")]
+#[expect(missing_docs, reason = "`Id::words` states the meaning of each kind")]
 pub enum Id {
     RowsSkipped,
     PartsIgnored,
@@ -320,7 +321,8 @@ pub enum Id {
 }
 
 impl Id {
-    /// Returns true if this is a fault of recordings, and false if it is about errors, coefficients or figures.
+    /// Returns true if this kind of finding is a fault of recordings, and false if it is about errors, coefficients or
+    /// figures.
     pub fn is_cause(self) -> bool {
         matches!(
             self.words().0,
@@ -328,7 +330,8 @@ impl Id {
         )
     }
 
-    /// Returns the category for JSON, the text of effect and remedy, and the options and controls that apply the remedy.
+    /// Returns the category of this kind of finding for JSON, its text of effect and remedy, and the ways to apply the
+    /// remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
             Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {
@@ -336,22 +339,22 @@ impl Id {
             }
             Self::Assumed | Self::UnnamedLoads => ("file", "", &[Way::Columns]),
             Self::WithoutReference => {
-                ("figures", "the figures do not include these recordings", &[])
+                ("figures", "errors and hysteresis are measured without these recordings", &[])
             }
             Self::NoFullScale => (
                 "figures",
-                "figures in percent of full scale are missing; enter the rated load",
+                "errors and hysteresis of this axis cannot be given in percent of full scale; enter the rated load of the axis",
                 &[],
             ),
-            Self::BeyondFullScale => ("figures", "enter the rated load", &[]),
+            Self::BeyondFullScale => ("figures", "figures in percent of full scale may be too large; enter the rated load of this axis", &[]),
             Self::SmallCycle => (
                 "figures",
-                "record one run in which the axis goes from its smallest to its largest load and back",
+                "the hysteresis figures describe only this small cycle; record one run in which the load on the axis goes from its smallest to its largest load and back",
                 &[],
             ),
             Self::LagInLoop => (
                 "figures",
-                "this part of the loop width comes from the time lag and is no hysteresis; if the clock of one file is late, set the clock offset in the import; if the sensor is slow, use a fixed lag, a look-back or a faster amplifier",
+                "the part of the hysteresis loop's width that comes from this time lag is no hysteresis; if the clock of one file is late, set the clock offset in the import; if the sensor is slow, use a fixed lag, a look-back or a faster amplifier",
                 &[],
             ),
             Self::NoTest => (
@@ -362,7 +365,7 @@ impl Id {
             ),
             Self::NoTimes => (
                 "times",
-                "look-backs and other features with memory are not used, and cross-validation leaves out all rows of a load together",
+                "look-backs and other features with memory need times and are not used, and cross-validation leaves out all rows of one load case together",
                 &[],
             ),
             Self::Undetermined => (
@@ -393,17 +396,17 @@ impl Id {
             ),
             Self::Still => (
                 "still",
-                "the errors of this axis do not apply to loads on this axis; record loads on the axis, or remove its column",
+                "the errors of this axis are those at nearly constant load and do not apply to other loads on the axis; record loads on the axis, or remove its column",
                 &[Way::Columns],
             ),
             Self::OutsideTrained => (
                 "outside",
-                "the calibration extrapolates to these loads, so the test error is larger; use these loads for training too, or test smaller loads",
+                "the calibration extrapolates to test loads outside the training range, so the test error is larger; use these loads for training too, or test smaller loads",
                 &[],
             ),
             Self::FewLoads => (
                 "load_cases",
-                "calibrations that agree on these loads can differ on other loads; record more loads, use fewer features, or use a ridge",
+                "different calibrations that agree on these few loads can differ on other loads; record more loads, use fewer features, or use a ridge",
                 &[Way::Features, Way::Ridge],
             ),
             Self::Rank => (
@@ -439,7 +442,7 @@ impl Id {
                 &[Way::Regressor],
             ),
             Self::UnusedAuxiliary => ("undetermined", "", &[]),
-            Self::NoAuxiliary => ("undetermined", "choose the auxiliary channels", &[Way::Columns]),
+            Self::NoAuxiliary => ("undetermined", "the fit uses no auxiliary channel; give their columns the role Auxiliary channel", &[Way::Columns]),
             Self::AuxiliaryBeyond => (
                 "undetermined",
                 "outside the training range, the effect of the channel is extrapolated linearly",
@@ -457,22 +460,22 @@ impl Id {
             ),
             Self::TareChanged => (
                 "rig",
-                "the fit uses the mean of both zeros; tare each recording, or exclude the recordings before or after the change",
+                "the fit uses the mean of the gauge values without load before and after the change; tare each recording, or exclude the recordings before or after the change",
                 &[Way::Tare, Way::Roles],
             ),
             Self::ZerosDrift => (
                 "rig",
-                "the fit uses the mean of the zeros; tare each recording, or let the sensor warm up",
+                "the fit uses the mean of the drifting gauge values without load; tare each recording, or let the sensor warm up",
                 &[Way::Tare],
             ),
             Self::GaugeChanged => (
                 "rig",
-                "check this gauge, its cable and its amplifier, or exclude the recordings from training",
+                "check the gauge whose sensitivity changed, its cable and its amplifier, or exclude the recordings from training",
                 &[Way::Roles],
             ),
             Self::AllGaugesChanged => (
                 "rig",
-                "check the gain and the supply of the amplifier, and the unit of the reference",
+                "check the gain and the supply of the amplifier, and the unit of the reference columns",
                 &[Way::Columns, Way::Roles],
             ),
             Self::ReferenceScale => (
@@ -486,11 +489,11 @@ impl Id {
                 &[Way::Roles],
             ),
             Self::ColumnsSwapped => {
-                ("rig", "correct the roles of the columns in this recording", &[Way::Columns])
+                ("rig", "the fit assigns these columns to the wrong gauges or axes; correct the roles of the columns in this recording", &[Way::Columns])
             }
             Self::Noisy => (
                 "rig",
-                "the fit gives this recording the same weight as other recordings; check cables, shields and supply, or exclude the recording from training",
+                "the fit gives this noisy recording the same weight as the other recordings; check cables, shields and supply, or exclude the recording from training",
                 &[Way::Roles],
             ),
             Self::Alternates => (
@@ -505,13 +508,13 @@ impl Id {
             ),
             Self::Bent => (
                 "rig",
-                "a matrix cannot follow a bend, so the error grows with the load; check the amplifier and the mounting, \
+                "a calibration matrix is linear and cannot describe this curvature, so the error grows with the load; check the amplifier and the mounting, \
                  use a smaller gain, or add a polynomial",
                 &[Way::Features],
             ),
             Self::ReferenceClipped => (
                 "rig",
-                "the fit underestimates these loads; use a larger range of the reference, or exclude these samples",
+                "the fit underestimates loads beyond the limit of the reference; use a reference with a larger range, or exclude these samples",
                 &[],
             ),
             Self::Lag => (
@@ -526,7 +529,7 @@ impl Id {
             ),
             Self::OneSided => (
                 "reach",
-                "the errors do not apply to loads in the other direction; record loads in that direction, or enter the rated load of the axis",
+                "the errors of this axis do not apply to loads in the other direction; record loads in that direction, or enter the rated load of the axis",
                 &[],
             ),
             Self::OneAxisAtATime => (
@@ -536,7 +539,7 @@ impl Id {
             ),
             Self::OneProgramme => (
                 "reach",
-                "the expected error does not apply to other load programmes, especially with features that have memory; record another programme",
+                "the expected error does not apply to other sequences of loads, especially with features that have memory; record another sequence of loads",
                 &[],
             ),
             Self::Odd => (
@@ -552,16 +555,16 @@ impl Id {
             ),
             Self::Unusable => (
                 "files",
-                "the file is left out of this check; correct or remove the file before you calibrate",
+                "this check leaves out the unusable file; correct or remove the file before you calibrate",
                 &[],
             ),
             Self::WorseOnTest => (
                 "error",
-                "compensation increases the error on test recordings; use fewer features, a ridge, or more kinds of motion for training",
+                "the compensation of hysteresis increases the error on test recordings; use fewer features, a ridge, or more kinds of motion for training",
                 &[Way::Features, Way::Ridge],
             ),
             Self::NoBetterThanMean => {
-                ("error", "a constant, the mean load, would be as accurate", &[])
+                ("error", "the calibration is no more accurate on this axis than always reporting the mean load", &[])
             }
             Self::LargerLeftOut => ("error_ratio", "", &[]),
             Self::MovesTogether => (
@@ -575,17 +578,17 @@ impl Id {
             }
             Self::LinearOnly => (
                 "regressor",
-                "a network or kernel has more parameters, so only cross-validation can assess it",
+                "a network or kernel has more parameters than a linear model, so only its cross-validation error can assess it",
                 &[],
             ),
             Self::Simulated => ("origin", "", &[]),
             Self::NoLookBack => ("thresholds", "", &[]),
             Self::TaredUnderLoad => {
-                ("tare", "the zeros contain this load; tare over a time without load", &[Way::Tare])
+                ("tare", "the tare subtracts the effect of this load on the gauges; tare over a time without load", &[Way::Tare])
             }
             Self::Unreached => (
                 "next",
-                "no proposed load determines these axes; use other masses, or a mass on an arm",
+                "no load that this check proposes determines the coefficients of these axes; use other masses, or a mass on an arm",
                 &[Way::Arm],
             ),
         }

@@ -1,10 +1,10 @@
-//! Arithmetic on short rows of numbers. Each length up to 8 has its own compiled loop, because a loop of unknown length needs more
-//! time for its set-up than for six numbers.
+//! Arithmetic on short rows of numbers, number by number. Each row length up to 8 has its own compiled loop, because the
+//! set-up of a loop of unknown length takes longer than the arithmetic on six numbers.
 
-/// Length of the longest row with a compiled loop of its own. Longer rows are computed in pieces.
+/// Length of the longest row that has a compiled loop of its own. Longer rows are divided into rows of at most this length.
 const LANES: usize = 8;
 
-/// Sets each number of `out` to `value` of the numbers at the same index in the rows `from`.
+/// Sets each number of `out` to the result of the function `value` for the numbers at the same index in the rows `from`.
 ///
 /// # Panics
 /// If one of `from` is shorter than `out`.
@@ -35,14 +35,15 @@ pub fn write<const N: usize>(
     }
 }
 
-/// Computes a row. All inputs are read before the first write, so that the compiler need not check for overlap.
+/// Computes a row of known length. All inputs are read before the first write, so that the compiler need not check whether
+/// inputs and output overlap.
 #[inline(always)]
 fn row<const WIDTH: usize, const N: usize>(
     out: &mut [f64],
     from: [&[f64]; N],
     value: impl Fn([f64; N]) -> f64,
 ) {
-    // `array::map` is not always inlined, so it is not used here and below.
+    // Loops are used here and below, because `array::map` is not always inlined.
     let mut columns = [[0.0; N]; WIDTH];
     for (i, own) in from.iter().enumerate() {
         let own: &[f64; WIDTH] = own[..WIDTH].try_into().expect("both rows have the same length");

@@ -1,5 +1,6 @@
-//! The program's log on standard error, filtered by `RUST_LOG`. Errors of file dialogs are also kept for the window. The library of
-//! the dialogs reports errors only in the log, and returns the same from a failed dialog as from a cancelled one.
+//! Writes the program's log to standard error, filtered by the environment variable `RUST_LOG`. Errors of file dialogs are
+//! also kept, so that the window can show them. The library of the dialogs reports errors only in the log: a dialog that
+//! failed returns the same as a cancelled one.
 
 use std::sync::Mutex;
 
@@ -36,7 +37,7 @@ impl Log for Logger {
     }
 }
 
-/// Starts the log. Before, nothing is logged.
+/// Starts the log. Nothing is logged before this call.
 pub fn start() {
     let logger = env_logger::Builder::from_default_env().build();
     let level = logger.filter().max(LevelFilter::Error);
@@ -45,7 +46,7 @@ pub fn start() {
     }
 }
 
-/// Removes and returns the newest error of a file dialog.
+/// Returns the newest error of a file dialog, and forgets it.
 pub fn take_dialog_error() -> Option<String> {
     let mut kept = locked(&DIALOG_ERROR);
     kept.take()

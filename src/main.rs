@@ -1,4 +1,4 @@
-//! Opens the window, or runs one job of the command line.
+//! Starts the program: opens the window, or runs the one job that the command line gives.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
 //! The smallest and the largest of some numbers.
 
-/// The smallest and the largest of some numbers. NaN does not count.
+/// The smallest and the largest of some numbers (their range). NaN is ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MinMax {
     /// Smallest number; +∞ if there are no numbers.
@@ -10,28 +10,28 @@ pub struct MinMax {
 }
 
 impl MinMax {
-    /// Range of an empty list.
+    /// Range of no numbers. Any other range can be joined to it.
     pub const NONE: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
-    /// Returns the range extended to this number.
+    /// Returns the range extended to contain this number.
     #[inline]
     pub fn with(self, value: f64) -> Self {
         Self { min: self.min.min(value), max: self.max.max(value) }
     }
 
-    /// Returns the range of the numbers in either range.
+    /// Returns the range that contains both ranges.
     #[inline]
     pub fn joined(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Returns the intersection of all ranges. If it is empty, `min` is above `max`.
+    /// Returns the range that all these ranges have in common. If there is none, `min` is above `max`.
     pub fn common(all: impl Iterator<Item = Self>) -> Self {
         let part = |a: Self, b: Self| Self { min: a.min.max(b.min), max: a.max.min(b.max) };
         all.reduce(part).unwrap_or(Self::NONE)
     }
 
-    /// Returns the difference of maximum and minimum; 0 without numbers.
+    /// Returns the difference between the largest and the smallest number; 0 without numbers.
     pub fn span(self) -> f64 {
         (self.max - self.min).max(0.0)
     }
@@ -41,17 +41,17 @@ impl MinMax {
         self.min <= value && value <= self.max
     }
 
-    /// Returns the largest magnitude.
+    /// Returns the largest magnitude (absolute value) in the range.
     pub fn magnitude(self) -> f64 {
         self.min.abs().max(self.max.abs())
     }
 
-    /// Returns the span of this range divided by the span of `whole`, at most 1.
+    /// Returns the span of this range as a share of the span of `whole`, at most 1.
     pub fn share_of(self, whole: Self) -> f64 {
         (self.span() / whole.span()).clamp(0.0, 1.0)
     }
 
-    /// Returns minimum and maximum; `None` without numbers.
+    /// Returns the smallest and the largest number; `None` without numbers.
     pub fn ends(self) -> Option<(f64, f64)> {
         (self.min <= self.max).then_some((self.min, self.max))
     }

@@ -1,4 +1,5 @@
-//! Rounding of bounds to single precision, which halves their memory. The rounded bounds always include the exact ones.
+//! Rounds lower bounds down and upper bounds up to single precision, which halves their memory. So the rounded interval
+//! always contains the exact one.
 
 #[inline(always)]
 pub(crate) fn rounded_down(value: f64) -> f32 {

@@ -1,4 +1,4 @@
-//! Conversion of a panic to an error. A panic is a defect of the program, or of a library that reads damaged files.
+//! Converts a panic to an error. A panic shows a defect of this program, or of a library that reads damaged files.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -6,22 +6,22 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 thread_local! {
-    /// True if the message of a panic on this thread is not written to standard error.
+    /// True while the message of a panic on this thread must not be written to standard error.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("internal error, please report it: {message}")]
+#[error("internal error of the program, please report it: {message}")]
 pub struct Panicked {
     pub message: String,
 }
 
-/// Locks a mutex, even if a thread that held its lock has panicked.
+/// Locks a mutex, even if another thread panicked while it held the lock.
 pub(crate) fn locked<T: ?Sized>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does the work, and returns a panic as an error.
+/// Calls `work`. If it panics, returns the panic as an error.
 ///
 /// # Errors
 /// [`Panicked`] with the message of the panic.
@@ -30,7 +30,7 @@ pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
         .map_err(|payload| Panicked { message: panic_message(&*payload) })
 }
 
-/// Does the work like [`caught`], without a message on standard error, for libraries that panic on damaged files.
+/// Calls `work` as [`caught`] does, but without a message on standard error. It is for libraries that panic on damaged files.
 pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -1,11 +1,12 @@
-//! Progress of slow work. The work reports its progress, and another thread can cancel it.
+//! Progress of slow work, such as reading a file or a fit. The work reports its progress, and another thread can cancel it.
 //!
-//! Guarantees: clones share one state, no call waits, and a cancelled [`Progress`] stays cancelled.
+//! Guarantees: all clones of a [`Progress`] share one state, no function waits for another thread, and a cancelled
+//! [`Progress`] stays cancelled.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// Progress and cancellation of one piece of work, shared by its clones.
+/// Progress and cancellation of one computation. All clones share one state.
 #[derive(Clone, Debug, Default)]
 pub struct Progress(Arc<Inner>);
 
@@ -16,18 +17,19 @@ struct Inner {
     total: AtomicU64,
 }
 
-/// The work was cancelled.
+/// Error of a computation that was cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
 impl Progress {
-    /// Cancels the work, which stops at its next [`Progress::check`].
+    /// Cancels the computation, which stops at its next call of [`Progress::check`].
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Returns the progress of a part of the work. The part has steps of its own, and is cancelled with the work.
+    /// Returns the progress of a part of the work. The part counts its own steps, and is cancelled together with the whole
+    /// work.
     pub fn part(&self) -> Self {
         Self(Arc::new(Inner { cancelled: Arc::clone(&self.0.cancelled), ..Inner::default() }))
     }
@@ -45,17 +47,17 @@ impl Progress {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// Adds to the total number of steps. A step can be a byte, a sample or any other unit.
+    /// Adds to the total number of steps of the work. A step can be a byte, a sample or any other unit.
     pub fn add_total(&self, steps: u64) {
         self.0.total.fetch_add(steps, Ordering::Relaxed);
     }
 
-    /// Adds to the number of steps done.
+    /// Adds to the number of steps of the work that are done.
     pub fn advance(&self, steps: u64) {
         self.0.done.fetch_add(steps, Ordering::Relaxed);
     }
 
-    /// Returns the share of steps done, 0 to 1; `None` as long as the total is unknown.
+    /// Returns the share of steps that are done, 0 to 1; `None` as long as the total number is unknown.
     pub fn fraction(&self) -> Option<f32> {
         let total = self.0.total.load(Ordering::Relaxed);
         let done = self.0.done.load(Ordering::Relaxed);

@@ -26,7 +26,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Returns a uniform number in [0, 1).
+    /// Returns a uniformly distributed random number in [0, 1).
     fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -35,19 +35,20 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Shuffles a slice (Fisher and Yates 1938, Durstenfeld 1964).
+    /// Puts the items of a slice in random order (Fisher and Yates 1938, Durstenfeld 1964).
     pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             items.swap(last, self.below(last + 1));
         }
     }
 
-    /// Returns a uniform integer in `0..bound`, the high half of a product. Its bias is below `bound / 2⁶⁴`.
+    /// Returns a uniformly distributed random integer in `0..bound`: the high half of the product of `bound` and a 64-bit
+    /// random number. Its bias is below `bound / 2⁶⁴`.
     fn below(&mut self, bound: usize) -> usize {
         ((u128::from(self.next()) * bound as u128) >> 64) as usize
     }
 
-    /// Returns a standard normal number (Box and Muller 1958).
+    /// Returns a random number with standard normal distribution (Box and Muller 1958).
     pub(crate) fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare_normal.take() {
             return spare;

@@ -1,9 +1,9 @@
-//! Equality of types whose large parts are compared by their addresses.
+//! Equality of types whose large fields are compared by their addresses in memory instead of their contents.
 
 use std::ptr;
 use std::sync::Arc;
 
-/// Shared value that is compared by its address in memory, which takes the same time for any size.
+/// Reference-counted value that is compared by its address in memory, which takes the same time for any size.
 pub trait Shared {
     fn place(&self) -> *const ();
 }
@@ -20,8 +20,8 @@ impl<T> Shared for Option<Arc<T>> {
     }
 }
 
-/// Defines equality of a type. Fields in `shared` are compared by address, fields in `value` by value, and fields in `besides`
-/// not at all. The compiler requires each field in one of the three lists, so that none is forgotten.
+/// Defines the equality of a type. Fields in `shared` are compared by address, fields in `value` by value, and fields in
+/// `besides` not at all. The compiler requires each field in one of the three lists, so that none is forgotten.
 macro_rules! same_where {
     ($name:ty: shared($($shared:ident),*) value($($value:ident),*) besides($($besides:ident),*)) => {
         impl PartialEq for $name {

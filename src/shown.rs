@@ -7,11 +7,11 @@ use std::path::Path;
 /// Maximum length of a message in characters. The middle of a longer message is omitted, so that a terminal still shows earlier
 /// messages.
 const MESSAGE_CHARS: usize = 1200;
-/// Number of characters before the omitted middle.
+/// Number of characters of a long message that are kept before the omitted middle.
 const START_CHARS: usize = 900;
-/// Maximum number of names in a message. Further names are counted.
+/// Maximum number of names that a message lists. Further names are only counted.
 const LISTED_NAMES: usize = 8;
-/// Maximum number of characters that a message quotes from a file.
+/// Maximum number of characters that a message quotes from one text in a file.
 const SHOWN_CHARS: usize = 40;
 
 /// Returns the name of a file without its folder. Returns the path if the path has no file name.
@@ -19,7 +19,7 @@ pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
 
-/// Returns the text on one line, with control and direction characters replaced by their codes.
+/// Returns the text on one line, with control characters and changes of writing direction replaced by their codes.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
@@ -59,7 +59,7 @@ pub(crate) fn message(text: &dyn Display) -> String {
     start.chain(['…']).chain(end).collect()
 }
 
-/// Returns a text from a file for a message, with control characters escaped and of limited length.
+/// Returns a text from a file as a message quotes it: with control characters escaped and of limited length.
 pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.escape_debug().len() == 1;
     if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
@@ -73,22 +73,22 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Returns the first names from a file, and the number of further names.
+/// Returns the first names from a file in one text, and the number of the names that are left out.
 pub(crate) fn listed(names: &[String]) -> String {
     first(LISTED_NAMES, names.iter().map(|name| shown(name)))
 }
 
-/// Returns all items in one text, with `between` between two of them.
+/// Returns all items in one text, separated by `between`.
 pub(crate) fn joined(between: &str, all: impl IntoIterator<Item = impl Display>) -> String {
     all.into_iter().map(|own| own.to_string()).collect::<Vec<_>>().join(between)
 }
 
-/// Returns the first names, separated by commas, and the number of further names.
+/// Returns the first `max` items in one text, separated by commas, and the number of further items.
 pub(crate) fn first(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by(", ", max, all)
 }
 
-/// Returns the first clauses, separated by semicolons, and the number of further clauses.
+/// Returns the first `max` clauses in one text, separated by semicolons, and the number of further clauses.
 pub(crate) fn first_clauses(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by("; ", max, all)
 }
@@ -101,7 +101,7 @@ fn first_by(between: &str, max: usize, all: impl IntoIterator<Item = impl Displa
     format!("{first}{}", more.map_or_else(String::new, |more| format!("{comma} {more}")))
 }
 
-/// Returns the number of omitted items in words; `None` if no item is omitted.
+/// Returns how many items a text leaves out, as `and 3 more`; `None` if it leaves out none.
 pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
     (all > max).then(|| format!("and {} more", all - max))
 }

@@ -1,31 +1,33 @@
-//! Reading of small files, such as calibrations, column maps and sessions. A pipe or device is rejected, because reading it might
-//! never end. Files over a limit of size are rejected too.
+//! Reads small files, such as calibrations, column maps and sessions. A pipe or device is rejected, because reading it might
+//! never end. Files above a size limit are rejected too.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
-    // This is checked before opening, because opening a named pipe waits for a program at its other end.
+    // The kind of file is checked before opening, because opening a named pipe waits for a program at its other end.
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
-        return Err(io::Error::other("it is a folder and not a file; name a file in it"));
+        return Err(io::Error::other(
+            "this is the path of a folder, not of a file; name a file in the folder",
+        ));
     }
     if !kind.is_file() {
         return Err(io::Error::other(
-            "it is a pipe or a device, not a file; save its contents to a file, and name that file",
+            "this is a pipe or a device, not a file; save its contents to a file, and name that file",
         ));
     }
     File::open(path)
 }
 
-/// Returns the content of a file of limited size. `what` names the kind of file in error messages.
+/// Returns the content of a file of at most `limit_bytes` bytes. `what` names the kind of file in error messages.
 pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     let mut start = open_regular(path)?.take(limit_bytes + 1);
     start.read_to_end(&mut content)?;
     if content.len() as u64 > limit_bytes {
-        let message = format!("it has more than {limit_bytes} bytes, too many for {what}");
+        let message = format!("the file has more than {limit_bytes} bytes, too many for {what}");
         return Err(io::Error::other(message));
     }
     Ok(content)

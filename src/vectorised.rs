@@ -1,4 +1,5 @@
-//! Loops that are compiled for several instruction sets. The program chooses the best one for its processor when it runs.
+//! Loops that are compiled for several instruction sets. At run time, the program uses the best set that its processor
+//! supports.
 
 struct Work<F>(F);
 
@@ -11,8 +12,9 @@ impl<F: FnMut()> pulp::WithSimd for Work<F> {
     }
 }
 
-/// Runs `work` with the instructions of this processor. The closure must be `#[inline(always)]`. It is called by reference,
-/// because a closure that [`pulp::Arch::dispatch`] calls by value becomes a separate function in which each `mul_add` is a call.
+/// Runs `work` with the best instruction set of this processor. The closure must be `#[inline(always)]`. The closure is
+/// called by reference, because a closure that [`pulp::Arch::dispatch`] calls by value becomes a separate function in which
+/// each `mul_add` is a call.
 #[inline(always)]
 pub(crate) fn vectorised(work: impl FnMut()) {
     pulp::Arch::new().dispatch(Work(work));

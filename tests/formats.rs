@@ -134,11 +134,11 @@ fn check_parquet(folder: &Path) {
 fn check_mcap(folder: &Path) {
     for name in ["plain.mcap", "zstd.mcap", "lz4.mcap"] {
         let (recording, messages) = sound(&folder.join(name));
-        let text = "left out: /joints (sensor_msgs/msg/JointState), /note (std_msgs/msg/String)";
+        let text = "not part of its table: /joints (sensor_msgs/msg/JointState), /note (std_msgs/msg/String)";
         assert!(messages.contains(text), "{messages}");
         if name == "plain.mcap" {
             // The reference ends one sample earlier. The reference is linear in time, so interpolation is exact.
-            assert!(messages.contains("no reference at"), "{messages}");
+            assert!(messages.contains("no reference load near"), "{messages}");
             assert_eq!(recording.n_samples(), N - 1);
             assert_eq!(recording.loads()[6..12], [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]);
         } else {
@@ -205,9 +205,9 @@ fn check_hdf5(folder: &Path) {
     let (recording, messages) = sound(&folder.join("gaps.h5"));
     check(&recording, 0.0, 6, &Axis::ALL[..3]);
     for gap in [
-        "F (60 of 180 values: never written)",
-        "S (90 of 360 values: never written)",
-        "t (10 of 60 values: never written)",
+        "F (60 of 180 values were never written)",
+        "S (90 of 360 values were never written)",
+        "t (10 of 60 values were never written)",
         "never (never written)",
         "never_in_chunks (never written)",
     ] {
@@ -425,7 +425,7 @@ fn lines_of_json_are_samples() {
         ", line 4: column 2 (S1) contains NaN",
         "(3 times, last on line 6)",
         "lines that are no JSON objects (1)",
-        "ends early",
+        "ends in the middle of the data",
     ] {
         assert!(messages.contains(part), "{part} in {messages}");
     }
@@ -532,7 +532,7 @@ fn arrays_on_two_clocks_are_joined() {
     for k in 0..N - 1 {
         assert_eq!(recording.loads()[3 * k..3 * k + 3], [load(k, 0), load(k, 1), load(k, 2)]);
     }
-    assert!(messages.contains("no reference at 0.609375 s"), "{messages}");
+    assert!(messages.contains("no reference load near the time 0.609375 s"), "{messages}");
 }
 
 #[test]
@@ -540,7 +540,7 @@ fn an_array_without_names_needs_a_map_and_is_read_by_it() {
     let path = fixture("lone.npy");
     let messages = error(&path);
     assert!(
-        messages.contains("an array of 13 columns without names. Give their roles"),
+        messages.contains("an array of 13 columns without names. Give the roles"),
         "{messages}"
     );
     let proposed = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
@@ -614,7 +614,10 @@ fn files_without_a_table_list_their_contents() {
         fs::write(&path, content).unwrap();
         error(&path)
     };
-    assert!(error(&fixture("objects.npy")).contains("holds Python objects; save it as"));
+    assert!(
+        error(&fixture("objects.npy"))
+            .contains("holds Python objects instead of numbers; save it as")
+    );
     let empty_archive = [&b"PK\x05\x06"[..], &[0; 18]].concat();
     assert!(messages(&empty_archive).contains("no table of numbers"));
     let mut matlab73 = b"MATLAB 7.3 MAT-file".to_vec();
@@ -651,11 +654,15 @@ fn declared_sizes_are_checked() {
     for (descr, shape, expected) in [
         ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(2,)", "the file ends inside the array"),
         ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(0,)", "no table of numbers"),
-        ("[('t', '<f8', (9999999999, 9999999999))]", "(0,)", "gives no readable data type"),
+        (
+            "[('t', '<f8', (9999999999, 9999999999))]",
+            "(0,)",
+            "the data type in its header cannot be read",
+        ),
         ("[('t', '<U1'), ('S1', '<f8', (0,))]", "(99999999999,)", "holds records without numbers"),
         ("[('t', '<f8'), ('S1', '|O')]", "(2,)", "holds Python objects"),
-        ("[('t', '<f8'), ('S1', '<f8')", "(2,)", "gives no readable data type"),
-        (&"[('t', ".repeat(9000), "(2,)", "gives no readable data type"),
+        ("[('t', '<f8'), ('S1', '<f8')", "(2,)", "the data type in its header cannot be read"),
+        (&"[('t', ".repeat(9000), "(2,)", "the data type in its header cannot be read"),
     ] {
         let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}\n");
         fs::write(&path, npy(&header, &[0; 64])).unwrap();
@@ -739,7 +746,9 @@ fn a_file_that_is_cut_short_is_reported() {
                     let may_be_whole = ["mat", "lvm", "h5"];
                     let ending = fixture.extension().and_then(|ending| ending.to_str());
                     let is_whole = ending.is_some_and(|ending| may_be_whole.contains(&ending));
-                    let is_told = messages.iter().any(|messages| messages.contains("ends early"));
+                    let is_told = messages
+                        .iter()
+                        .any(|messages| messages.contains("ends in the middle of the data"));
                     assert!(is_told || is_whole, "{fixture:?} {part}: {messages:?}");
                 }
                 Err(ReadError::File { source: FileError::Io(source), .. }) => {

@@ -1,9 +1,10 @@
-//! Contribution of a look-back to the normal equations by age of the past sample. One pass gives the sums for every t_th.
+//! Sums of a look-back's columns for the normal equations, separated by the age of the earlier sample that the look-back
+//! finds. One pass over a recording gives the sums for every time threshold t_th.
 //!
-//! For one F_th, the search with the longest t_th also finds the past samples for every shorter t_th. If a past sample is older
-//! than the shorter t_th, the columns of the look-back are zero. So t_th only decides which samples contribute to the products
-//! *of these columns*. The products are collected by class of age. Each class is added to sums in which the look-back's columns
-//! are zero, which gives the sums for the next t_th.
+//! For one force threshold F_th, the search with the longest t_th also finds the earlier samples for every shorter t_th. If
+//! an earlier sample is older than the shorter t_th, the columns of the look-back are zero. So t_th only decides which
+//! samples contribute to the products *of these columns*. The products are summed by class of age. Each class is added to
+//! sums in which the look-back's columns are zero for its samples. This gives the sums for the next longer t_th.
 
 use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::{NormalEquations, TILE, add_tiles, tile_rows};
@@ -12,18 +13,19 @@ use crate::features::Design;
 use crate::progress::Progress;
 use crate::vectorised::vectorised;
 
-/// Products of the look-backs' columns with all columns, separated by the age of the past sample.
+/// Sums of the products of the look-back columns with all columns of the design, separated by the age of the earlier sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgedSums {
     first: usize,
     n_columns: usize,
     stride: usize,
-    /// One `rows × stride` matrix per class of age. Rows beyond `n_columns` are not valid.
+    /// One row-major `rows × stride` matrix of sums per class of age. Rows from `n_columns` on fill it up and are not valid.
     products: Vec<f64>,
 }
 
 impl AgedSums {
-    /// Creates empty sums for `n_classes` classes of age and the first `n_look_backs` of `design`.
+    /// Creates sums without samples, for `n_classes` classes of age and the columns of the first `n_look_backs` look-backs of
+    /// `design`.
     pub fn new(design: &Design, n_axes: usize, n_look_backs: usize, n_classes: usize) -> Self {
         let (first, n_columns) = (design.n_gauges(), design.n_gauges() * n_look_backs);
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
@@ -40,17 +42,18 @@ impl AgedSums {
         self.n_columns.next_multiple_of(TILE) * self.stride
     }
 
-    /// Adds one class of age to `sums`, in which the look-back columns of its samples must still be zero. Panics if the class
-    /// does not exist or the columns differ.
+    /// Adds the sums of one class of age to `sums`. In `sums`, the look-back columns of the samples of this class must still
+    /// be zero. Panics if the class does not exist or the columns differ.
     pub fn add_class_to(&self, class: usize, sums: &mut NormalEquations) {
-        assert_eq!(sums.stride(), self.stride, "sums over the same columns");
+        assert_eq!(sums.stride(), self.stride, "both sums must have the same columns");
         let products = &self.products[class * self.class_len()..];
         sums.add_products(self.first, &products[..self.n_columns * self.stride]);
     }
 }
 
 impl TakesRows for AgedSums {
-    /// Multiplies consecutive rows of the same class together.
+    /// Adds the products of feature rows to the sums of their classes of age. Consecutive rows of one class are multiplied
+    /// together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
         let (class_len, stride) = (self.class_len(), self.stride);
         vectorised(
@@ -76,19 +79,23 @@ impl TakesRows for AgedSums {
     }
 }
 
-/// Past samples of one recording for one F_th, and the values of t_th to compare.
+/// Earlier samples that the look-backs find in one recording with one force threshold F_th, and the time thresholds t_th to
+/// compare.
 #[derive(Clone, Copy, Debug)]
 pub struct ThresholdAges<'a> {
-    /// Past sample of each sample for the first look-back with the longest t_th; its own index if none is found.
+    /// For each sample, the index of the earlier sample that the first look-back finds with the longest t_th; its own index
+    /// if none.
     pub past: &'a [u32],
-    /// Past samples of the other look-backs, whose thresholds do not change.
+    /// For each further look-back, whose thresholds do not change, the index of the earlier sample of each sample.
     pub further: &'a [Vec<u32>],
-    /// Values of t_th in rising order (s). Class i has the ages above value i − 1 and up to value i.
+    /// Time thresholds t_th to compare, in rising order (s). Age class i has the ages above threshold i − 1 and up to
+    /// threshold i.
     pub t_ths_secs: &'a [f64],
 }
 
-/// Returns the products of each piece, separated by age. If `is_cold`, each piece starts cold. Panics as
-/// [`recording_sums`](crate::calibration::recording_sums) does, or if the design has no look-back.
+/// Returns the sums of each piece of the recording, separated by the age of the earlier sample. If `is_cold`, nothing before
+/// a piece is remembered in it. Panics as [`recording_sums`](crate::calibration::recording_sums) does, or if the design has
+/// no look-back.
 pub fn aged_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -111,8 +118,9 @@ pub fn aged_sums(
     })
 }
 
-/// Returns the contribution of the look-backs to the sums of each piece. Added to the sums without past samples, it gives the
-/// result of [`recording_sums`](crate::calibration::recording_sums) exactly. Panics as that function does.
+/// Returns, for each piece of the recording, the sums of the products that contain a look-back column. Added to the sums
+/// without look-back, they give exactly the result of [`recording_sums`](crate::calibration::recording_sums). Panics as that
+/// function does.
 pub fn look_back_sums(
     design: &Design,
     conventional: PresentLoads<'_>,

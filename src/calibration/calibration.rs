@@ -1,6 +1,7 @@
-//! Calibration: the result of a fit, with its quality.
+//! Calibration of a force/torque sensor: the result of a fit, with its errors on the recordings.
 //!
-//! Guarantees: a fitted or read [`Calibration`] has matching shapes and finite numbers, and applies as it was fitted.
+//! Guarantees: the matrices of a [`Calibration`] from a fit or a file have matching shapes, and its numbers are finite. It
+//! computes features and loads in the same way as the fit.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -26,12 +27,13 @@ use crate::progress::Progress;
 use crate::recording::{Axis, Identity, Recording, Tare, span};
 use crate::shown::counted;
 
-/// Root mean squared errors per axis, in its unit; `None` if there is no sample to score.
+/// Root mean squared errors of a calibration per axis, in the unit of the axis; `None` if there is no sample to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     pub train_rmse: Option<Vec<f64>>,
     pub test_rmse: Option<Vec<f64>>,
-    /// Error on each group of training recordings, of a fit to the other groups; see [`CrossValidation`].
+    /// Error in cross-validation: each group of training recordings is scored with a fit to the other groups; see
+    /// [`CrossValidation`].
     pub cv_rmse: Option<Vec<f64>>,
 }
 
@@ -40,7 +42,7 @@ pub struct Scores {
 pub struct FactoryScores {
     pub train_rmse: Vec<Option<f64>>,
     pub test_rmse: Vec<Option<f64>>,
-    /// Offset that is added on each axis if there is no tare, in the unit of the axis.
+    /// Constant that is added to the load of each axis if the recordings are not tared, in the unit of the axis.
     pub offsets: Vec<Option<f64>>,
 }
 
@@ -53,31 +55,36 @@ pub struct Quality {
     /// Scores of the conventional calibration, which uses the present sample alone.
     pub conventional: Scores,
     pub compensated: Scores,
-    /// Number of independent features of the linear fit.
+    /// Rank of the linear fit: number of linearly independent feature columns.
     pub rank: usize,
-    /// Ratio of the largest to the smallest singular value of the independent columns, standardised and scaled to unit length.
+    /// Condition number of the linear fit: ratio of the largest to the smallest singular value of the independent feature
+    /// columns. The columns are standardised and scaled to unit length.
     pub condition: Option<f64>,
-    /// Ridge strength of the linear fit per axis; empty if each feature block has its own.
+    /// Ridge strength of the linear fit per axis; empty if each feature block has a strength of its own.
     pub ridge: Vec<f64>,
-    /// End of the range of tried strengths, if the kernel's ridge lies there.
+    /// End of the range of tried ridge strengths at which the chosen strength of the kernel lies; `None` if it lies inside
+    /// the range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel_ridge_edge: Option<GridEdge>,
-    /// Two standard deviations of the compensated load, if the regressor gives them: RMS per axis over the test samples, or
-    /// else the training samples.
+    /// Two standard deviations of the compensated load; `None` if the regressor does not predict them. RMS per axis over the
+    /// test samples, or over the training samples if there are no test samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ridge_by_block: Vec<BlockRidge>,
-    /// Groups held out in cross-validation; `None` without cross-validation, or if the file does not contain them.
+    /// Groups of recordings that cross-validation held out; `None` without cross-validation, or if the file does not contain
+    /// them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
-    /// Standard errors of the compensated matrix, if there is a cross-validation and the matrix is not too large.
+    /// Standard errors of the coefficients of the compensated matrix; `None` without cross-validation or for a large matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<CoefficientErrors>,
-    /// Values within which 95 % of the held-out errors lie, if enough groups were held out.
+    /// Expected error: on each axis, the value within which 95 % of the held-out errors lie. `None` if too few groups were
+    /// held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
-    /// Effective number of coefficients with the ridge, largest over the axes. Set by a linear fit, never stored in files.
+    /// Effective number of coefficients after shrinkage by the ridge, on the axis with the most. Set by a linear fit, never
+    /// stored in files.
     #[serde(skip)]
     pub free_coefficients: Option<f64>,
 }
@@ -103,15 +110,15 @@ impl Quality {
     }
 }
 
-/// Ridge of one feature block, described in words.
+/// Ridge strengths of one feature block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BlockRidge {
     pub block: String,
-    /// Strength per axis; `None` if the block does not help and is removed.
+    /// Ridge strength per axis; `None` for an axis on which the block does not help and is removed.
     pub strengths: Vec<Option<f64>>,
 }
 
-/// Fit with no more samples than coefficients, which can pass through every sample.
+/// Sizes of an undetermined fit: it has at most as many samples as coefficients, so it can pass through every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined {
     pub samples: u64,
@@ -127,10 +134,11 @@ impl Undetermined {
     }
 }
 
-/// Calibration of a sensor, from gauges to load. In a file, columns have names; see [`Calibration::in_file`].
+/// Calibration of a sensor, which computes the load from the gauges. In a file, the matrix columns have names; see
+/// [`Calibration::in_file`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Always [`FORMAT`](super::error::FORMAT).
+    /// Name of the file format, always [`FORMAT`](super::error::FORMAT).
     pub format: String,
     /// File version, at most [`VERSION`](super::error::VERSION).
     pub version: u32,
@@ -141,9 +149,9 @@ pub struct Calibration {
     /// Identity of the sensor, and date, operator and reference of the calibration.
     #[serde(default, skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
-    /// Gauge names in column order.
+    /// Names of the gauges, in the order of the matrix columns.
     pub gauges: Vec<String>,
-    /// Axes in row order.
+    /// Axes of the load, in the order of the matrix rows.
     pub axes: Vec<Axis>,
     /// Unit of each axis.
     pub units: Vec<String>,
@@ -152,44 +160,45 @@ pub struct Calibration {
     /// True for each axis whose full scale is the rated load entered by the user; empty if no rated load was entered.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<bool>,
-    /// True if the model has an offset term.
+    /// True if the model adds a constant to the load of each axis.
     pub offset: bool,
     /// Decimation n of the fit: every n-th sample was used.
     pub decimation: usize,
-    /// Gap length (s). After a longer time without a sample, the states of all blocks start anew.
+    /// Longest time between samples that is not a pause (s). After a pause, the states of all feature blocks start anew.
     pub gap_secs: f64,
-    /// Minimum time between samples kept for look-backs and lags (s).
+    /// Minimum time between the earlier samples that are stored for look-backs and lags (s).
     pub history_step_secs: f64,
-    /// Largest known load of each axis: the rated load, or else 1.2 times the largest training load. Zero or missing if
-    /// unknown.
+    /// Largest load of each axis for which the calibration is known: the rated load, or else 1.2 times the largest training
+    /// load. Zero or missing if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
     /// Minimum and maximum valid reading of each gauge; `None` for an unknown limit, empty if all limits are unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gauge_limits: Vec<(Option<f64>, Option<f64>)>,
-    /// Features that are appended to the gauges.
+    /// Features of the compensated load in addition to the present gauges, such as look-backs.
     pub features: FeatureSettings,
-    /// Standardisation of the gauges, for play radii, monomials and nonlinear regressors.
+    /// Shift and scale that standardise the gauges. Play radii, monomials, networks and kernels refer to standardised gauges.
     pub gauge_scale: GaugeScale,
-    /// Regressor of the compensated load.
+    /// Method that computes the compensated load from the features.
     #[serde(default)]
     pub regressor: Regressor,
-    /// Conventional calibration: the load from the present gauges.
+    /// Conventional calibration: matrix that computes the load from the present gauges alone.
     pub conventional: LinearMap,
-    /// Linear part of the compensated load; `None` for a network or kernel that is not hybrid.
+    /// Linear part of the compensated load; `None` if a network or kernel alone computes the load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compensated: Option<LinearMap>,
-    /// Network or kernel that is added to the linear part.
+    /// Network or kernel whose prediction is added to the linear part; `None` for the linear regressor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,
-    /// Quality on the training and test recordings.
+    /// Errors on the training and test recordings, and other numbers that describe the quality of the fit.
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
     /// Median sample rate of the training recordings before decimation (Hz); `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// Files of the training and test recordings; see [`with_sources`](crate::export::with_sources).
+    /// Names and checksums of the files of the training and test recordings; see
+    /// [`with_sources`](crate::export::with_sources).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
     /// Tare of the training recordings; `None` without tare. A tared calibration needs tared gauges.
@@ -197,35 +206,35 @@ pub struct Calibration {
     pub tare: Option<Tare>,
 }
 
-/// Number above every gauge reading and load, within the range of single precision.
+/// Stands for an unknown limit: above every gauge reading and load, but within the range of single precision.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
 
-/// Returns the default minimum time between kept samples (s), about a third of the recordings' step. So jitter drops no sample,
-/// and a robot that samples faster needs hardly more memory.
+/// Returns the default minimum time between stored earlier samples (s): about a third of the time between recorded samples.
+/// So jitter drops no sample, and a robot that samples faster needs hardly more memory.
 pub(crate) fn history_step_by_rate(rate_hz: Option<f64>) -> f64 {
     const UNKNOWN_RATE_HZ: f64 = 1000.0;
-    // The factor is no simple fraction, so that rounded times do not decide which samples are kept.
+    // The factor 0.3137 is no simple fraction, so that rounding errors of the times do not decide which samples are stored.
     0.3137 / rate_hz.unwrap_or(UNKNOWN_RATE_HZ)
 }
 
 /// Loads that a calibration computes for a recording, `n × n_axes` row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLoads {
-    /// Conventional load.
+    /// Loads by the conventional calibration, which uses the present gauges alone.
     pub conventional: Vec<f64>,
-    /// Compensated load.
+    /// Loads by the compensated calibration, which also uses the other features.
     pub compensated: Vec<f64>,
-    /// For each look-back, the index of the past sample of each sample; its own index if none is found.
+    /// For each look-back and each sample, the index of the earlier sample that the look-back found; its own index if none.
     pub past: Vec<Vec<u32>>,
 }
 
 impl Calibration {
-    /// Returns the mean over the axes of the RMSE in cross-validation, as a share of full scale.
+    /// Returns the RMSE of the compensated load in cross-validation, as a share of full scale, averaged over the axes.
     pub fn mean_cv_share(&self) -> Option<f64> {
         self.mean_share(self.quality.compensated.cv_rmse.as_ref()?)
     }
 
-    /// Returns the mean over the axes of the RMSE on the training recordings, as a share of full scale.
+    /// Returns the RMSE of the compensated load on the training recordings, as a share of full scale, averaged over the axes.
     pub fn mean_train_share(&self) -> Option<f64> {
         self.mean_share(self.quality.compensated.train_rmse.as_ref()?)
     }
@@ -236,7 +245,8 @@ impl Calibration {
         (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
     }
 
-    /// Returns the minimum and the maximum valid readings of all gauges, ± [`NEVER_REACHED`] if unknown; `None` if all are.
+    /// Returns the lowest and the highest valid readings of all gauges. An unknown limit is ± [`NEVER_REACHED`]. `None` if
+    /// all limits are unknown.
     pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {
         let ends = |end: fn(&(Option<f64>, Option<f64>)) -> f64| {
             self.gauge_limits.iter().map(end).collect()
@@ -246,9 +256,9 @@ impl Calibration {
         (!self.gauge_limits.is_empty()).then_some([low, high])
     }
 
-    /// Returns true if any gauge reading is at or beyond a limit.
+    /// Returns true if any gauge reading is at or beyond the limits of its valid readings.
     pub fn has_gauge_beyond(&self, gauges: impl Iterator<Item = f64>) -> bool {
-        // A tare that was subtracted and added again leaves rounding errors.
+        // The comparison has a tolerance, because subtracting a tare and adding it again leaves rounding errors.
         let rounding = |limit: f64| 1e-12 * limit.abs();
         let mut limits = self.gauge_limits.iter().zip(gauges);
         limits.any(|((low, high), gauge)| {
@@ -257,7 +267,8 @@ impl Calibration {
         })
     }
 
-    /// Returns a sentence for each auxiliary channel that leaves its training range in this recording.
+    /// Returns a sentence for each auxiliary channel (such as temperature) whose values in this recording leave the range of
+    /// the training recordings.
     pub fn auxiliary_beyond(&self, recording: &Recording) -> Vec<String> {
         let Ok(prepared) = self.prepared(recording) else {
             return Vec::new();
@@ -279,13 +290,13 @@ impl Calibration {
             .collect()
     }
 
-    /// Returns true if an auxiliary channel is outside its training range.
+    /// Returns true if the value of an auxiliary channel lies outside the range of this channel in the training recordings.
     pub fn has_auxiliary_beyond(&self, auxiliary: &[f64]) -> bool {
         let mut channels = self.features.auxiliary.iter().zip(auxiliary);
         channels.any(|(channel, value)| channel.is_beyond(*value))
     }
 
-    /// Returns the calibration with the items of this identity. Items that the identity lacks keep their value.
+    /// Returns a copy of the calibration with this identity of the sensor. Items that `identity` lacks keep their value.
     pub fn of_sensor(&self, identity: &Identity) -> Self {
         Self { identity: self.identity.with(identity), ..self.clone() }
     }
@@ -315,7 +326,7 @@ impl Calibration {
         self.features.columns(self.gauges.len(), self.offset)
     }
 
-    /// Returns the design row of the compensated load.
+    /// Returns the design, which computes the feature rows of the compensated load.
     pub fn design(&self) -> Design {
         Design {
             features: self.features.clone(),
@@ -325,7 +336,7 @@ impl Calibration {
         }
     }
 
-    /// Returns the weight of each axis in the load difference that the look-back compares with F_th.
+    /// Returns the weight of each axis in the load difference that the look-back compares with its force threshold F_th.
     pub fn distance_weights(&self) -> Vec<f64> {
         self.features.distance.weights(&self.axes, &self.full_scale)
     }
@@ -335,7 +346,7 @@ impl Calibration {
         self.rate_hz.map(f64::recip)
     }
 
-    /// Returns a description of regressor and features.
+    /// Returns the regressor and the features in words.
     pub fn describe(&self) -> String {
         let blocks = self.features.describe();
         let blocks = if blocks.is_empty() { "no history" } else { &blocks };
@@ -345,20 +356,23 @@ impl Calibration {
         }
     }
 
-    /// Returns the numbers of samples and coefficients of an undetermined fit; `None` for a determined one.
+    /// Returns the numbers of samples and coefficients if the fit has at most as many samples as coefficients; otherwise
+    /// `None`.
     pub fn undetermined(&self) -> Option<Undetermined> {
         let (samples, coefficients) = (self.quality.n_train, self.design().n_columns());
         (samples > 0 && samples <= coefficients as u64)
             .then_some(Undetermined { samples, coefficients })
     }
 
-    /// Returns the reason why there are no cross-validation errors; `None` if there are some, or without training samples.
+    /// Returns the reason why there are no cross-validation errors; `None` if there are errors, or if there are no training
+    /// samples.
     pub fn no_cross_validation(&self) -> Option<NoCrossValidation> {
         let is_known = self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0;
         (!is_known).then(|| NoCrossValidation::of(self.regressor.learner()))
     }
 
-    /// Returns the kernel's ridge strength if it lies at an end of the range of tried strengths, with this end.
+    /// Returns the kernel's ridge strength and the end of the range of tried strengths at which it lies; `None` if it lies
+    /// inside.
     pub(crate) fn kernel_ridge_at_edge(&self) -> Option<(GridEdge, f64)> {
         let Some(Learned::Kernel(kernel)) = &self.learned else {
             return None;
@@ -389,8 +403,8 @@ impl Calibration {
         }
     }
 
-    /// Returns the recording with the tare and the auxiliary channels of the calibration. The error is [`CalibrationError`] if
-    /// the recording has other gauges or lacks a channel.
+    /// Returns the recording with the zero of the gauges and the auxiliary channels that the calibration needs. The error is
+    /// [`CalibrationError`] if the recording has other gauges or lacks a channel.
     pub fn prepared<'a>(
         &self,
         recording: &'a Recording,
@@ -425,7 +439,7 @@ impl Calibration {
         Ok(Cow::Owned(picked.expect("the recording has every channel")))
     }
 
-    /// Computes the loads of every sample of a recording, with a cold start at its first sample. The error is
+    /// Computes the loads of every sample of a recording. All states start anew at its first sample. The error is
     /// [`CalibrationError`] if the gauges differ or an auxiliary channel is missing.
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
         let recording = &*self.prepared(recording)?;
@@ -442,19 +456,19 @@ impl Calibration {
         Ok(AppliedLoads { conventional, compensated, past })
     }
 
-    /// Returns the compensated load of every sample, `n × n_axes` row-major.
+    /// Returns the compensated load of every sample, `n × n_axes` row-major. `past` is as in [`AppliedLoads::past`].
     pub(crate) fn compensated_loads(&self, recording: &Recording, past: &[Vec<u32>]) -> Vec<f64> {
         let mut loads = vec![0.0; recording.n_samples() * self.axes.len()];
         self.compensated_loads_from(&self.design(), recording, past, 0, &mut loads);
         loads
     }
 
-    /// Returns true if the load of any sample can be computed fast and without the samples before it.
+    /// Returns true if the compensated load of any sample is a fast computation that does not need all samples before it.
     pub(crate) fn is_quick_anywhere(&self) -> bool {
         self.learned.is_none() && !self.features.has_memory()
     }
 
-    /// Computes compensated loads from sample `first` on, `n × n_axes` row-major. Unless `first` is zero,
+    /// Computes the compensated loads of the samples from index `first` on, `n × n_axes` row-major. Unless `first` is zero,
     /// [`Self::is_quick_anywhere`] must be true.
     pub(crate) fn compensated_loads_from(
         &self,
@@ -481,8 +495,8 @@ impl Calibration {
         Some(out)
     }
 
-    /// Calls `take` once for each run of samples. The arguments are the raw rows of these samples, the inputs of the network or
-    /// kernel if there is one, buffers, and the part of `out` for these samples.
+    /// Calls `take` once for each block of consecutive samples. The arguments are the raw feature rows of these samples, the
+    /// inputs of the network or kernel (empty if there is none), buffers, and the part of `out` for these samples.
     fn over_blocks(
         &self,
         design: &Design,
@@ -509,7 +523,7 @@ impl Calibration {
         }
     }
 
-    /// Computes compensated loads from raw rows and the inputs of the network or kernel.
+    /// Computes compensated loads from raw feature rows, and from the inputs of the network or kernel if there is one.
     pub(crate) fn loads_of_rows(
         &self,
         raw: &[f64],
@@ -527,10 +541,10 @@ impl Calibration {
     }
 }
 
-/// Number of samples whose rows are computed at a time.
+/// Number of samples whose feature rows are computed at a time.
 const BLOCK: usize = 256;
 
-/// Appends the inputs of networks and kernels: the standardised features without offset.
+/// Appends to `inputs` the inputs of a network or kernel for one sample: its standardised features without the offset column.
 pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>) {
     let start = inputs.len();
     inputs.extend(raw);
@@ -538,10 +552,11 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
     inputs.truncate(start + raw.len() - usize::from(design.offset));
 }
 
-/// Past sample of each sample of a recording, one list for each look-back.
+/// For each look-back, the index of the earlier sample that it found for each sample of a recording.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// Returns the past sample of each sample for each look-back. After cancellation, the remaining samples get their own index.
+/// Returns, for each look-back, the index of the earlier sample that it finds for each sample. After cancellation, the
+/// remaining samples get their own index, as if none was found.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

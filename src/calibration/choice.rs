@@ -1,24 +1,27 @@
 //! Rule that chooses among models, ridge strengths, thresholds, radii or time constants: the fit with the lowest held-out
 //! error, and the smallest fit that is nearly as good.
 //!
-//! Guarantees: the held-out samples are cut into contiguous blocks, and two fits are compared by the difference of their errors
-//! in each block. The lowest and the highest tenth of the differences are ignored, from five blocks on at least one each. So
-//! one extreme block decides nothing. A fit is eligible only if its error is below the conventional error with 90 % confidence.
-//! Moreover, its error must not exceed 1.1 times the conventional error in any group.
+//! Guarantees: the held-out samples are cut into contiguous blocks, and two fits are compared by the difference of their
+//! errors in each block. The lowest and the highest tenth of the differences are ignored; with five or more blocks, at least
+//! one difference at each end. So one extreme block decides nothing. A fit is eligible only if its error is below that of the
+//! conventional calibration with 90 % confidence. Moreover, in no group of recordings may its error exceed 1.1 times the
+//! conventional error.
 
 use statrs::function::beta::inv_beta_reg;
 
-/// Maximum ratio of an eligible fit's error to the conventional error in each group.
+/// Maximum ratio of a fit's error to the conventional calibration's error in a group of recordings, for the fit to be
+/// eligible.
 pub(crate) const HARM: f64 = 1.1;
-/// Share of the block differences that is ignored at each end.
+/// Share of the sorted error differences of the blocks that the trimmed mean ignores at each end.
 const TRIMMED: f64 = 0.1;
-/// Number of blocks from which at least one difference is ignored at each end.
+/// Minimum number of blocks at which the trimmed mean ignores at least one difference at each end.
 const FEWEST_TRIMMED: usize = 5;
-/// Number of blocks in a group from which the scatter within the group is estimated.
+/// Minimum number of blocks in a group at which the scatter of the errors is estimated within the group.
 const FEWEST_OF_GROUP: usize = 3;
-/// Maximum excess of an error over the lowest error, as a share, at which a smaller setting of the same model is chosen.
+/// Share by which the error of a simpler setting of the same model may exceed the lowest error for the simpler setting to be
+/// chosen.
 pub(crate) const NEARLY: f64 = 0.01;
-/// Maximum relative difference of errors that count as equal, so that rounding decides nothing.
+/// Maximum relative difference at which two errors count as equal, so that rounding errors do not decide the choice.
 const TIE: f64 = 1e-9;
 
 /// Contiguous blocks of held-out samples: number of samples and group of each block.
@@ -37,19 +40,20 @@ pub(crate) fn weighed(squares: &[f64], weights: &[f64]) -> Vec<f64> {
 /// Difference of the mean squared errors of two fits on the same blocks of held-out samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Mean squared error of the first fit over all samples, minus the same of the second fit.
+    /// Mean squared error of the first fit over all samples, minus that of the second fit.
     pub difference: f64,
-    /// Mean of the block differences without the lowest and the highest ones.
+    /// Trimmed mean: mean of the error differences of the blocks, without the lowest and the highest differences.
     pub trimmed: f64,
-    /// Standard error of the trimmed difference.
+    /// Standard error of the trimmed mean.
     pub standard_error: f64,
-    /// Number of blocks in the trimmed difference.
+    /// Number of blocks whose differences are in the trimmed mean.
     counted: usize,
 }
 
 impl Comparison {
-    /// Returns true if the first error is below the second with 90 % confidence by Student's t. Both the trimmed and the pooled
-    /// difference must be negative. With only two blocks, the error must be lower in both.
+    /// Returns true if the error of the first fit is below that of the second with 90 % confidence by Student's t. Both the
+    /// trimmed and the untrimmed mean of the differences must be negative. With only two blocks, the first error must be
+    /// lower in both.
     fn is_below(&self) -> bool {
         let needed = match self.counted {
             0 | 1 => return false,
@@ -60,7 +64,7 @@ impl Comparison {
     }
 }
 
-/// Returns the value that Student's t exceeds with a probability of 10 %.
+/// Returns the value that Student's t with `freedom` degrees of freedom exceeds with a probability of 10 %.
 fn t_of_90_percent(freedom: usize) -> f64 {
     let n = freedom as f64;
     let x = inv_beta_reg(0.5 * n, 0.5, 2.0 * 0.1);
@@ -69,9 +73,9 @@ fn t_of_90_percent(freedom: usize) -> f64 {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    /// The error is not below the conventional one with 90 % confidence.
+    /// The error of the fit is not below that of the conventional calibration with 90 % confidence.
     NotBetter,
-    /// The error in one group exceeds [`HARM`] times the conventional error.
+    /// The error of the fit in one group of recordings exceeds [`HARM`] times that of the conventional calibration.
     Harms {
         group: usize,
         /// Ratio of the fit's error to the conventional error in this group.
@@ -79,18 +83,19 @@ pub enum Refusal {
     },
 }
 
-/// Chosen fits, given by index.
+/// Result of the choice among fits, as indices into the list of fits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// Eligible fit with the lowest error.
     pub accurate: usize,
-    /// Smallest eligible fit that is nearly as good.
+    /// Smallest eligible fit whose error is nearly as low.
     pub smallest: usize,
     pub refused: Vec<Option<Refusal>>,
 }
 
 impl Blocks {
-    /// Creates blocks with these numbers of samples. Each block is its own group.
+    /// Creates one block for each part of the cross-validation, given its number of samples. Each block is a group of its
+    /// own.
     pub fn of_parts(samples: &[u64]) -> Self {
         let samples: Vec<f64> = samples.iter().map(|n| *n as f64).collect();
         Self { groups: (0..samples.len()).collect(), samples }
@@ -113,7 +118,7 @@ impl Blocks {
         };
         let difference = mean(&blocks);
         let trimmed = mean(&blocks[aside..n - aside]);
-        // Winsorised variance (Yuen 1974), with each block weighted by its number of samples.
+        // Winsorised variance of the differences (Yuen 1974), with each block weighted by its number of samples.
         let ends = (n > 0).then(|| (blocks[aside].0, blocks[n - 1 - aside].0));
         let (low, high) = ends.unwrap_or_default();
         blocks.iter_mut().for_each(|(own, _)| *own = own.clamp(low, high));
@@ -130,16 +135,19 @@ impl Blocks {
         }
     }
 
-    /// Returns true if the root mean square of `one` is below `factor` times that of `other` with 90 % confidence.
+    /// Returns true if the RMS error of one fit is below `factor` times that of the other fit with 90 % confidence. `one` and
+    /// `other` are their squared errors in each block.
     pub fn is_below(&self, one: &[f64], other: &[f64], factor: f64) -> bool {
         let other: Vec<f64> = other.iter().map(|own| factor * factor * (1.0 - TIE) * own).collect();
         one.iter().all(|own| own.is_finite()) && self.compare(one, &other).is_below()
     }
 
-    /// Returns the group with the largest ratio of the fit's error to the conventional error, if a group exceeds [`HARM`].
+    /// Returns the group of recordings with the largest ratio of the fit's error to the conventional error, if a group
+    /// exceeds [`HARM`].
     ///
-    /// A group of several blocks must exceed the limit with 90 % confidence. In a smaller group, the conventional error may be
-    /// low by chance. So it counts as at least the mean conventional error.
+    /// A group of at least [`FEWEST_OF_GROUP`] blocks must exceed the limit with 90 % confidence. In a group of fewer blocks,
+    /// the conventional error may be low by chance. If it is below the mean over all groups, the fit's error is compared with
+    /// this mean.
     fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
         let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
         let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);
@@ -201,8 +209,9 @@ impl Blocks {
     }
 }
 
-/// Returns the index of the chosen setting of one model among `n_tried` settings. The last setting is the simplest; another one
-/// must be better with 90 % confidence. `square(at, part)` is the squared error of setting `at` on a held-out part.
+/// Chooses one of the `n_tried` settings of a model, and returns its index. The last setting is the simplest; another one is
+/// chosen only if it is better with 90 % confidence. `square(at, part)` is the squared error of setting `at` on a held-out
+/// part.
 pub(crate) fn simplest_good(
     n_tried: usize,
     n_parts: usize,
@@ -220,11 +229,12 @@ pub(crate) fn simplest_good(
     last - blocks.choose(n_tried, NEARLY, |at| &squares[at]).smallest
 }
 
-/// Factors of a hybrid regressor's network or kernel that are tried. With zero, the linear part stands alone.
+/// Factors that are tried for the prediction of a hybrid regressor's network or kernel. With zero, the linear part stands
+/// alone.
 pub(crate) const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
-/// Returns the index of the best of [`SHARES`], or of the share zero if that is nearly as good. `square(at, part)` is the
-/// squared error with share `at` on a held-out part.
+/// Returns the index of the best factor in [`SHARES`], or of the factor zero if its error is nearly as low. `square(at,
+/// part)` is the squared error with factor `at` on a held-out part.
 pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     let sum = |at: &usize| (0..n_parts).map(|part| square(*at, part)).sum::<f64>();
     let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));

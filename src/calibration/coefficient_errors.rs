@@ -5,13 +5,15 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::cross_validation::CrossValidation;
 use crate::calibration::linear_map::LinearMap;
 
-/// Maximum number of features for which standard errors are computed. More would delay the answer to a moved slider.
+/// Maximum number of features for which standard errors are computed. With more, the window would react too slowly to a
+/// slider.
 pub(crate) const MOST_FEATURES: usize = 48;
 
 /// Standard errors of the coefficients by the delete-one-group jackknife.
 ///
-/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: `var = (G − 1)/G Σ (θᵢ − θ̄)²`. The θᵢ are fits
-/// without one of G parts. The parts are those of cross-validation, because neighbouring samples are correlated.
+/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: `var = (G − 1)/G Σ (θᵢ − θ̄)²`. The θᵢ are the
+/// coefficients of G fits, each without one of G parts of the recordings. The parts are those of cross-validation, because
+/// neighbouring samples are correlated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoefficientErrors {
     pub left_out: CrossValidation,
@@ -20,7 +22,8 @@ pub struct CoefficientErrors {
 }
 
 impl CoefficientErrors {
-    /// Computes the standard errors from fits that each leave one part out; `None` with fewer than two fits.
+    /// Computes the standard errors from fits that each leave out one part of the recordings; `None` with fewer than two
+    /// fits.
     pub fn of(left_out: CrossValidation, fits: &[LinearMap]) -> Option<Self> {
         let n = fits.len() as f64;
         let first = &fits.first().filter(|_| fits.len() > 1)?.matrix;

@@ -1,6 +1,6 @@
-//! Conventional calibration: the load from the present gauges alone (Eq. 3-8).
+//! Conventional calibration: the load from the present gauges alone (Eq. 3-8 of the paper of Koike et al., 2019).
 //!
-//! The conventional calibration is fitted before all features, because the look-back compares conventional loads.
+//! The conventional calibration is fitted first, because the look-back of the compensated calibration compares its loads.
 
 use rayon::prelude::*;
 
@@ -12,12 +12,12 @@ use crate::features::{Design, FeatureSettings, GaugeScale};
 use crate::progress::Progress;
 use crate::recording::Recording;
 
-/// Conventional calibration, and the scale of the gauges.
+/// Conventional calibration, and the shift and scale that standardise the gauges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conventional {
-    /// Shift and scale of the gauges over the training recordings.
+    /// Mean and standard deviation of each gauge over the training recordings.
     pub scale: GaugeScale,
-    /// Calibration matrix of the raw gauges.
+    /// Matrix that computes the load from the raw gauges.
     pub map: LinearMap,
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::GroupedBy;
 
-/// Parts of the training recordings that cross-validation leaves out in turn.
+/// Division of the training recordings into parts, which cross-validation leaves out in turn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
     pub by: GroupedBy,

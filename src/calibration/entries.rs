@@ -1,9 +1,9 @@
-//! Checks of lists of numbers in a calibration, which may have been edited by hand.
+//! Checks the lists of numbers in a calibration file, which may have been edited by hand.
 
 /// Largest magnitude of a number in a calibration. Products of larger numbers could overflow.
 pub(super) const LARGEST: f64 = 1e100;
 
-/// List with a wrong number of entries, or with an entry out of range.
+/// Error of a list that has a wrong number of entries, or an entry out of range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WrongEntries {
     #[error(

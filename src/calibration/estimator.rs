@@ -1,8 +1,9 @@
 //! Computes one load per sample at run time, as on a robot.
 //!
-//! Guarantees: unless the clock jumps, the loads equal those of [`Calibration::apply`] on the same samples, except for rounding
-//! in a network. Memory is bounded by the longest t_th and lag. A bad sample is refused and does not affect later samples. If
-//! the clock is reset, all states start anew after [`STRAYS`] samples. Exported code behaves the same.
+//! Guarantees: unless the clock jumps, the loads equal those of [`Calibration::apply`] on the same samples, except for
+//! rounding in a network. The longest time threshold t_th and the longest lag limit the memory. A bad sample is refused and
+//! does not affect later samples. If the clock is reset, all states start anew after [`STRAYS`] samples. Exported code
+//! behaves the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
 use crate::calibration::error::CalibrationError;
@@ -11,7 +12,7 @@ use crate::calibration::status::Status;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
-/// Number of consecutive samples with an implausible time at which the clock counts as reset.
+/// Number of consecutive samples with implausible times after which the clock counts as reset.
 pub const STRAYS: u32 = 3;
 
 /// Calibration at run time, with the state of its feature blocks.
@@ -23,9 +24,10 @@ pub struct Estimator<'a> {
     look_back: LiveLookBack,
     /// Time of the last accepted sample (s).
     last_secs: Option<f64>,
-    /// Time added after the wrap of a 32-bit counter (s).
+    /// Time that is added to the time of each sample, because a 32-bit time counter has wrapped to zero (s).
     wrapped_secs: f64,
-    /// Time from which samples are remembered (s): that of the first sample, or of the first sample after a gap or clock reset.
+    /// Time from which samples are remembered (s): that of the first sample, or of the first sample after a pause or clock
+    /// reset.
     since_secs: f64,
     strays: u32,
     /// Offset that taring subtracts from each gauge.
@@ -42,7 +44,7 @@ pub struct Estimator<'a> {
 
 /// Reason why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
+#[expect(missing_docs, reason = "the error messages describe the fields")]
 pub enum SampleError {
     #[error("the sample has {actual} gauges, but the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
@@ -67,7 +69,8 @@ impl SampleError {
 }
 
 impl<'a> Estimator<'a> {
-    /// Creates the estimator. `design` must be that of the calibration. [`CalibrationError`] if the calibration is not valid.
+    /// Creates the estimator. `design` must be [`Calibration::design`] of this calibration. The error is [`CalibrationError`]
+    /// if the calibration is not valid.
     pub fn new(calibration: &'a Calibration, design: &'a Design) -> Result<Self, CalibrationError> {
         calibration.validate()?;
         let n_axes = calibration.axes.len();
@@ -101,14 +104,14 @@ impl<'a> Estimator<'a> {
         Ok(())
     }
 
-    /// Starts anew as after switching on, but keeps the tare.
+    /// Forgets all earlier samples, as after switching on, but keeps the tare.
     pub fn reset(&mut self) {
         self.forget();
         self.last_secs = None;
         self.wrapped_secs = 0.0;
     }
 
-    /// Sets the offsets that were already subtracted from the gauges. These offsets are needed to detect clipping.
+    /// Sets the offsets that the caller has already subtracted from the gauges. They are added again to detect clipping.
     pub(crate) fn set_subtracted_before(&mut self, offsets: impl Iterator<Item = f64>) {
         self.subtracted_before.clear();
         self.subtracted_before.extend(offsets);
@@ -117,11 +120,13 @@ impl<'a> Estimator<'a> {
     /// Processes the next sample and returns its status and compensated load (N, N·m). The time is in s, the gauges are in the
     /// units of the training recordings.
     ///
-    /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit counter
-    /// wrapped. A sample with an implausible time is refused. The [`STRAYS`]th such sample in a row is accepted as the first
-    /// sample after a clock reset. A repeated time counts as no elapsed time. A step above the gap length is a gap.
+    /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit time counter
+    /// has wrapped to zero. A sample with an implausible time is refused. The [`STRAYS`]th such sample in a row is accepted
+    /// as the first sample after a clock reset. A repeated time counts as no elapsed time. A time step above
+    /// [`Calibration::gap_secs`] counts as a pause, after which all states start anew.
     ///
-    /// # Errors [`SampleError`] if the sample cannot be used. The state then stays as after the last good sample.
+    /// # Errors
+    /// [`SampleError`] if the sample cannot be used. The state then stays as after the last good sample.
     pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Status, &[f64]), SampleError> {
         self.update_with(time, gauges, &[])
     }
@@ -160,8 +165,8 @@ impl<'a> Estimator<'a> {
         Ok((status, &self.compensated))
     }
 
-    /// Processes a sample like [`Self::update_with`]. A refused sample has a NaN load. `is_held`: an auxiliary value is
-    /// outdated.
+    /// Processes a sample like [`Self::update_with`], but returns NaN loads for a refused sample. `is_held` is true if an
+    /// auxiliary channel has an outdated value.
     pub(crate) fn update_or_nan(
         &mut self,
         time: f64,
@@ -180,7 +185,8 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Returns true if a gauge is clipped. The measured gauges are compared, or the tared ones if the limits are tared.
+    /// Returns true if a gauge is at or beyond its limits (clipped). Limits of a tared calibration are compared with tared
+    /// readings, other limits with the readings as measured.
     fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
         if self.calibration.tare.is_some() {
             return self.calibration.has_gauge_beyond(self.gauges.iter().copied());
@@ -207,7 +213,8 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Returns the status of a sample. After a gap or a clock reset, all states are cleared.
+    /// Checks the numbers and the time of a new sample, and returns its status. After a pause or a clock reset, all states
+    /// are cleared.
     fn judge(
         &mut self,
         time: f64,

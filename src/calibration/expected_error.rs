@@ -5,26 +5,26 @@ use serde::{Deserialize, Serialize};
 use crate::recording::Axis;
 use crate::shown::counted;
 
-/// Number of held-out samples, and of their groups or test recordings.
+/// Numbers of held-out samples, and of the groups or test recordings to which they belong.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     pub groups: usize,
     pub samples: u64,
 }
 
-/// Value within which 95 % of the held-out errors of one axis lie, in the axis' unit.
+/// Expected error of one axis, in its unit: the value within which 95 % of the held-out errors lie.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisExpectedError {
     pub axis: Axis,
     pub unit: String,
     pub range: (f64, f64),
-    /// The larger of the values of cross-validation and test; `None` if the load on the axis hardly changes.
+    /// Expected error: the larger one of `cross_validation` and `test`. `None` if the load on the axis hardly changes.
     pub value: Option<f64>,
-    /// `value` in percent of full scale.
+    /// Expected error `value`, in percent of full scale.
     pub percent_fs: Option<f64>,
-    /// Value of the errors in cross-validation.
+    /// Value within which 95 % of the errors in cross-validation lie.
     pub cross_validation: Option<f64>,
-    /// Value of the errors on the test recordings.
+    /// Value within which 95 % of the errors on the test recordings lie.
     pub test: Option<f64>,
 }
 
@@ -32,10 +32,10 @@ pub struct AxisExpectedError {
 #[serde(default)]
 pub struct ExpectedError {
     pub axes: Vec<AxisExpectedError>,
-    /// Samples held out in cross-validation; `None` if only test recordings were used.
+    /// Numbers of samples and groups held out in cross-validation; `None` if only test recordings were used.
     pub cross_validation: Option<HeldOut>,
     pub test: Option<HeldOut>,
-    /// Sentence that names the conditions which the recordings do not cover.
+    /// Sentence on the conditions (such as temperatures or loads) that the recordings do not cover.
     pub not_covered: String,
 }
 
@@ -47,7 +47,7 @@ impl ExpectedError {
             .ok_or_else(|| format!("the load on {axis} hardly changes in the recordings"))
     }
 
-    /// Returns sentences on the held-out samples and on the conditions that are not covered.
+    /// Returns a sentence on the held-out samples, and one on the conditions that the recordings do not cover.
     pub fn notes(&self) -> Vec<String> {
         vec![format!("{self}."), self.not_covered.clone()]
     }
@@ -64,11 +64,11 @@ impl fmt::Display for ExpectedError {
         let held_out: Vec<String> = [left_out, test].into_iter().filter_map(words).collect();
         write!(
             f,
-            "95 % of the errors lie within the expected error on {}",
+            "95 % of the held-out errors lie within the expected error, on {}",
             held_out.join(", and on ")
         )?;
         if held_out.len() > 1 {
-            write!(f, "; the larger value counts")?;
+            write!(f, "; the larger of both values is the expected error")?;
         }
         Ok(())
     }

@@ -35,7 +35,8 @@ impl Calibration {
             [("conventional", &mut calibration.conventional, &FeatureSettings::present())];
         let compensated = calibration.compensated.iter_mut();
         let compensated = compensated.map(|map| ("compensated", map, features));
-        // The columns follow from gauges, features and offset. The names in the file are only compared with them.
+        // The matrix columns follow from gauges, features and offset term. The column names in the file are only compared
+        // with them.
         for (field, map, features) in conventional.into_iter().chain(compensated) {
             map.columns = features.columns(gauges.len(), offset);
             let names = std::mem::take(&mut map.names_in_file);
@@ -48,7 +49,7 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// Returns the path of each unknown key in the file from which this calibration was read.
+    /// Returns the JSON path of each unknown key in the file from which this calibration was read.
     pub fn unknown_keys(&self, content: &[u8]) -> Result<Vec<String>, serde_json::Error> {
         let file: Value = serde_json::from_slice(content)?;
         let known = serde_json::to_value(self.in_file())?;
@@ -57,7 +58,7 @@ impl Calibration {
         Ok(unknown)
     }
 
-    /// Returns the calibration as it is written to a file, with names of the columns.
+    /// Returns the calibration as it is written to a file, where the matrix columns have names.
     pub fn in_file(&self) -> Self {
         let mut file = self.clone();
         for map in std::iter::once(&mut file.conventional).chain(&mut file.compensated) {
@@ -67,7 +68,7 @@ impl Calibration {
     }
 }
 
-/// Adds the paths of the keys in `file` that are not in `known`. Keys with an empty value are skipped.
+/// Adds to the list the JSON paths of the keys in `file` that are not in `known`. Keys with an empty value are skipped.
 fn add_unknown(file: &Value, known: &Value, place: &str, unknown: &mut Vec<String>) {
     match (file, known) {
         (Value::Object(file), Value::Object(known)) => {

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
 use crate::calibration::network::{Network, NetworkError};
 
-/// Nonlinear part of a calibration, which learns the load from standardised features, or the residual of a linear fit.
+/// Nonlinear part of a calibration. From standardised features, it predicts the load, or the residual of a linear fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Learned {
@@ -39,7 +39,7 @@ impl Learned {
                 for layer in &network.layers {
                     widths += &format!(" → {}", layer.biases.len());
                 }
-                format!("network of {widths} units, {} numbers", network.n_parameters())
+                format!("network of {widths} units, {} weights and biases", network.n_parameters())
             }
         }
     }
@@ -76,7 +76,7 @@ impl Learned {
         }
     }
 
-    /// Multiplies the predictions by one factor per axis.
+    /// Multiplies the predictions of the network or kernel by one factor per axis.
     pub fn scale(&mut self, shares: &[f64]) {
         match self {
             Self::Kernel(kernel) => kernel.scale(shares),
@@ -84,7 +84,7 @@ impl Learned {
         }
     }
 
-    /// Returns true if the prediction on an axis is always zero.
+    /// Returns true if the prediction of the network or kernel on an axis is always zero.
     pub fn is_silent(&self, axis: usize) -> bool {
         match self {
             Self::Kernel(kernel) => {

@@ -1,47 +1,51 @@
-//! Linear least squares and ridge regression from sums (Eq. 8), with the numerical rank.
+//! Linear least squares and ridge regression from normal equations (Eq. 8 of the paper of Koike et al., 2019), with the
+//! numerical rank.
 //!
-//! Guarantees: a column gets the coefficient zero if it is zero, or explained by columns of the same or an earlier
-//! [`ColumnKind`]. If the past sample always equals the present one, the fit is therefore exactly the conventional calibration.
+//! Guarantees: a column gets the coefficient zero if it is zero, or a linear combination of columns of the same or an earlier
+//! [`ColumnKind`]. So if a look-back never finds an earlier sample, the fit is exactly the conventional calibration.
 
 use faer::{Mat, Side};
 
 use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 
-/// Unexplained share of a column's squared length up to which other columns count as explaining it. Sums have relative rounding
-/// errors near 1e-15. A column whose unexplained part is 1e-6 of its length is kept.
+/// A column counts as a linear combination of other columns if they leave at most this share of its squared length
+/// unexplained. Sums have relative rounding errors near 1e-15. A column whose unexplained part is 1e-6 of its length is kept.
 const EXPLAINED_BELOW: f64 = 1e-12;
 
 /// Solution of a least-squares fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Coefficients, `n_columns × n_targets` row-major; zero for columns that are not used.
+    /// Coefficients, `n_columns × n_targets` row-major; zero for columns that are not fitted or are linear combinations of
+    /// others.
     pub coefficients: Vec<f64>,
-    /// Number of independent columns.
+    /// Number of linearly independent columns.
     pub rank: usize,
 }
 
-/// Columns of a fit, and coefficients that were already subtracted from the targets.
+/// Columns of a fit, and coefficients whose contribution was already subtracted from the targets.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
     /// Indices of the fitted columns. Other columns get zero coefficients.
     pub used: &'a [usize],
-    /// Kind of each column of the sums.
+    /// Kind of each column of the normal equations: offset, gauge, or appended feature.
     pub kinds: &'a [ColumnKind],
-    /// Coefficients that were subtracted from the loads to give the targets, `n_columns × n_targets` row-major; empty if none
-    /// were. If other columns explain a column, the fit returns minus its known coefficient, so that the sum of both is zero.
+    /// Coefficients whose contribution was subtracted from the loads to give the targets, `n_columns × n_targets` row-major;
+    /// empty if there are none. For a column that is a linear combination of others, the fit returns minus its known
+    /// coefficient, so that the sum of both is zero.
     pub known: &'a [f64],
 }
 
-/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. The targets are residuals of
-/// the conventional calibration, and the coefficients of gauges and offset are not shrunk. So a stronger ridge moves the result
-/// towards the conventional calibration.
+/// Ridge, which shrinks the coefficients bⱼ of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`. The targets are
+/// residuals of the conventional calibration, and the coefficients of gauges and offset are not shrunk. So a stronger ridge
+/// moves the result towards the conventional calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ridge<'a> {
     None,
     /// `penaltyⱼ = strength · ‖xⱼ‖²` with strength ≥ 0. With strength 1, the coefficient of a single column is halved.
     Relative(f64),
-    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, with one share for each column of the sums. The share zero means no shrinkage.
+    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, with one share for each column of the normal equations. The share zero means no
+    /// shrinkage.
     Shares(&'a [f64]),
     /// `penaltyⱼ = strength ≥ 0`, the ratio of the noise variance to the variance of the coefficient.
     Absolute(f64),
@@ -60,10 +64,11 @@ impl Ridge<'_> {
     }
 }
 
-/// Solves `min ‖Y − XB‖²` with a ridge, whose penalties are added to the diagonal of `XᵀX` (Eq. 5 and 8).
+/// Solves `min ‖Y − XB‖²` with a ridge, whose penalties are added to the diagonal of `XᵀX` (Eq. 5 and 8 of the paper of Koike
+/// et al., 2019).
 ///
 /// The columns are scaled to unit length. The Cholesky factorisation pivots within each [`ColumnKind`]. The cost is `O(p³ +
-/// p²q)` for p columns and q targets. Panics if the terms do not match the columns of the sums.
+/// p²q)` for p columns and q targets. Panics if `terms` and `sums` have different numbers of columns.
 pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
@@ -142,7 +147,8 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
 }
 
 impl Terms<'_> {
-    /// Returns [`Ridge::Shares`] for one strength: the strength for appended columns, zero for all other columns.
+    /// Returns the list for [`Ridge::Shares`] with one strength: the strength for appended columns, zero for gauges and
+    /// offset.
     pub fn shares(&self, strength: f64) -> Vec<f64> {
         let share = |kind: &ColumnKind| match kind {
             ColumnKind::Appended => strength,
@@ -155,18 +161,18 @@ impl Terms<'_> {
         strengths.iter().map(|one| self.shares(*one)).collect()
     }
 
-    /// Returns the columns to fit whose share is finite.
+    /// Returns the columns to fit whose ridge share is finite. A column with an infinite share is left out.
     pub fn kept(&self, shares: &[f64]) -> Vec<usize> {
         let used = self.used.iter().copied();
         used.filter(|column| shares[*column].is_finite()).collect()
     }
 }
 
-/// Solves like [`fit`], with separate [`Ridge::Shares`] for each target. A column with an infinite share is left out. The rank
-/// is that of the fit without ridge.
+/// Solves like [`fit`], with separate [`Ridge::Shares`] for each target. A column with an infinite share is left out for this
+/// target. The returned rank is that of the fit without ridge.
 pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]) -> Fit {
     let q = sums.n_targets();
-    assert_eq!(shares.len(), q, "one list of shares per target");
+    assert_eq!(shares.len(), q, "there must be one list of ridge shares per target");
     let mut found = fit(sums, terms, Ridge::None);
     for (at, own) in shares.iter().enumerate() {
         if own.iter().all(|share| *share == 0.0) || shares[..at].contains(own) {
@@ -183,8 +189,8 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
     found
 }
 
-/// Returns the condition number of the design: the ratio of the largest to the smallest singular value of its independent
-/// columns, scaled to unit length. Values above about 1e7 are not accurate. `None` without an independent column.
+/// Returns the condition number of the design: the ratio of the largest to the smallest singular value of its linearly
+/// independent columns, scaled to unit length. Values above about 1e7 are not accurate. `None` if the rank is zero.
 pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> Option<f64> {
     let (scaled, _) = unit_gram(sums, used);
     let mut squares = scaled.self_adjoint_eigenvalues(Side::Lower).ok()?;
@@ -193,7 +199,8 @@ pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> 
     (smallest > 0.0).then(|| (squares[0] / smallest).sqrt())
 }
 
-/// Returns the Gram matrix of these columns, each scaled to unit length, and the factor of each column; zero for a zero column.
+/// Returns the Gram matrix of these columns, scaled to unit length, and the factor that scales each column; zero for a zero
+/// column.
 pub(crate) fn unit_gram(sums: &NormalEquations, columns: &[usize]) -> (Mat<f64>, Vec<f64>) {
     let product = |i: usize, j: usize| sums.feature_product(columns[i], columns[j]);
     let n = columns.len();
@@ -205,7 +212,8 @@ fn inverse_length(square: f64) -> f64 {
     if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 }
 }
 
-/// Exchanges rows and columns `a ≤ b` of the lower triangle, also in the finished part of the factor.
+/// Exchanges rows and columns `a ≤ b` of the symmetric matrix in the lower triangle, and of the Cholesky columns computed so
+/// far.
 fn swap_symmetric(lower: &mut [f64], m: usize, a: usize, b: usize) {
     if a == b {
         return;

@@ -1,4 +1,4 @@
-//! Calibration matrix with its columns.
+//! Calibration matrix, with the features that belong to its columns.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,15 +9,17 @@ use crate::vectorised::vectorised;
 
 /// Load as a linear function of features: `load = matrix · features`, with one row per axis and one column per feature.
 ///
-/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. The matrix is fitted directly, so there
-/// may be as many gauges as axes (Eq. 4) or more (Eq. 5).
+/// **Source** the matrix is C⁻¹ of `S = C L` (Eq. 3 of the paper of Koike et al., 2019), written out in Eq. 6. The matrix is
+/// fitted directly, so there may be as many gauges as axes (Eq. 4) or more (Eq. 5).
 ///
-/// **Units** N or N·m per unit of the gauge. Monomials have no unit: they are products of standardised gauges.
+/// **Units** of the coefficients: N or N·m per unit of the gauge. Monomials have no unit, because they are products of
+/// standardised gauges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearMap {
     #[serde(skip)]
     pub columns: Vec<Column>,
-    /// Names of the columns in a file; empty except in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
+    /// Names of the matrix columns in a file; empty except in
+    /// [`Calibration::in_file`](crate::calibration::Calibration::in_file).
     #[serde(rename = "features")]
     pub(super) names_in_file: Vec<String>,
     pub matrix: Vec<Vec<f64>>,
@@ -32,7 +34,8 @@ impl LinearMap {
         Column::names(&self.columns, gauges)
     }
 
-    /// Writes the load of one sample (Eq. 7). If `features` lacks the last column, the offset column 1 is added.
+    /// Computes the load of one sample (Eq. 7 of the paper of Koike et al., 2019). If `features` lacks the last column, the
+    /// constant 1 of the offset column is added.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
         for (axis, load) in load.iter_mut().enumerate().take(self.matrix.len()) {
@@ -40,7 +43,7 @@ impl LinearMap {
         }
     }
 
-    /// Writes the result of [`Self::apply`] for each row of `n_features` numbers.
+    /// Computes the load of each row of `n_features` numbers, as [`Self::apply`] does for one sample.
     pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
         vectorised(
             #[inline(always)]
@@ -86,7 +89,8 @@ impl LinearMap {
         dot(slopes, features) + offset.first().unwrap_or(&0.0)
     }
 
-    /// Returns this conventional map's coefficients on standardised columns of `design`, `n_columns × n_axes` row-major.
+    /// Returns the coefficients of this conventional calibration for the standardised columns of `design`, `n_columns ×
+    /// n_axes` row-major.
     pub(crate) fn standardised(&self, design: &Design) -> Vec<f64> {
         let n_axes = self.matrix.len();
         let mut coefficients = vec![0.0; design.n_columns() * n_axes];
@@ -99,8 +103,8 @@ impl LinearMap {
         coefficients
     }
 
-    /// Returns the matrix on the raw columns of `design`: this conventional map plus `coefficients`, which belong to
-    /// standardised columns, `n_columns × n_axes` row-major.
+    /// Returns the matrix for the raw columns of `design`: this conventional matrix plus `coefficients`. The coefficients
+    /// belong to standardised columns, `n_columns × n_axes` row-major.
     pub(crate) fn corrected(&self, design: &Design, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let n_axes = self.matrix.len();
         let present = design.present();
@@ -120,7 +124,7 @@ impl LinearMap {
     }
 }
 
-/// Number of rows that are processed together.
+/// Number of feature rows whose loads are computed together.
 const LANES: usize = 8;
 
 /// Returns the conventional load of every sample, `n × n_axes` row-major.

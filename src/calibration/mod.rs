@@ -1,4 +1,5 @@
-//! Calibration from gauges to load: sums over recordings, least squares, network and kernel, and the calibration file.
+//! Fits and applies calibrations from gauges to load: sums over recordings, least squares, network, kernel, and calibration
+//! file.
 
 mod aged_sums;
 #[expect(clippy::module_inception, reason = "the main type has the name of the module")]

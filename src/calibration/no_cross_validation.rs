@@ -24,14 +24,14 @@ pub enum NoCrossValidation {
     )]
     FewSamplesFor { samples: u64, columns: usize },
     #[error(
-        "the training recordings form {}, and {needed} are needed; add recordings in the train role",
+        "the training recordings form {}, but cross-validation needs {needed}; add recordings in the train role",
         counted(*found, "group")
     )]
     FewGroups { found: usize, needed: usize },
 }
 
 impl NoCrossValidation {
-    /// Returns the most likely reason for a fit with this nonlinear part.
+    /// Returns the most likely reason why a fit with this nonlinear part (or none) has no cross-validation errors.
     pub fn of(learner: Option<Learner>) -> Self {
         match learner {
             Some(Learner::Network) => Self::Network,

@@ -1,7 +1,8 @@
-//! Normal equations: the sums `XᵀX`, `XᵀY`, `YᵀY` and n. Least squares needs nothing else of a recording.
+//! Normal equations: the sums `XᵀX`, `XᵀY`, `YᵀY` and the number of samples n. Least squares needs no other data of a
+//! recording.
 //!
-//! Sums of parts of a recording, of recordings and of computers can be added. To leave out a recording, the sums of the other
-//! recordings are added. Subtraction would leave rounding errors that raise the rank.
+//! The sums of several parts of a recording, of several recordings or of several computers can be added. To leave out a
+//! recording, the sums of the other recordings are added. Subtraction would leave rounding errors that raise the rank.
 //!
 //! Guarantees: one pass over the rows. Products are summed over short blocks of rows before they are added to the total, so
 //! rounding errors grow only with the number of blocks.
@@ -9,21 +10,22 @@
 use crate::vectorised::vectorised;
 use std::ops::Range;
 
-/// Number of rows that are summed before they are added to the total. With 24 columns, they fit into the first-level cache.
+/// Number of feature rows whose products are summed before they are added to the total. With 24 columns, these rows fit into
+/// the first-level cache.
 pub const BLOCK_ROWS: usize = 128;
-/// Number of columns that are multiplied together. The length of a row in memory is a multiple of this number.
+/// Number of columns whose products are computed together. The length of a row in memory is a multiple of this number.
 const LANES: usize = 8;
-/// Number of rows of the product that are computed together. `TILE × LANES` sums fit into registers.
+/// Number of rows of the Gram matrix that are computed together. `TILE × LANES` sums fit into registers.
 pub(super) const TILE: usize = 4;
 
-/// Number of samples and Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets. The sum of squared residuals
-/// (Eq. 8) depends on the data only through these sums.
+/// Normal equations: number of samples and Gram matrix of the columns `[X | Y]`, `p` features and then `q` targets. The sum
+/// of squared residuals (Eq. 8 of the paper of Koike et al., 2019) depends on the data only through them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
     n_samples: u64,
     n_features: usize,
     n_targets: usize,
-    /// `width × stride`, row-major. Only entries on and above the diagonal are valid.
+    /// Gram matrix, `width × stride`, row-major. Only entries on and above the diagonal are valid.
     gram: Vec<f64>,
 }
 
@@ -38,7 +40,7 @@ impl NormalEquations {
         }
     }
 
-    /// Returns the length of a row `[x | y]` in memory. Entries beyond `n_features + n_targets` must be zero.
+    /// Returns the length of a row `[x | y]` in memory. Numbers after the first `n_features + n_targets` must be zero.
     pub fn stride(&self) -> usize {
         Self::stride_of(self.width())
     }
@@ -63,10 +65,11 @@ impl NormalEquations {
         self.n_targets
     }
 
-    /// Adds rows `[x | y | 0 …]`, each of [`Self::stride`] numbers. Panics if the last row is not whole.
+    /// Adds samples to the sums, given as rows `[x | y | 0 …]` of [`Self::stride`] numbers each. Panics if the last row is
+    /// not complete.
     pub fn add_rows(&mut self, rows: &[f64]) {
         let stride = self.stride();
-        assert_eq!(rows.len() % stride, 0, "rows must be whole");
+        assert_eq!(rows.len() % stride, 0, "each row must have stride numbers");
         self.n_samples += (rows.len() / stride) as u64;
         let gram = &mut self.gram[..];
         vectorised(
@@ -88,7 +91,7 @@ impl NormalEquations {
         assert_eq!(
             (self.n_features, self.n_targets),
             (other.n_features, other.n_targets),
-            "sums over the same columns"
+            "both sums must have the same columns"
         );
         for (sum, value) in self.gram.iter_mut().zip(&other.gram) {
             *sum += value;
@@ -96,8 +99,8 @@ impl NormalEquations {
         self.n_samples += other.n_samples;
     }
 
-    /// For each `wanted` part, adds the sums of all other parts and returns `take` of the result, with the index of the part.
-    /// The parts are added by recursive halving. Panics if the parts have different columns.
+    /// For each part for which `wanted` is true, sums all other parts, and returns the result of `take` for the index of the
+    /// part and this sum. The parts are added by recursive halving. Panics if the parts have different columns.
     pub fn each_without<T: Send>(
         parts: &[Self],
         wanted: impl Fn(usize) -> bool + Sync,
@@ -110,7 +113,8 @@ impl NormalEquations {
         without_each_of(parts, 0, nothing, &wanted, &take)
     }
 
-    /// Returns the sums with the targets `Y − XB`, where B is `coefficients`. Panics unless B is `p × q`, row-major.
+    /// Returns the normal equations of the same samples with the targets `Y − XB`, where B is `coefficients`. Panics unless B
+    /// is `p × q`, row-major.
     pub fn less(&self, coefficients: &[f64]) -> Self {
         let (p, q, stride) = (self.n_features, self.n_targets, self.stride());
         let mut rest = self.clone();
@@ -125,8 +129,8 @@ impl NormalEquations {
         rest
     }
 
-    /// Adds products of some columns, from column `first` on, with all columns: one row of [`Self::stride`] numbers per column.
-    /// So far, these columns must have been zero in the samples of the products; see
+    /// Adds the products of the columns from `first` on with all columns: one row of [`Self::stride`] numbers per column. In
+    /// these sums, the columns must have been zero for the samples of the products; see
     /// [`AgedSums`](crate::calibration::AgedSums). Panics if there are more rows than columns.
     pub(crate) fn add_products(&mut self, first: usize, products: &[f64]) {
         let stride = self.stride();
@@ -153,7 +157,7 @@ impl NormalEquations {
         self.gram.len() * size_of::<f64>()
     }
 
-    /// Returns the columns that are not zero in every sample.
+    /// Returns those of `columns` that are not zero in every sample.
     pub fn present_among(&self, columns: &[usize]) -> Vec<usize> {
         let columns = columns.iter().copied();
         columns.filter(|&column| self.feature_product(column, column) > 0.0).collect()
@@ -178,7 +182,11 @@ impl NormalEquations {
     /// Returns the sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`. Panics unless B is `p × q`, row-major.
     pub fn squared_residuals(&self, coefficients: &[f64]) -> Vec<f64> {
         let (p, q) = (self.n_features, self.n_targets);
-        assert_eq!(coefficients.len(), p * q, "one coefficient per feature and target");
+        assert_eq!(
+            coefficients.len(),
+            p * q,
+            "there must be one coefficient per feature and target"
+        );
         (0..q)
             .map(|target| {
                 let b = |feature: usize| coefficients[feature * q + target];
@@ -195,7 +203,8 @@ impl NormalEquations {
     }
 }
 
-/// Computes [`NormalEquations::each_without`] for `parts`, which start at index `first`. `rest` sums all other parts.
+/// Computes [`NormalEquations::each_without`] for `parts`, of which the first has the index `first`. `rest` is the sum of all
+/// parts that are not in `parts`.
 fn without_each_of<T: Send>(
     parts: &[NormalEquations],
     first: usize,
@@ -221,13 +230,13 @@ fn without_each_of<T: Send>(
     taken
 }
 
-/// Iterates over `TILE` rows of sums at a time. Each item has the index of its first row.
+/// Iterates over the rows of the Gram matrix, `TILE` rows at a time. Each item has the index of its first row.
 #[inline(always)]
 pub(super) fn tile_rows(
     sums: &mut [f64],
     stride: usize,
 ) -> impl Iterator<Item = (usize, &mut [f64])> {
-    // `chunks_exact_mut` is not used here and below, because its division would take longer than the products of a few rows.
+    // `chunks_exact_mut` is avoided here and below, because its division would take longer than the products of a few rows.
     let (mut rest, mut first) = (sums, 0);
     std::iter::from_fn(move || {
         let (tile, more) = std::mem::take(&mut rest).split_at_mut_checked(TILE * stride)?;
@@ -237,7 +246,8 @@ pub(super) fn tile_rows(
     })
 }
 
-/// Adds the products of `TILE` columns, from `left_column` on, with `columns` to `TILE` rows of sums.
+/// Multiplies `TILE` columns of the rows in `block`, from `left_column` on, by `columns`, and adds the products to `TILE`
+/// rows of the Gram matrix.
 #[inline(always)]
 pub(super) fn add_tiles(
     sums: &mut [f64],

@@ -1,4 +1,4 @@
-//! Settings of a fit.
+//! Settings with which a calibration is fitted to recordings.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::features::{
     FeatureError, FeatureSettings, HISTORY_RATE, OutOfRange, Range, Setting, Unit,
 };
 
-/// Strength of the ridge of a linear fit.
+/// Setting for the ridge strength of a linear fit.
 pub const RIDGE: Setting = Setting {
     key: "ridge",
     option: "ridge",
@@ -27,7 +27,7 @@ pub const RIDGE: Setting = Setting {
     source: "",
 };
 
-/// Offset term of the model.
+/// Switch for the offset term, a constant that the model adds to each axis.
 pub const OFFSET: Setting = Setting {
     key: "offset",
     option: "no-offset",
@@ -37,11 +37,12 @@ pub const OFFSET: Setting = Setting {
     default: &[1.0],
     range: Range::Switch,
     step: 1.0,
-    explanation: "Adds a constant to each axis. The paper has none, but real gauges are not zero without load",
+    explanation: "Adds a constant to each axis. The paper of Koike et al. (2019) has no such constant, but \
+                  real gauges are not zero without load",
     source: "Eq. 3",
 };
 
-/// Decimation of the recordings. At the maximum, a few samples of the longest recordings remain.
+/// Setting for the decimation of the recordings. At its maximum, a few samples of the longest recordings remain.
 pub const DECIMATION: Setting = Setting {
     key: "decimation",
     option: "decimate",
@@ -51,36 +52,36 @@ pub const DECIMATION: Setting = Setting {
     default: &[1.0],
     range: Range::Whole(1, 100_000),
     step: 0.05,
-    explanation: "Uses every n-th sample of each recording, also in the search for past samples. 1 is \
-                  the paper's pattern A, 10 its pattern B",
+    explanation: "Uses every n-th sample of each recording, also where the look-back searches earlier samples. 1 is \
+                  pattern A of the paper of Koike et al. (2019), 10 its pattern B",
     source: "section 4.3",
 };
 
-/// Settings of a fit.
+/// Settings with which a calibration is fitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct FitSettings {
-    /// Features that are appended to the gauges.
+    /// Features of the compensated calibration in addition to the present gauges.
     pub features: FeatureSettings,
-    /// Regressor that computes the load from the features.
+    /// Method that computes the load from the features.
     pub regressor: Regressor,
     /// Method that chooses the ridge strength; see [`RIDGE`].
     pub ridge: RidgeChoice,
-    /// Settings of the network.
+    /// Settings of the network, if the regressor contains one.
     pub network: NetworkSettings,
-    /// Settings of the kernel.
+    /// Settings of the kernel, if the regressor contains one.
     pub kernel: KernelSettings,
-    /// True if the model has an offset term; see [`OFFSET`].
+    /// True if the model adds a constant to each axis; see [`OFFSET`].
     pub offset: bool,
     /// Decimation of the recordings; see [`DECIMATION`].
     pub decimation: usize,
-    /// Number of samples per second that are kept for look-backs and lags (Hz); see
+    /// Number of earlier samples per second that are stored for look-backs and lags (Hz); see
     /// [`HISTORY_RATE`](crate::features::HISTORY_RATE).
     pub history_rate_hz: f64,
-    /// Full scale of each axis, in its unit. Missing or `None` entries are measured from the recordings.
+    /// Full scale of each axis, in its unit. Missing or `None` entries are derived from the loads in the training recordings.
     pub full_scale: Vec<Option<f64>>,
-    /// Reference values of auxiliary channels by name: the values at which the channels have no effect. Other channels use
-    /// their mean over the training recordings.
+    /// Reference values of auxiliary channels (such as temperature) by name: the values at which the channels have no effect
+    /// on the load. Other channels use their mean over the training recordings.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub auxiliary_references: BTreeMap<String, f64>,
 }
@@ -109,14 +110,14 @@ impl Default for FitSettings {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Regressor {
-    /// Least squares (Eq. 8).
+    /// Least squares (Eq. 8 of the paper of Koike et al., 2019).
     #[default]
     Linear,
-    /// The paper's network.
+    /// Neural network of the paper of Koike et al. (2019).
     Network,
     /// Kernel ridge regression on landmarks.
     Kernel,
-    /// Least squares, then a network on the residuals (section 3.2).
+    /// Least squares, then a network on the residuals (section 3.2 of the paper of Koike et al., 2019).
     HybridNetwork,
     /// Least squares, then a kernel on the residuals.
     HybridKernel,
@@ -133,7 +134,7 @@ impl Regressor {
     pub const ALL: [Self; 5] =
         [Self::Linear, Self::Network, Self::Kernel, Self::HybridNetwork, Self::HybridKernel];
 
-    /// Returns the kind of the nonlinear part, or `None` for the linear regressor.
+    /// Returns the kind of the regressor's nonlinear part, or `None` for the linear regressor.
     pub fn learner(self) -> Option<Learner> {
         match self {
             Self::Linear => None,
@@ -147,29 +148,30 @@ impl Regressor {
         matches!(self, Self::HybridNetwork | Self::HybridKernel)
     }
 
-    /// Returns the name in the window and in tables.
+    /// Returns the name of the regressor for the window and for tables.
     pub fn label(self) -> &'static str {
         self.words().0
     }
 
-    /// Returns the key in files and on the command line.
+    /// Returns the key of the regressor in files and on the command line.
     pub fn key(self) -> &'static str {
         self.into()
     }
 
-    /// Returns the explanation in hover texts and in `--help`.
+    /// Returns the explanation of the regressor for hover texts and for `--help`.
     pub fn explanation(self) -> &'static str {
         self.words().1
     }
 
     fn words(self) -> (&'static str, &'static str) {
         match self {
-            Self::Linear => {
-                ("Linear", "Least squares (Eq. 8): a matrix that any controller can run")
-            }
+            Self::Linear => (
+                "Linear",
+                "Least squares (Eq. 8 of the paper of Koike et al., 2019): a matrix, which any controller can multiply by the features",
+            ),
             Self::Network => (
                 "Network",
-                "The paper's network: three hidden layers of 100 units, trained on the summed squared error",
+                "Network of the paper of Koike et al. (2019): three hidden layers of 100 units, trained on the summed squared error",
             ),
             Self::Kernel => (
                 "Kernel",
@@ -178,7 +180,7 @@ impl Regressor {
             ),
             Self::HybridNetwork => (
                 "Linear + network",
-                "Least squares first, then a network on the residuals (section 3.2)",
+                "Least squares first, then a network on the residuals (section 3.2 of the paper of Koike et al., 2019)",
             ),
             Self::HybridKernel => {
                 ("Linear + kernel", "Least squares first, then a kernel on the residuals")
@@ -191,7 +193,7 @@ impl Regressor {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RidgeChoice {
-    /// Given strength; 0 is plain least squares.
+    /// Strength that the user gives; 0 is plain least squares.
     Strength(f64),
     /// For each axis, the strength with the lowest error on held-out recordings.
     Auto,
@@ -218,7 +220,7 @@ pub enum SettingsError {
 }
 
 impl FitSettings {
-    /// Checks every value. The error describes the first invalid value.
+    /// Checks every setting. The error describes the first invalid one.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.features.validate()?;
         self.network.validate()?;

@@ -1,31 +1,34 @@
-//! Status of a sample at run time, as flags.
+//! Status of a sample on a robot or in live rows, as flags.
 
 use std::fmt;
 use std::ops::BitOrAssign;
 
-/// Flags of one sample, of which several may be set. Exported code uses the same bits, except [`Self::AUXILIARY_HELD`].
+/// Status flags of one sample, of which several may be set. Exported code uses the same bits, except
+/// [`Self::AUXILIARY_HELD`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 
 impl Status {
     /// Status without any flag.
     pub const OK: Self = Self(0);
-    /// A state is not yet determined, or the time since the start is shorter than the longest t_th or lag.
+    /// The history is too short: the state of a feature is not yet determined, or less time has passed since the start than
+    /// the longest time threshold t_th or lag.
     pub const FILLING: Self = Self(1);
-    /// The sample follows a gap; earlier samples are forgotten.
+    /// The sample follows a pause; the samples before it are forgotten.
     pub const AFTER_GAP: Self = Self(2);
-    /// The clock was reset; earlier samples are forgotten.
+    /// The clock was reset; the samples before the reset are forgotten.
     pub const RESTARTED: Self = Self(4);
-    /// The load, a gauge or an auxiliary channel is outside the range for which the calibration is known.
+    /// The load, a gauge or an auxiliary channel (such as temperature) is outside the range for which the calibration is
+    /// known.
     pub const BEYOND: Self = Self(8);
-    /// The sample was rejected because of its time. There is no load.
+    /// The sample was rejected because of an implausible time. It gets no load.
     pub const REJECTED_TIME: Self = Self(16);
-    /// The sample was rejected because of its numbers. There is no load.
+    /// The sample was rejected because of its values: too few, too many, or not finite. It gets no load.
     pub const REJECTED_VALUE: Self = Self(32);
-    /// An auxiliary channel holds an outdated value.
+    /// An auxiliary channel (such as temperature) holds an outdated value.
     pub const AUXILIARY_HELD: Self = Self(64);
 
-    /// Flags in exported code, with their names.
+    /// Flags that exported code can set, with their names there.
     pub const EXPORTED: [(&'static str, Self); 6] = [
         ("FILLING", Self::FILLING),
         ("AFTER_GAP", Self::AFTER_GAP),
@@ -62,7 +65,8 @@ impl BitOrAssign for Status {
     }
 }
 
-/// Writes the names of the flags joined by `+`. After a gap or restart, `filling` is omitted, because it is always set then.
+/// Writes the names of the flags that are set, joined by `+`. After a pause or restart, `filling` is omitted, because it is
+/// always set then.
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let begins = self.has(Self(Self::AFTER_GAP.0 | Self::RESTARTED.0));

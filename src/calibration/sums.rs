@@ -1,7 +1,7 @@
-//! Normal equations of a recording with its past samples, computed in one pass.
+//! Normal equations of a recording with its look-backs, computed in one pass.
 //!
-//! The columns are the standardised columns of the [`Design`]. The targets are the residuals of the conventional calibration,
-//! `L − L_conv`. Residuals are small, so differences such as `YᵀY − …` lose few digits.
+//! The columns are the standardised feature columns of the [`Design`]. The targets are the residuals of the conventional
+//! calibration, `L − L_conv`. Residuals are small, so differences such as `YᵀY − …` lose few digits.
 
 use std::ops::Range;
 
@@ -14,20 +14,21 @@ use crate::lanes;
 use crate::progress::Progress;
 use crate::recording::{AuxiliaryTable, Recording};
 
-/// Range of samples of one recording with its own sums.
+/// Range of samples of one recording for which separate sums are computed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
     pub samples: Range<usize>,
-    /// Index of the part that cross-validation leaves out together.
+    /// Index of the cross-validation part to which these samples belong. All samples of a part are left out together.
     pub fold: usize,
 }
 
-/// Number of samples whose sums one thread computes at a time. Because it is constant, the threads do not affect results.
+/// Number of samples whose sums one thread computes at a time. It is constant, so the number of threads does not change the
+/// result.
 const RUN: usize = 1 << 18;
-/// Number of rows that are computed before their products are summed.
+/// Number of feature rows that are computed before their products are summed.
 const BLOCK: usize = 128;
 
-/// Sums to which rows are added.
+/// Sums over samples, to which blocks of feature rows are added.
 pub(super) trait TakesRows: Send {
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]);
 
@@ -44,24 +45,26 @@ impl TakesRows for NormalEquations {
     }
 }
 
-/// Pass over a recording that computes design rows and adds them to sums.
+/// Pass over a recording that computes feature rows and adds their products to sums.
 pub(super) struct Pass<'a> {
     pub design: &'a Design,
     /// Loads that are subtracted from the reference to give the targets.
     pub conventional: PresentLoads<'a>,
-    /// For each look-back, the index of the past sample of each sample.
+    /// For each look-back, the index of the earlier sample that it finds for each sample; its own index if none.
     pub past: Vec<&'a [u32]>,
-    /// True if the states of the feature blocks start anew at each piece.
+    /// True if all states start anew at each piece, as if the recording were cut there.
     pub is_cold: bool,
     pub progress: &'a Progress,
 }
 
 impl Pass<'_> {
-    /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, because the
-    /// states of the feature blocks need every sample. After cancellation, samples are missing.
+    /// Returns the sums of each piece of the recording. The pieces must cover the recording without gaps from its first
+    /// sample on, because the states of the feature blocks need every sample. After cancellation, samples are missing in the
+    /// sums.
     ///
-    /// `class` returns the class of a sample, or `None` to skip the sample. Skipped samples do not shift the blocks of rows. So
-    /// the result can be added to sums in which these samples are zero, without other rounding.
+    /// `class` returns the class of the sums to which a sample is added, or `None` to skip it. A skipped sample keeps its
+    /// place in the blocks of rows. So the result can be added to sums in which the columns of these samples are zero,
+    /// without other rounding errors.
     pub fn sums<T: TakesRows>(
         &self,
         pieces: &[Piece],
@@ -108,7 +111,7 @@ impl Pass<'_> {
             });
             return sums.collect();
         }
-        // No state depends on earlier samples, so several threads can share one long recording.
+        // No feature has a state that depends on earlier samples, so several threads can share one long recording.
         let of_piece = |piece: &Piece| {
             let Range { start, end } = piece.samples;
             let runs = (start..end.max(start + 1)).into_par_iter().step_by(RUN).map(|from| {
@@ -140,7 +143,8 @@ impl Pass<'_> {
         kept.clear();
         classes.clear();
         for k in samples {
-            // Feature blocks with a state need every sample.
+            // Feature blocks with a state need every sample, so samples without a class are kept in the block of rows at
+            // first.
             if let Some(class) = class(k, past).or(has_memory.then_some(NONE)) {
                 kept.push(k);
                 classes.push(class);
@@ -168,7 +172,7 @@ impl Pass<'_> {
     }
 }
 
-/// Rows whose products are summed together.
+/// Feature rows whose products are summed together.
 struct Block {
     stride: usize,
     rows: Vec<f64>,
@@ -176,10 +180,11 @@ struct Block {
     classes: Vec<usize>,
 }
 
-/// Class of a sample that is in no sum.
+/// Class of a sample that is added to no sum.
 const NONE: usize = usize::MAX;
 
-/// Returns the normal equations of each piece; see [`Pass::sums`]. Panics without reference, or if a piece ends too late.
+/// Returns the normal equations of each piece of the recording; see [`Pass::sums`]. Panics if the recording has no reference
+/// load, or if a piece ends after its last sample.
 pub fn recording_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -195,7 +200,8 @@ pub fn recording_sums(
     pass.sums(pieces, empty, |_, _| Some(0))
 }
 
-/// Returns the past samples within each piece. A sample whose past sample lies before its piece gets its own index.
+/// Returns the index of the earlier sample of each sample, limited to its piece. A sample gets its own index if its earlier
+/// sample lies before its piece.
 fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;
@@ -205,7 +211,7 @@ fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// Samples of a recording, from which design rows are computed.
+/// Samples of a recording, from which feature rows are computed.
 #[derive(Clone, Copy)]
 pub(crate) struct RowsOf<'a> {
     times: &'a [f64],
@@ -229,7 +235,8 @@ impl<'a> RowsOf<'a> {
         &self.gauges[k * self.n_gauges..][..self.n_gauges]
     }
 
-    /// Writes the raw design row of sample `k`. `past(i)` is its past sample for look-back i. Samples must come in order.
+    /// Writes the raw feature row of sample `k`. `past(i)` is the index of the earlier sample that look-back i found for it.
+    /// Samples must come in order.
     #[inline]
     pub fn raw_row(
         &self,
@@ -244,7 +251,7 @@ impl<'a> RowsOf<'a> {
     }
 }
 
-/// Writes the difference between the reference and the `known` load at sample `k`.
+/// Writes the residual of sample `k`: its reference load minus the `known` load.
 #[inline(always)]
 fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
     let n_axes = out.len();

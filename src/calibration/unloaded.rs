@@ -1,4 +1,4 @@
-//! Gauge readings of a tared sensor without load, for recordings, running sensors and exported code.
+//! Computes the gauge readings that a tared sensor has without load. Recordings, running sensors and exported code use them.
 
 use std::borrow::Cow;
 
@@ -8,9 +8,9 @@ use crate::calibration::calibration::Calibration;
 use crate::recording::Recording;
 
 impl Calibration {
-    /// Returns the gauge readings of the tared sensor without load. The readings are zero if the calibration was fitted to
-    /// tared gauges or has no offset. Otherwise, of all readings with conventional load zero, those nearest to the training
-    /// mean are returned, measured in standard deviations of each gauge.
+    /// Returns the gauge readings that the tared sensor has without load. They are zero if the calibration was fitted to
+    /// tared gauges or has no offset term. Otherwise, many readings give the conventional load zero. Those nearest to the
+    /// training mean are returned, where distances are measured in standard deviations of each gauge.
     pub fn unloaded(&self) -> Vec<f64> {
         let scale = &self.gauge_scale;
         if self.tare.is_some() || !self.offset {
@@ -29,8 +29,8 @@ impl Calibration {
         gauges.collect()
     }
 
-    /// Returns the smallest change of the gauges, in standard deviations, that changes the conventional load by one unit: one
-    /// column per axis. `None` if the matrix cannot be inverted.
+    /// Returns the smallest change of the gauges (in standard deviations) that changes the conventional load by one unit on
+    /// one axis: one column per axis. `None` if the singular values of the matrix cannot be computed.
     pub(crate) fn gauges_per_load(&self) -> Option<Mat<f64>> {
         let deviation = &self.gauge_scale.deviation;
         let matrix = &self.conventional.matrix;
@@ -40,7 +40,8 @@ impl Calibration {
         Some(slopes.thin_svd().ok()?.pseudoinverse())
     }
 
-    /// Adds the gauges of [`unloaded`](Self::unloaded) to a tared recording if the calibration was fitted without tare.
+    /// Adds the readings of [`unloaded`](Self::unloaded) to the gauges of a tared recording if the calibration was fitted
+    /// without tare.
     pub(super) fn with_own_zero<'a>(&self, recording: Cow<'a, Recording>) -> Cow<'a, Recording> {
         match recording.tare() {
             Some(tare) if self.tare.is_none() && self.offset => {

@@ -111,7 +111,7 @@ pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationEr
     Ok(())
 }
 
-/// Compares the feature names of a matrix with the expected ones.
+/// Checks that the column names of a matrix in a file are the expected feature names.
 pub(super) fn check_features(
     field: &'static str,
     expected: &[String],

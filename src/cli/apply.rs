@@ -1,4 +1,4 @@
-//! `loopscope apply`: computes the loads of recordings by a calibration.
+//! `loopscope apply`: computes the loads of recordings with a calibration.
 
 use std::path::{Path, PathBuf};
 use std::slice;
@@ -21,34 +21,36 @@ use crate::features::Range;
 use crate::import::live::RowForm;
 use crate::recording::{Recording, Tare};
 
-/// Compute the loads of recordings by a calibration: the uncompensated and the compensated load of each sample, as CSV.
+/// Compute the loads of recordings with a calibration: the uncompensated and the compensated load of each sample, as CSV.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope apply sensor.json run.csv --out loads", "writes loads/run_loads.csv"),
-    ("loopscope apply sensor.json log.csv --follow", "computes the loads of a growing log file"),
+    ("loopscope apply sensor.json log.csv --follow", "computes the load of each row of a log file, also of rows that are appended later"),
 ]))]
 pub struct ApplyJob {
     #[command(flatten)]
     read: ReadArgs,
-    /// Calibration (.json, or .cal in ATI's format). The gauges of a .cal are taken in the order of the recording.
+    /// Calibration (.json, or .cal in ATI's format). The gauges in a .cal have no names, so they are taken in the order of
+    /// the recording.
     #[arg(value_parser = named_file())]
     calibration: PathBuf,
-    /// Recordings with the gauges of the calibration, or - for rows on standard input. The load of each row is written to standard
-    /// output at once. Between the rows, the lines "tare" and "tare SECONDS" tare the sensor, and "reset" restarts the history.
+    /// Recordings with the gauges of the calibration, or - for rows on standard input. The load of each row is written to
+    /// standard output at once. Between the rows, the lines "tare" and "tare SECONDS" tare the sensor, and "reset" makes the
+    /// program forget the earlier rows.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Folder for the files `<name>_loads.csv`. A missing folder is created.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Add a last column with the status of each sample: ok, filling (the history is still too short), after a gap, restarted,
-    /// beyond (the load is outside the tested range of the sensor), auxiliary held (the value of an auxiliary channel is too old),
-    /// rejected. Several statuses are joined by +.
+    /// Add a last column with the status of each sample: ok, filling (the history is still too short), after a gap (the
+    /// sample follows a pause), restarted (the clock was reset), beyond (the load is outside the tested range of the sensor),
+    /// auxiliary held (the value of an auxiliary channel is too old), rejected. Several statuses are joined by +.
     #[arg(long, requires = "out")]
     status: bool,
-    /// Write the loads of one file to standard output, and continue with each row that a logger appends to the file.
+    /// Write the loads of one file to standard output, and then the load of each row that a logger appends to the file.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
-    /// Format of live rows (- or --follow), as the device prints them [default: detected from the first ten lines].
+    /// Format of live rows (- or --follow), in which the device prints them [default: detected from the first ten lines].
     #[arg(long, value_name = "FORM", value_parser = one_of(RowForm::ALL))]
     rows: Option<RowForm>,
     /// Sample rate in Hz of live rows (- or --follow) without a time [default: the time is that of this computer's clock].
@@ -168,7 +170,8 @@ impl ApplyJob {
         }
     }
 
-    /// Returns the error for an unreadable calibration. If another argument is one, the error says to name it first.
+    /// Returns the error for an unreadable calibration. If another argument is a calibration, the error says to name it
+    /// first.
     fn swapped(&self, error: ReadCalibrationError) -> JobError {
         let may_be_one =
             |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());

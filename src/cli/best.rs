@@ -36,7 +36,7 @@ pub struct BestJob {
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
-    /// Percent by which the error of the smallest model may exceed the lowest error.
+    /// Percent by which the error of the smallest model may exceed the lowest error of all models.
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * WITHIN, value_parser = number_in(Range::NotNegative))]
     within: f64,
     /// Export the smallest model within --within percent of the lowest error, instead of the most accurate one.
@@ -72,7 +72,7 @@ impl Work for BestJob {
         let search = Search {
             settings: self.common.settings(&recordings),
             recordings: Arc::clone(&recordings),
-            // The limit of 30 years keeps the sum of the present time and the limit from overflowing.
+            // Longer limits count as 1e9 s (30 years), so that the sum of the present time and the limit does not overflow.
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
             within: 0.01 * self.within,
         };
@@ -100,7 +100,7 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
-            // Ctrl-C cancels the search only, so the export has its own progress.
+            // Ctrl-C cancels only the search. The export uses another progress, so it is completed after Ctrl-C, too.
             let progress = Progress::default();
             let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;

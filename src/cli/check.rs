@@ -34,8 +34,8 @@ pub struct CheckJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// Available masses in kg. With this option, the proposed loads are those that one of the masses makes when it hangs from the
-    /// sensor in any orientation.
+    /// Available masses in kg. With this option, each proposed load is one that a mass makes when it hangs from the sensor in
+    /// some orientation.
     #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = number_in(Range::Positive))]
     mass: Vec<f64>,
     /// Distances in m from the sensor's origin, along its axes, at which a mass can hang. A mass at the origin is always tried.
@@ -64,7 +64,7 @@ impl Work for CheckJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // An unusable file is reported, and the other files are still checked.
+        // An unusable file is reported, but does not prevent the check of the other files.
         let mut recordings = self.recordings.clone();
         recordings.read.keep_going = true;
         let set = recordings.read(run, &self.model.rated())?;

@@ -1,4 +1,4 @@
-//! Arguments for features and regressor, which several jobs share.
+//! Command-line arguments for features and regressor, which several jobs share.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -37,7 +37,7 @@ impl FromStr for LookBacks {
     }
 }
 
-/// Arguments that are generated from a list of settings.
+/// Command-line arguments that are generated from a list of settings.
 trait Listed: Default {
     fn arguments() -> Vec<Arg>;
 
@@ -73,7 +73,7 @@ impl<T: Listed> FromArgMatches for FromList<T> {
 #[derive(Debug, Default)]
 struct ListedBlocks {
     blocks: Blocks,
-    /// True if the user named any block, even to switch it off.
+    /// True if the user named any feature block on the command line, even to switch it off.
     any_named: bool,
 }
 
@@ -88,7 +88,10 @@ impl Listed for ListedBlocks {
             }
             let default = listed(setting.default, ",");
             argument
-                .help(format!("{} [without numbers: {default}]", setting.help()))
+                .help(format!(
+                    "{} [if the option is given without numbers: {default}]",
+                    setting.help()
+                ))
                 .value_name(setting.unit.placeholders[1])
                 .value_parser(List::from_str)
                 .num_args(0..=1)
@@ -138,7 +141,7 @@ const fn of_network(setting: &'static Setting, set: fn(&mut FitSettings, u64)) -
     OfLearner { setting, learner: Learner::Network, set }
 }
 
-/// Settings of the network and the kernel that the user gave, with their values.
+/// Settings of the network and the kernel that the user gave on the command line, with their values.
 #[derive(Debug, Default)]
 struct Learning(Vec<(&'static OfLearner, u64)>);
 
@@ -175,7 +178,7 @@ impl Listed for Learning {
     }
 }
 
-/// Returns an argument with the option name and the help text of a setting.
+/// Returns a command-line argument with the option name and the help text of a setting.
 fn described(setting: &'static Setting, heading: &'static str) -> Arg {
     Arg::new(setting.option)
         .long(setting.option)
@@ -184,10 +187,11 @@ fn described(setting: &'static Setting, heading: &'static str) -> Arg {
         .help_heading(heading)
 }
 
-/// Arguments that do not depend on the model.
+/// Command-line arguments that do not depend on the model.
 #[derive(Debug, Args)]
 pub struct CommonArgs {
-    /// Measure of how far the load has moved, and unit of F_th. Recordings without a force axis always use full-scale.
+    /// Measure of the distance between two loads, and unit of the force threshold F_th. Recordings without a force axis
+    /// always use full-scale.
     #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
     pub distance: Distance,
     /// Full scale (rated load) of each axis in N and N·m, in axis order [default: half the peak-to-peak reference of the training
@@ -209,7 +213,7 @@ impl CommonArgs {
         Rated { full_scale, ..Rated::default() }
     }
 
-    /// Returns the settings of a conventional calibration of these recordings.
+    /// Returns the settings of a conventional calibration that is fitted to these recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
         let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
         FitSettings {
@@ -226,7 +230,7 @@ impl CommonArgs {
     }
 }
 
-/// Features other than look-backs, and settings of the linear fit.
+/// Command-line arguments for features other than look-backs, and for the linear fit.
 ///
 /// All named features are used together. A feature that is not named is not used.
 #[derive(Debug, Args)]
@@ -270,8 +274,8 @@ impl BlockArgs {
         let given = self.auxiliary_reference.iter();
         for AuxiliaryReference(name, _) in given.clone().filter(|own| !names.contains(&own.0)) {
             let known = match names {
-                [] => "the recordings have none".to_owned(),
-                names => format!("the recordings have {}", names.join(" ")),
+                [] => "the recordings have no auxiliary channel".to_owned(),
+                names => format!("the recordings have the channels {}", names.join(" ")),
             };
             say.note(format_args!(
                 "--auxiliary-reference {name}: no auxiliary channel has this name; {known}"
@@ -292,7 +296,7 @@ impl BlockArgs {
     }
 }
 
-/// Features and settings of the regressor.
+/// Command-line arguments for features and regressor.
 ///
 /// All named features are used together. Without any named feature, one look-back is used.
 #[derive(Debug, Args)]
@@ -315,7 +319,7 @@ pub struct FitChoices {
         help_heading = HEADING
     )]
     pub t_th: Option<f64>,
-    /// F_th of several look-backs, separated by commas; "none" for no look-back.
+    /// Force thresholds F_th of several look-backs, separated by commas; "none" for no look-back.
     #[arg(
         long,
         value_name = "F,…",
@@ -361,7 +365,7 @@ fn ridge(text: &str) -> Result<RidgeChoice, String> {
     }
 }
 
-/// Features and regressor of one fit.
+/// Command-line arguments for features and regressor of one fit.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
     #[command(flatten)]
@@ -419,7 +423,7 @@ impl FitChoices {
     }
 }
 
-/// Returns the arguments of `fit` that give these settings.
+/// Returns the arguments with which `loopscope fit` uses these settings.
 pub fn fit_arguments(settings: &FitSettings) -> String {
     let default = FitSettings::default();
     let features = &settings.features;

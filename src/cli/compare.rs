@@ -1,4 +1,4 @@
-//! `loopscope compare`: fits each regressor with and without past samples, as in the paper's table.
+//! `loopscope compare`: fits each regressor with and without look-back, as in the table of the paper of Koike et al. (2019).
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -22,13 +22,14 @@ use crate::questions::{
 use crate::recording::Axis;
 use crate::report::{Cell, Table};
 
-const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. If the recordings \
-    repeat several load programmes, further rows use only the first one (pattern C)";
+const DECIMATE_HELP: &str = "Use every N-th sample: 1 is pattern A of the paper of Koike et al. (2019), 10 its pattern B [default: both]. \
+    If the recordings repeat several load programmes, further rows use only the first one (pattern C)";
 
-/// Print the paper's table: the errors of each regressor with and without past samples, fitted to all samples and to every tenth.
+/// Print the table of the paper of Koike et al. (2019): the errors of each regressor with and without look-back, fitted to
+/// all samples and to every tenth.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "compares these two regressors"),
+    ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "compares the linear regressor and the kernel"),
 ]))]
 #[command(mut_arg("decimate", |argument| argument.help(DECIMATE_HELP)))]
 pub struct CompareJob {

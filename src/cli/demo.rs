@@ -41,13 +41,13 @@ fn late() -> impl TypedValueParser<Value = Late> {
 pub struct DemoJob {
     /// Folder to write to. A missing folder is created.
     dir: PathBuf,
-    /// Amount of data (the paper's patterns): a for all samples, b for every tenth.
+    /// Amount of data, with the names of the paper of Koike et al. (2019): a for all samples, b for every tenth.
     #[arg(long, value_parser = pattern(), default_value = "a")]
     pattern: usize,
     /// Seed of the simulation. Another seed gives another sensor of the same kind and other loads.
     #[arg(long, default_value_t = simulated::DEFAULT_SEED)]
     seed: u64,
-    /// Instead, write three recordings of one force and two gauges that show a time lag, hysteresis, or both.
+    /// Instead of these recordings, write three of one force and two gauges that show a time lag, hysteresis, or both.
     #[arg(long, value_parser = late(), value_name = "WHAT", conflicts_with = "pattern")]
     show: Option<Late>,
     /// Overwrite existing files.

@@ -1,4 +1,4 @@
-//! Errors of a job, and its exit codes.
+//! Errors of a command-line job, with the exit code of each.
 
 use std::error::Error;
 use std::fmt;
@@ -13,13 +13,13 @@ use crate::recording::TareError;
 
 #[derive(Debug)]
 pub enum JobError {
-    /// An argument is wrong.
+    /// A command-line argument is wrong.
     Usage(String),
-    /// The recordings do not determine the model, or the calibration exceeds its limits.
+    /// The recordings do not determine the model, or a figure of the calibration exceeds its limit.
     NotMet(String),
-    /// The user stopped the job. The results until then have been printed.
+    /// The user stopped the job. The results up to then have been printed.
     Interrupted,
-    /// The source of live rows can no longer be read.
+    /// The source of live rows (standard input or a growing file) can no longer be read.
     SourceEnded(String),
     /// Standard output cannot be written.
     Output(io::Error),
@@ -30,7 +30,7 @@ pub fn usage<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::Usage(message.into()))
 }
 
-/// Returns an error that is not the fault of an argument.
+/// Returns an error whose cause is not a wrong argument.
 pub fn failed<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::other(message.into()))
 }
@@ -64,7 +64,7 @@ impl fmt::Display for JobError {
     }
 }
 
-/// Returns the message of an error, with the options that help.
+/// Returns the message of an error. It names the command-line options that help.
 fn in_words(error: &(dyn Error + 'static)) -> String {
     fn of<E: Advice + Error + 'static>(error: &(dyn Error + 'static)) -> Option<String> {
         Some(error.downcast_ref::<E>()?.text(Face::CommandLine))
@@ -73,7 +73,7 @@ fn in_words(error: &(dyn Error + 'static)) -> String {
     known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 
-/// Converts an error. An I/O error that names no file is one of standard output.
+/// Converts the error of another module. An I/O error that names no file comes from writing to standard output.
 impl<E: Error + 'static> From<E> for JobError {
     fn from(error: E) -> Self {
         match (Box::new(error) as Box<dyn Error>).downcast() {

@@ -12,12 +12,12 @@ use crate::questions::history::coarse_history;
 use crate::questions::{Request, handed_over};
 use crate::recording::identity::Identity;
 
-/// Checks that each file name ending is that of an export format.
+/// Checks that each file name ends like an export format (such as `.json` or `.h`).
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
     paths.iter().try_for_each(|path| known_target(path).map(drop).map_err(JobError::Usage))
 }
 
-/// Checks that the recordings determine the calibration, unless `force`.
+/// Checks that the recordings have enough samples to determine the calibration. With `force`, every calibration passes.
 pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), JobError> {
     match calibration.undetermined().filter(|_| !force) {
         None => Ok(()),
@@ -28,8 +28,8 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
     }
 }
 
-/// Lowers the history rate of the request if exported code would otherwise need too much memory, and prints a note about it;
-/// see [`coarse_history`].
+/// Lowers the rate at which earlier samples are stored if exported code would otherwise need too much memory, and prints a
+/// note about it; see [`coarse_history`].
 pub fn with_history_that_fits(
     run: &Run,
     mut request: Request,
@@ -42,7 +42,8 @@ pub fn with_history_that_fits(
     Ok(request)
 }
 
-/// Adds the calibration to `files` in the formats of `paths`. Prints a warning if a format cannot hold a part of it.
+/// Adds the calibration to `files`, once for each of `paths`, in the format of its file name. Prints a warning if a format
+/// cannot hold a part of it.
 pub fn export(
     run: &Run,
     request: &Request,

@@ -39,7 +39,7 @@ use crate::scoring::numbers::significant;
 /// Fit a conventional and a compensated calibration, and print the errors of both.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope fit --train day1.csv day2.csv --test day3.csv --export sensor.json", "fits conventionally and with a look-back of 3 N and 15 s"),
+    ("loopscope fit --train day1.csv day2.csv --test day3.csv --export sensor.json", "fits a conventional calibration, and a compensated one with a look-back of 3 N and 15 s"),
     ("loopscope fit --train day*.csv --play --ridge auto --export sensor.h --export sensor.json", "fits play operators with a cross-validated ridge; exports C code"),
 ]))]
 pub struct FitJob {
@@ -55,7 +55,7 @@ pub struct FitJob {
     factory: Option<PathBuf>,
     #[command(flatten)]
     traces: TraceArgs,
-    /// Overwrite existing files, and export even a calibration that the recordings do not determine.
+    /// Overwrite existing files, and export even a calibration that is not determined by the recordings.
     #[arg(long)]
     force: bool,
     /// Print one JSON object instead of a table.
@@ -70,7 +70,7 @@ impl Work for FitJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // File names are checked first, so that an error is reported before the time of a fit is spent.
+        // The names of the output files are checked before the fit, so that no time is lost if one is wrong.
         check_endings(&self.export)?;
         self.traces.check()?;
         let FitInputs { recordings, settings, sensor, limits } = self.fit.read(run)?;
@@ -99,7 +99,7 @@ impl Work for FitJob {
         if !self.export.is_empty() {
             check_determined(&calibration, self.force)?;
         }
-        // Severe findings are also printed on standard error, because scripts may read only the figures.
+        // Severe findings are also printed on standard error, because scripts may read only the numbers on standard output.
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter()).partition(|found| {
                 matches!(found.id, Id::Undetermined | Id::NoCrossValidation | Id::ColdStart)
@@ -140,19 +140,19 @@ impl Work for FitJob {
     }
 }
 
-/// Returns true if this export contains C code for a controller.
+/// Returns true if the export to this file contains C code for a controller.
 fn is_for_controllers(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     ending == "h" || ending == "zip"
 }
 
-/// Prints the memory that the exported code needs on a controller, and settings that need less.
+/// Prints how much memory the exported code needs on a controller, and which settings would need less.
 fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) {
     let footprint = Footprint::of(calibration);
     say.note(footprint);
     let keeps_history = calibration.features.window_secs() > 0.0;
     if footprint.is_large() && keeps_history {
-        say.note("--history-rate 100, or a smaller t_th or lag, needs less memory");
+        say.note("--history-rate 100, or a smaller time threshold t_th or lag, needs less memory");
     }
     let play = FitSettings {
         features: FeatureSettings {
@@ -176,7 +176,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     {
         let percent = |error: f64| significant(100.0 * error, 3);
         say.note(format_args!(
-            "play ({}) needs {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
+            "a model with play operators ({}) needs {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
             play.describe(),
             takes.memory,
             percent(other),
@@ -200,14 +200,15 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-/// Returns the progress line of a training. Its cross-validation takes `cost` times as long as the training; 0 for none.
+/// Returns the progress line of a training. `cost` is the duration of the later cross-validation in units of that of the
+/// training; 0 without one.
 fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
         return format!("cross-validation {:.0} %, {left:.0} s left", 100.0 * step.done());
     };
     let held_out =
-        report.held_out_loss.map_or_else(String::new, |loss| format!(", held out {loss:.5}"));
+        report.held_out_loss.map_or_else(String::new, |loss| format!(", held-out loss {loss:.5}"));
     let EpochReport { epoch, epochs, train_loss, .. } = report;
     let left = report.time_left();
     let then = match cost {
@@ -236,7 +237,7 @@ struct FitReport<'a> {
     distance: Distance,
     blocks: &'a FeatureSettings,
     ridge: &'a [f64],
-    /// Two standard deviations of the prediction, for a kernel.
+    /// Two standard deviations of the predicted load, if the regressor contains a kernel; otherwise `None`.
     #[serde(skip_serializing_if = "Option::is_none")]
     band: Option<&'a [f64]>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]

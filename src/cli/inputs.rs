@@ -1,4 +1,4 @@
-//! Input and output files of a job. Patterns and folders are replaced by the recordings that they name.
+//! Input and output files of a command-line job. File patterns and folders are replaced by the recordings that they name.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::shown::listed;
 
 #[derive(Default)]
 pub struct Files<'a> {
-    /// Recordings, folders and patterns to read or to train on.
+    /// Recordings, folders and file patterns (such as `run*.csv`) to read or to train on.
     pub recordings: &'a [PathBuf],
     /// Test recordings; `None` if the job has none, or splits each recording instead.
     pub test: Option<&'a [PathBuf]>,
@@ -27,7 +27,7 @@ impl Files<'_> {
         self
     }
 
-    /// Adds files that are written. Existing files are overwritten only with `force`.
+    /// Adds files that the job writes. Existing files are overwritten only with `force`.
     pub fn writing<'b>(
         mut self,
         paths: impl IntoIterator<Item = &'b PathBuf>,
@@ -39,7 +39,7 @@ impl Files<'_> {
     }
 
     /// Finds the recordings. In a folder, files whose names begin with `test` are not used for training. They are the test
-    /// recordings, unless the user names others.
+    /// recordings, unless the user names other ones.
     pub fn opened(&self, say: &Messages) -> Result<Inputs, JobError> {
         let mut inputs = Inputs {
             recordings: opened(self.recordings)?,
@@ -61,7 +61,7 @@ impl Files<'_> {
 #[derive(Clone, Debug)]
 pub struct Input {
     pub path: PathBuf,
-    /// Folder that the user named and that contains the file; `None` for a file that the user named.
+    /// Folder that the user named and that contains this file; `None` if the user named the file itself.
     folder: Option<PathBuf>,
 }
 
@@ -75,7 +75,7 @@ impl Input {
         let read = |folder: &PathBuf| import::read(folder, None, &[], &Progress::default()).err();
         match self.folder.as_ref().and_then(read) {
             Some(folder) => JobError::Usage(format!(
-                "{error}. It is in {folder}, or skip unreadable files by --keep-going"
+                "{error}. The file is in {folder}, or skip unreadable files by --keep-going"
             )),
             None => error,
         }
@@ -121,7 +121,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// Checks that no recording is named twice, because its errors would then be too small.
+    /// Checks that no recording is named twice. If one were used for both training and test, the errors would be too small.
     fn check_distinct(&self) -> Result<(), JobError> {
         let mut seen: HashMap<PathBuf, &PathBuf> = HashMap::new();
         for path in self.recordings() {
@@ -139,12 +139,12 @@ impl Inputs {
     }
 }
 
-/// Replaces each pattern by the files that match it, because some shells do not.
+/// Replaces each file pattern by the files that match it, because some shells do not replace patterns.
 pub fn expanded(paths: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
     paths.iter().flat_map(|path| import::matching(path).unwrap_or_else(|| vec![path.clone()]))
 }
 
-/// Replaces each pattern by the files that match it, and each folder by the recordings in it.
+/// Replaces each file pattern by the files that match it, and each folder by the recordings in it.
 fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
     let mut opened = Vec::with_capacity(paths.len());
     for path in expanded(paths) {

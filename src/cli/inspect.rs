@@ -33,7 +33,8 @@ pub struct InspectJob {
     files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Write the given or detected column map of a single file to this file, to edit it and to use it with --columns.
+    /// Write the column map of the file to this file, as given by --columns or as detected. It can be edited and used with
+    /// --columns. Needs a single input file.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
     /// Overwrite an existing column map.
@@ -85,7 +86,8 @@ impl Work for InspectJob {
                 }
             }
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
-            // The assumed gap is written to the map, so that the user can change it.
+            // The assumed gap length (longest time between samples that is no pause) is written to the map, so that the user
+            // can change it.
             inspection.map.gap_secs =
                 (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
             if let Some(path) = &self.write_map {
@@ -109,7 +111,7 @@ impl Work for InspectJob {
                 all => run.print_json(&all)?,
             }
         }
-        // With --write-map, the job has succeeded, because the map is written for the user to correct.
+        // With --write-map, unusable files are no error, because the map is written for the user to correct.
         match count > 0 && self.write_map.is_none() {
             true => failed(format!("{count} of {of} files would not be loaded")),
             false => Ok(()),
@@ -256,7 +258,8 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     }
     Ok(())
 }
-/// Returns the sample rate by the median step. If pauses or bursts make the mean rate differ by 5 % or more, both are given.
+/// Returns the sample rate in words, derived from the median time step. If pauses or bursts make the mean rate differ by 5 %
+/// or more, both rates are given.
 fn rate(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> String {
     let Some(rate_hz) = rate_hz else { return String::new() };
     let mean_hz = (n_samples.saturating_sub(1)) as f64 / duration_secs;

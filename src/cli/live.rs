@@ -16,9 +16,9 @@ use crate::import::live::{
 use crate::import::map::ColumnMap;
 use crate::recording::{Axis, Tare, TareError};
 
-/// Status of a row without load, because the rows are being averaged for a tare.
+/// Status of a row that gets no load, because the rows are being averaged for a tare.
 const TARING: &str = "taring";
-/// Maximum number of unusable lines that are reported one by one. Later ones are counted.
+/// Maximum number of unusable lines that are reported one by one. Later lines are only counted.
 const REPORTED_ONE_BY_ONE: u64 = 5;
 
 /// Computes the loads of the rows on standard input until the input ends.
@@ -70,10 +70,10 @@ fn hung_up(path: &Path, error: &io::Error) -> JobError {
 pub struct Tap<'a> {
     pub say: &'a Messages,
     pub calibration: Calibration,
-    /// True if the calibration names its gauges. Otherwise they are those of the rows in order.
+    /// True if the calibration names its gauges. Otherwise, the gauges of the rows are taken in order.
     pub names_gauges: bool,
     pub map: Option<ColumnMap>,
-    /// Interval of time in which the sensor is unloaded, from the first row.
+    /// Time interval in which the sensor is unloaded, in s after the first row.
     pub tare: Option<Tare>,
     pub form: Option<RowForm>,
     /// Sample rate of rows without a time (Hz).
@@ -83,7 +83,7 @@ pub struct Tap<'a> {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
-    /// Tare by the mean of the rows in the next seconds; with 0, by the newest row.
+    /// Tare by the mean of the rows that arrive within this time (s); with 0, by the newest row.
     Tare(f64),
     Reset,
 }
@@ -91,15 +91,17 @@ enum Request {
 impl fmt::Display for Request {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Tare(0.0) => f.write_str("tared by the newest row"),
-            Self::Tare(secs) => write!(f, "taring by the rows of the next {secs} s"),
-            Self::Reset => f.write_str("reset: the history restarts"),
+            Self::Tare(0.0) => f.write_str("tared by the gauges of the newest row"),
+            Self::Tare(secs) => {
+                write!(f, "taring by the mean gauges of the rows of the next {secs} s")
+            }
+            Self::Reset => f.write_str("reset: the earlier rows are forgotten"),
         }
     }
 }
 
 impl Request {
-    /// Returns the command in a line; `None` for a row.
+    /// Returns the command (tare or reset) in a line; `None` if the line is no command.
     fn of(line: &str) -> Option<Self> {
         let mut words = line.split_whitespace();
         let request = match (words.next()?, words.next()) {
@@ -116,7 +118,7 @@ impl Request {
 
 #[derive(Debug)]
 struct Taring {
-    /// Start and end of the interval, in s after the first row.
+    /// Start and end of the interval in which the gauges are averaged, in s after the first row.
     interval: (f64, f64),
     first_secs: Option<f64>,
     sums: Vec<f64>,
@@ -128,7 +130,7 @@ impl Taring {
         Self { interval, first_secs: None, sums: Vec::new(), n: 0 }
     }
 
-    /// Takes a row. Returns the mean gauges of the interval at the first row after the interval.
+    /// Takes a row into the mean. Returns the mean gauges of the interval at the first row after the interval.
     fn take(&mut self, time: f64, gauges: &[f64]) -> Result<Option<Vec<f64>>, TareError> {
         let (from, to) = self.interval;
         let since = match self.first_secs {
@@ -217,7 +219,7 @@ impl Answering<'_, '_> {
         self.say.note(request);
         match request {
             Request::Reset => self.estimator.reset(),
-            // Before the first row, there is nothing to tare by.
+            // Without an earlier row, there are no gauges to tare by, so the command has no effect.
             Request::Tare(0.0) => {
                 if let Some(newest) = self.newest.clone() {
                     self.tare(newest)?;
@@ -228,7 +230,7 @@ impl Answering<'_, '_> {
         Ok(())
     }
 
-    /// Writes the load of a row. A line that is no row is reported, and its output has no load.
+    /// Writes the load of the row in a line. A line that is no row is reported, and its output has no load.
     fn line(&mut self, table: &mut LiveTable, line: &str) -> Result<(), JobError> {
         let rejected = match table.row(line) {
             Ok(row) => return row.map_or(Ok(()), |row| self.row(&row)),
@@ -245,7 +247,7 @@ impl Answering<'_, '_> {
     }
 }
 
-/// Function that returns the next line of the source; `None` at its end.
+/// Function that returns the next line of the source of rows; `None` at its end.
 type Lines<'a> = dyn FnMut() -> Result<Option<Grown>, JobError> + 'a;
 
 impl Tap<'_> {
@@ -322,7 +324,8 @@ impl Tap<'_> {
         }
     }
 
-    /// Reads lines until the columns are known. Returns the table and its first rows; `None` if the input ends before.
+    /// Reads lines until the columns are known. Returns the table of the columns and its first rows; `None` if the input ends
+    /// before its first line.
     fn begin(
         &self,
         path: &Path,
@@ -338,7 +341,7 @@ impl Tap<'_> {
             form: self.form,
             rate_hz: self.rate_hz,
         };
-        // The advice in a `ReadError` is for files, so the error is shown without it.
+        // A `ReadError` contains advice that applies only to files, so the error is shown without it.
         let unread = |error: ReadError| {
             JobError::other(format!("{error}; --rows sets the format of the rows"))
         };

@@ -1,4 +1,4 @@
-//! Messages of a job on standard error, and its progress line if standard error is a terminal.
+//! Messages of a command-line job on standard error, and its progress line if standard error is a terminal.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -73,7 +73,7 @@ impl Messages {
         let mut out = io::stderr();
         let mut state = self.state();
         if out.is_terminal() && state.line.as_deref() != Some(text) {
-            // A progress line that cannot be written is not needed.
+            // A failed write is ignored, because the job does not need its progress line.
             let _ = write!(out, "\r\x1b[K{text}");
             state.line = Some(text.to_owned());
         }

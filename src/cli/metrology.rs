@@ -64,7 +64,7 @@ pub struct MetrologyJob {
 struct Subject {
     calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
-    /// Range of the loads on each axis.
+    /// Range of the reference loads on each axis in the recordings.
     extents: Vec<LoadExtent>,
     origin: String,
 }
@@ -81,7 +81,8 @@ impl Work for MetrologyJob {
     fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.files,
-            // A calibration fitted here is measured on the test files of a folder, if there are any, and not on its training files.
+            // If no calibration is given, one is fitted here. It is measured on the test files of a folder, if there are any,
+            // and not on its training files.
             test: self.calibration.is_none().then_some(&[]),
             ..Files::default()
         }
@@ -141,8 +142,8 @@ impl MetrologyJob {
         };
         let measured = TableOf::usual(&set);
         let on = match measured.includes(Role::Test) {
-            true => "the training recordings and measured on the others",
-            false => "the recordings on which it is measured",
+            true => "fitted to the training recordings and measured on the others",
+            false => "fitted to the recordings on which it is measured",
         };
         let recordings = (set.entries().iter())
             .filter(|entry| measured.includes(entry.role))
@@ -152,7 +153,7 @@ impl MetrologyJob {
         let request = Request::fit(Arc::new(set), settings);
         let calibration = analyse(&request, &run.progress)?.calibration;
         let rule = calibration.describe();
-        Ok(Subject { calibration, recordings, extents, origin: format!("fitted to {on} ({rule})") })
+        Ok(Subject { calibration, recordings, extents, origin: format!("{on} ({rule})") })
     }
 
     fn measure(&self, subject: &Subject) -> Result<Metrology, JobError> {

@@ -1,4 +1,4 @@
-//! Reading of recordings, for all jobs.
+//! Reads the recordings for all command-line jobs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,20 +20,21 @@ use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, T
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::shown::and_more;
 
-/// Maximum number of faulty recordings of one file that are reported one by one. Others are counted.
+/// Maximum number of faulty recordings of one file that are reported one by one. Further ones are only counted.
 const LISTED_FAULTY: usize = 8;
 
-/// Rated loads by the user's arguments and files.
+/// Rated loads from the command line and from files of the user.
 #[derive(Debug, Default)]
 pub struct Rated {
     /// Values of `--full-scale`, in axis order.
     pub full_scale: Vec<f64>,
-    /// Rated loads of `sensor.toml` or a calibration, for axes without a value in `full_scale`.
+    /// Rated loads from `sensor.toml` or a calibration, for axes without a value in `full_scale`.
     pub by_axis: BTreeMap<Axis, f64>,
 }
 
 impl Rated {
-    /// Returns the rated load of each axis. A wrong value or number of values is ignored here, and reported by the job.
+    /// Returns the rated load of each axis. A wrong value or a wrong number of values is ignored here, because the job
+    /// reports it.
     fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
         let is_of_them = self.full_scale.len() <= axes.len();
         let own = self.full_scale.iter().filter(|_| is_of_them);
@@ -69,7 +70,7 @@ pub struct ReadArgs {
     pub keep_going: bool,
 }
 
-/// Moves the recordings with the most frequent gauges and axes to the front, because only recordings with the columns of the
+/// Moves to the front the recordings whose gauges and axes occur most often, because only recordings with the columns of the
 /// first one can be used. The order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
@@ -83,7 +84,7 @@ fn usual_columns_first(all: &mut [Entry]) {
             None => kinds.push((own, 1)),
         }
     }
-    // If several kinds are equally frequent, the first is taken.
+    // If several combinations of gauges and axes are equally frequent, the first of them is taken.
     let Some((usual, _)) = kinds.into_iter().rev().max_by_key(|(_, n)| *n) else { return };
     let usual = usual.clone();
     all.sort_by_key(|own| !has_columns_of(own, &usual));
@@ -124,12 +125,12 @@ impl ReadArgs {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
 
-    /// Returns the error of a file that cannot be read. If it is a calibration or a session, the error says so.
+    /// Returns the error for a file that cannot be read. If it is a calibration or a session, the error says so.
     pub fn unread(&self, input: &Input, error: impl Into<JobError>) -> JobError {
         not_recording(&input.path).unwrap_or_else(|| self.refused(input, error.into()))
     }
 
-    /// Returns the error of an unusable file. If the file is one of several in a folder, the error names `--keep-going`.
+    /// Returns the error for an unusable file. If the file is one of several in a folder, the error names `--keep-going`.
     fn refused(&self, input: &Input, error: JobError) -> JobError {
         match self.keep_going {
             true => error,
@@ -152,7 +153,8 @@ impl ReadArgs {
         }
     }
 
-    /// Reads training and test recordings, which must have a reference load. `entry` completes each of them.
+    /// Reads training and test recordings, which must have a reference load. `entry` completes each entry, for example with
+    /// its group.
     pub fn read_set(
         &self,
         run: &Run,
@@ -181,7 +183,7 @@ impl ReadArgs {
         }
     }
 
-    /// Reads recordings that pass a check, and prints warnings on standard error.
+    /// Reads recordings, calls `check` on each of them, and prints warnings on standard error.
     pub fn read(
         &self,
         run: &Run,
@@ -208,8 +210,8 @@ impl ReadArgs {
         Ok(all)
     }
 
-    /// Tares the recordings of a file and removes faulty samples, if the user asked for it. A long faulty interval splits its
-    /// recording. Prints changes and faults on standard error.
+    /// Tares the recordings of a file and removes faulty samples, if the user asked for it. Removing a long faulty interval
+    /// splits its recording. Prints changes and faults on standard error.
     fn prepared(
         &self,
         run: &Run,

@@ -1,4 +1,5 @@
-//! Arguments that several jobs share: recordings and their roles, sensor, limits, and settings of the figures.
+//! Arguments that several jobs share: recordings and their roles, the sensor file, limits, and settings of the measured
+//! figures.
 
 use std::path::PathBuf;
 
@@ -16,7 +17,7 @@ use crate::questions::metrology::MetrologySettings;
 use crate::recording::identity::{SensorFile, rate};
 use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
 
-/// Recordings with their roles.
+/// Command-line arguments that name recordings and give them roles (training or test).
 #[derive(Clone, Debug, Args)]
 pub struct RecordingArgs {
     #[command(flatten)]
@@ -28,7 +29,8 @@ pub struct RecordingArgs {
     /// Test recordings, or folders of them.
     #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
     test: Vec<PathBuf>,
-    /// Share of each recording, from its start, that is used for training. The remainder is the test, instead of test files.
+    /// Share of each recording, from its start, that is used for training. The remainder is used for the test, in place of
+    /// test files.
     #[arg(long, value_name = "FRACTION", conflicts_with = "test", allow_negative_numbers = true)]
     split: Option<f64>,
     /// Pattern that gives the group of each training recording. Cross-validation leaves out whole groups. The pattern can contain
@@ -79,7 +81,8 @@ impl RecordingArgs {
         }
     }
 
-    /// Returns the entry with its group by `--group` or by the column map. A recording that is not used for training needs none.
+    /// Returns the recording's entry with its group, which `--group` or the column map gives. A recording that is not used
+    /// for training needs no group.
     fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
         let recording = &entry.recording;
         let pattern = self.group.as_ref().or(by_map);
@@ -96,7 +99,7 @@ impl RecordingArgs {
     }
 }
 
-/// Returns an error that names the figures that exceed their limit or are unknown; `Ok` if there are none.
+/// Returns an error that names the figures of the calibration that exceed their limit or are unknown; `Ok` if there are none.
 pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     let failed = limits.iter().filter(|own| !own.pass);
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
@@ -106,7 +109,7 @@ pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     }
 }
 
-/// Arguments of `fit` and `report`: recordings, model, sensor and limits.
+/// Command-line arguments of `fit` and `report`: recordings, model, sensor file and limits.
 #[derive(Debug, Args)]
 pub struct FitArgs {
     #[command(flatten)]
@@ -149,8 +152,8 @@ impl FitArgs {
 
 #[derive(Debug, Args)]
 pub struct MeasuringArgs {
-    /// Reversal threshold of each axis in N and N·m, in axis order: distance that the load must turn back to count as a reversal
-    /// [default: ten times the noise, but at least 5 % of the range].
+    /// Reversal threshold of each axis in N and N·m, in axis order: the load must turn back by this much to count as a
+    /// reversal [default: ten times the noise, but at least 5 % of the range of the load].
     #[arg(
         long,
         alias = "dead-band",
@@ -159,7 +162,7 @@ pub struct MeasuringArgs {
         allow_negative_numbers = true
     )]
     reversal_threshold: Vec<f64>,
-    /// Shortest time in seconds for which the load must rest so that creep or a zero is measured.
+    /// Shortest time in seconds for which the load must rest so that creep, or a zero without load, is measured.
     #[arg(
         long,
         value_name = "SECONDS",

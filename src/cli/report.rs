@@ -23,7 +23,7 @@ use crate::recording::simulated;
 pub struct ReportJob {
     #[command(flatten)]
     fit: FitArgs,
-    /// HTML file to write, which contains its figures.
+    /// HTML file to write. The figures are embedded in it.
     #[arg(long, value_name = "FILE.html", value_parser = named_file())]
     out: PathBuf,
     /// Also report the errors of the manufacturer's calibration (.cal or .json); see `fit --factory`.

@@ -1,4 +1,4 @@
-//! Runs a job: checks its files before the work, and prints its result.
+//! Runs a command of the command line: checks its input and output files before the work, then prints the result.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -14,12 +14,13 @@ use crate::progress::Progress;
 use crate::shown::printable;
 
 pub trait Work {
-    /// Returns the files that the arguments name.
+    /// Returns the input and output files that the arguments of the command name.
     fn files(&self) -> Files<'_> {
         Files::default()
     }
 
-    /// Does the work. The input files have been found, and the output files can be written.
+    /// Does the work of the command. Before, the caller has found the input files and checked that the output files can be
+    /// written.
     fn run(&self, run: &Run) -> Result<(), JobError>;
 }
 
@@ -30,7 +31,7 @@ pub struct Run {
     pub command: fn() -> clap::Command,
 }
 
-/// Runs a job, and prints its errors on standard error, one line each.
+/// Runs a command, and prints its errors on standard error, one line each.
 pub fn run(work: &dyn Work, command: fn() -> clap::Command) -> ExitCode {
     let mut run = Run {
         inputs: Inputs::default(),
@@ -40,7 +41,7 @@ pub fn run(work: &dyn Work, command: fn() -> clap::Command) -> ExitCode {
     };
     match run.done(work) {
         Ok(()) => ExitCode::SUCCESS,
-        // It is no error if the reader of a pipe, such as `head`, closes it early.
+        // A reader of the output pipe, such as `head`, may close the pipe early; this is no error.
         Err(JobError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             ExitCode::SUCCESS
         }
@@ -90,7 +91,7 @@ impl Run {
         Ok(writeln!(out)?)
     }
 
-    /// Prints the result as text, in which control characters are replaced by their codes.
+    /// Prints the result of a command as text, in which control characters are replaced by their codes.
     pub fn print_text(
         &self,
         text: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
@@ -110,7 +111,7 @@ impl Run {
     }
 }
 
-/// Returns the examples at the end of a job's help text. Each is a command and its effect.
+/// Returns the examples at the end of a command's help text. Each pair is a command line and its effect.
 pub fn examples(examples: &[(&str, &str)]) -> String {
     let lines = examples.iter().map(|(line, effect)| format!("\n  {line}\n      {effect}"));
     "Examples:".to_owned() + &lines.collect::<String>()

@@ -1,4 +1,4 @@
-//! `loopscope sweep`: computes the errors at many pairs of thresholds, and suggests a pair.
+//! `loopscope sweep`: computes the errors at many pairs of force threshold F_th and time threshold t_th, and suggests a pair.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -30,7 +30,8 @@ use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
-/// Fit a calibration at each pair of thresholds, print or draw the errors, and suggest thresholds.
+/// Fit a calibration at each pair of force threshold F_th and time threshold t_th, print or draw the errors, and suggest a
+/// pair.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope sweep --train day1.csv day2.csv --f-th 0:10:0.5 --t-th 1,5,15 --svg map.svg", "draws the map of errors over both thresholds"),
@@ -40,11 +41,11 @@ pub struct SweepJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     blocks: BlockArgs,
-    /// Values of F_th to try, as start:stop:step or separated by commas, in newtons or as shares of full scale [default: even steps
-    /// up to 1.2 times full scale].
+    /// Values of the force threshold F_th to try, as start:stop:step or separated by commas, in newtons or as shares of full
+    /// scale [default: even steps up to 1.2 times full scale].
     #[arg(long, value_name = "RANGE", allow_negative_numbers = true)]
     f_th: Option<Values>,
-    /// Values of t_th to try in seconds, as start:stop:step or separated by commas.
+    /// Values of the time threshold t_th to try in seconds, as start:stop:step or separated by commas.
     #[arg(
         long,
         value_name = "RANGE",
@@ -56,7 +57,8 @@ pub struct SweepJob {
     /// [default: forces, or full-scale without a force axis].
     #[arg(long, value_parser = measure_arg(), value_name = "MEASURE")]
     measure: Option<MeasureArg>,
-    /// Also choose the values of these features by cross-validation. Each is added to the other features of the command line.
+    /// Also choose the values of these feature blocks by cross-validation. Each block is tried together with the features
+    /// that other options set.
     #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
     pick: Vec<HistoryBlock>,
     /// Write the errors at all pairs of thresholds to this CSV file.
@@ -161,7 +163,7 @@ impl Work for SweepJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // Values are checked first, so that an error is reported before the time of reading files is spent.
+        // The thresholds are checked before the files are read, so that an error in them is reported at once.
         let given = self.f_th.as_ref().map(|values| values.values("F_th")).transpose()?;
         let t_ths_secs = self.t_th.values("t_th")?;
         let grid = |f_ths| ThresholdGrid::new(f_ths, t_ths_secs.clone());
@@ -222,7 +224,7 @@ impl Work for SweepJob {
     }
 }
 
-/// Number of nonzero values of F_th that are tried by default.
+/// Number of nonzero values of the force threshold F_th that are tried by default.
 const DEFAULT_F_THS: usize = 29;
 
 #[derive(Serialize)]
@@ -246,7 +248,7 @@ struct Sweep<'a> {
     points: Vec<ReportedPoint<'a>>,
     suggestion: Suggestion,
     mean_hysteresis: MeanHysteresis,
-    /// Ages of the past samples at the suggested thresholds.
+    /// Ages of the earlier samples that the look-back finds at the suggested thresholds.
     past_ages: PastAges,
     picks: Vec<BlockSuggestion>,
 }
@@ -297,7 +299,7 @@ fn f_unit(sweep: &Sweep<'_>) -> &'static str {
     }
 }
 
-/// Returns the errors to print: those of forces and moments, and the one of `--measure`.
+/// Returns the kinds of errors to print: those of forces and moments, and the one that `--measure` names.
 fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
     let mut measures: Vec<Measure> = sweep.map.scale.measures();
     measures.retain(|measure| {
@@ -306,7 +308,7 @@ fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
     measures
 }
 
-/// Returns the table of errors over one threshold. The other threshold has its suggested value.
+/// Returns the table of errors against one threshold (F_th or t_th). The other threshold has its suggested value.
 fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
     let map = sweep.map;
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));

@@ -1,4 +1,4 @@
-//! Option `--traces` of `fit` and `apply`: writes loads and errors over time as one table.
+//! Option `--traces` of `fit` and `apply`: writes loads and their errors over time as one table.
 
 use std::path::PathBuf;
 
@@ -16,10 +16,10 @@ use crate::recording::Recording;
 pub struct TraceArgs {
     #[arg(long, help = traces_help(), value_name = "FILE", value_parser = named_file())]
     pub traces: Option<PathBuf>,
-    /// Start of the traces in seconds, on the clock of each recording.
+    /// Start of the written time range in seconds, on the clock of each recording.
     #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// End of the traces in seconds, on the clock of each recording.
+    /// End of the written time range in seconds, on the clock of each recording.
     #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     to: Option<f64>,
 }
@@ -56,7 +56,7 @@ impl TraceArgs {
         (self.from.unwrap_or(f64::NEG_INFINITY), self.to.unwrap_or(f64::INFINITY))
     }
 
-    /// Checks before the fit that there are samples in the time range.
+    /// Checks, before the fit, that at least one sample lies in the time range given by `--from` and `--to`.
     pub fn check_intervals<'a>(
         &self,
         recordings: impl Iterator<Item = &'a Recording>,

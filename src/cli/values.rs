@@ -1,4 +1,4 @@
-//! Parsers of values on the command line.
+//! Parsers of argument values on the command line.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -47,7 +47,8 @@ impl FromStr for List {
     }
 }
 
-/// Returns a parser of names. Each entry of `all` is a value, its name, and its explanation for the help text.
+/// Returns a parser that accepts only the names in `all`. Each entry is the parsed value, its name, and its explanation for
+/// the help text.
 pub fn one_of<T: Copy + Send + Sync + 'static>(
     all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
 ) -> impl TypedValueParser<Value = T> {

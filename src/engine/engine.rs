@@ -1,7 +1,7 @@
-//! The program without its window: the document, undo, results computed from the document, and work with files.
+//! The program without its window: the document (all that a session saves), undo, computed results, and work with files.
 //!
-//! Guarantees: only [`Engine::act`] and [`Engine::take`] change the document. Each edit is one step of undo. A changed document
-//! is analysed again automatically ([`Engine::follow`]). A file that cannot be read never replaces loaded data.
+//! Guarantees: only [`Engine::act`] and [`Engine::take`] change the document. Each edit is one step of undo. A changed
+//! document is analysed again automatically ([`Engine::follow`]). A file that cannot be read never replaces loaded data.
 
 mod act;
 mod leave;
@@ -46,7 +46,7 @@ use crate::questions::{
 use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 
-/// Files with the column maps by which they are read.
+/// Files to read, each with the column map by which it is read; `None` if the columns are detected.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
 
 struct Begun {
@@ -55,12 +55,12 @@ struct Begun {
     lane: Lane<Task>,
 }
 
-/// Work that creates or replaces recordings. Only one runs at a time, because each starts from the recordings that the
-/// previous one left, and because several at once would need too much memory.
+/// Work that creates or replaces recordings. Only one such work runs at a time, because each starts from the recordings that
+/// the previous one left. Several at once would also need too much memory.
 #[derive(Clone)]
 enum InTurn {
     Read(Files),
-    /// The recordings are named by value, because their indices may change before this work starts.
+    /// The recordings themselves are given, not their indices, because indices may change before this work starts.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
     Simulate(Option<Late>),
@@ -77,7 +77,7 @@ impl InTurn {
 
 pub(super) const MAX_NOTICES: usize = 200;
 
-/// Action of the user.
+/// Action of the user, which [`Engine::act`] carries out.
 #[derive(Clone, Debug)]
 pub enum Action {
     /// Change the document.
@@ -86,7 +86,7 @@ pub enum Action {
     Undo,
     /// Redo the last undone edit.
     Redo,
-    /// Show these recordings.
+    /// Select the recordings that the window shows.
     Show(View),
     /// Open recordings, calibrations, a session, or folders of them.
     Open(Vec<PathBuf>),
@@ -94,31 +94,31 @@ pub enum Action {
     OpenBuiltIn(Option<Late>),
     /// Tare the recordings with these indices.
     Tare(Vec<usize>, Tare),
-    /// Remove the faulty samples of all recordings.
+    /// Remove the faulty samples (such as clipped or overloaded ones) from all recordings.
     LeaveOutFaulty,
-    /// Write a file.
+    /// Write this content to the file at this path.
     Save(FileContent, PathBuf, Existing),
     /// Write the calibration in the format that the file name ending selects.
     Export(PathBuf, Existing),
-    /// Answer to the question of [`Engine::replacing`]: true writes the file.
+    /// Answer to whether the file of [`Engine::replacing`] may be written: true writes it.
     Replace(bool),
-    /// Train the network or kernel that the settings describe.
+    /// Train the network or kernel regression that the settings select.
     Train,
-    /// Stop training. A network keeps its best state.
+    /// Stop training. A network keeps the weights of its best epoch so far.
     StopTraining,
-    /// Choose the values of a feature block that minimise this cross-validation error.
+    /// Choose the values of a feature block (such as its time constants) that minimise this cross-validation error.
     ChooseBlock(HistoryBlock, Option<Measure>),
-    /// Search for the best model. No further model is started after this time.
+    /// Search for the best model. After this duration, no further model is started.
     FindBest(Duration),
-    /// Fit all models of the paper's comparison.
+    /// Fit all models that the paper of Koike et al. (2019) compares.
     ComparePaper,
-    /// Follow a file that a logger writes.
+    /// Follow a growing file that a logger writes, and show its newest loads.
     Follow(PathBuf),
-    /// Stop following the file.
+    /// Stop following the growing file.
     StopFollowing,
     /// Stop the search or comparison of models. Finished models stay in the list.
     StopTrying,
-    /// Add the present fit to the list of models.
+    /// Add the model of the present fit to the list of models.
     KeepModel,
     /// Change the row with this number in the list of models.
     Model(u64, ModelChange),
@@ -128,23 +128,23 @@ pub enum Action {
     Import(ImportCommand),
     /// Restore this autosaved session of a window that crashed.
     Restore(PathBuf),
-    /// Discard this autosaved session.
+    /// Discard this autosaved session of a window that crashed.
     DropLeft(PathBuf),
-    /// Show or hide the list of autosaved sessions. Hidden sessions are kept.
+    /// Show or hide the list of autosaved sessions of crashed windows. Hidden sessions stay on disk.
     ShowLeft(bool),
-    /// Search for the missing files of the session at this path: one of them, or their folder.
+    /// Search for the missing files of the session. The path is that of one missing file, or of their folder.
     Locate(PathBuf),
-    /// Remove the missing file with this index from the session.
+    /// Remove the missing file with this index from the list of the session.
     Forget(usize),
     /// Close the window.
     Close,
-    /// Do not do [`Engine::leaving`], and keep the unsaved changes.
+    /// Cancel the action [`Engine::leaving`] that would discard the loaded data, and keep the unsaved changes.
     Stay,
-    /// Do [`Engine::leaving`], and discard the unsaved changes.
+    /// Carry out the action [`Engine::leaving`], although it discards the unsaved changes.
     Discard,
-    /// Cancel background work.
+    /// Cancel the background work that the status line shows.
     Cancel,
-    /// Show a notice.
+    /// Show a message to the user.
     Notice(Notice),
     /// Dismiss the notice with this index.
     Dismiss(usize),
@@ -154,7 +154,7 @@ pub enum Action {
     Prefer(Preferences),
 }
 
-/// Action that discards all loaded data. If there are unsaved changes, the user is first asked whether to save.
+/// Action that discards all loaded data. If there are unsaved changes, the user is first asked whether to save them.
 #[derive(Clone, Debug)]
 pub enum Leaving {
     Close,
@@ -162,49 +162,50 @@ pub enum Leaving {
     Restore(PathBuf, Box<OpenedSession>),
 }
 
-/// State of the program behind the window.
+/// State of the whole program except its window.
 #[derive(Default)]
 pub struct Engine {
     project: Project,
     pub(crate) history: History,
     /// Document as it was last saved or opened, to detect unsaved changes.
     saved: Option<Project>,
-    /// Number of the gesture (such as a drag of a slider) whose edits are one step of undo.
+    /// Number of the present gesture, such as a drag of a slider. All edits of one gesture are one step of undo.
     pub gesture: Option<u64>,
-    /// File of the session, if it has one.
+    /// Path of the session file; `None` if the session was never saved or opened.
     pub session: Option<PathBuf>,
-    /// Trained calibration in the file beside the session.
+    /// Trained network or kernel calibration as it was last saved in the file beside the session.
     saved_trained: Option<Arc<Calibration>>,
-    /// Trained calibration of the opened session, until it has been compared with all recordings of the session.
+    /// Trained calibration that was read with the session, until it is checked that it was trained on the session's
+    /// recordings.
     unproven: Option<Arc<Calibration>>,
-    /// Layout of the panes from the session that was just opened, to be applied by the window.
+    /// Layout of the panes in the session that was just opened; the window takes and applies it.
     pub layout: Option<serde_json::Value>,
-    /// Recordings and thresholds at the start of the automatic search for thresholds.
+    /// Recordings and thresholds when the automatic search for thresholds began, to detect later changes by the user.
     first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,
-    /// True if thresholds are chosen automatically whenever recordings are opened.
+    /// True if the thresholds F_th and t_th are chosen automatically whenever recordings are opened.
     pub(crate) finds_thresholds: bool,
     /// Notices.
     pub notices: Vec<Notice>,
     n_notices: u64,
-    /// File that is written only after the user confirms it.
+    /// Content and path of a file that is written only after the user confirms it, and the reason for asking.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
-    /// File in the import window.
+    /// State of the import window for the file whose columns the user is choosing; `None` if the window is closed.
     pub importing: Option<Importing>,
     /// Autosaved sessions of windows that crashed, oldest first.
     pub recoverable: Vec<LeftSession>,
-    /// True if the autosaved sessions are shown.
+    /// True if the window shows the list of autosaved sessions of crashed windows.
     pub shows_left: bool,
     recovery: Recovery,
     /// Document as it was last passed to the autosave.
     kept: Option<Project>,
     restored: Vec<PathBuf>,
-    /// Action that waits until the user has decided about unsaved changes.
+    /// Action that would discard the loaded data, and waits until the user has decided about unsaved changes.
     pub leaving: Option<Leaving>,
     /// True if the window must close now.
     pub closes: bool,
     /// Preferences of the user.
     pub preferences: Preferences,
-    /// List of models.
+    /// List of the models that were tried or kept, with their errors.
     pub models: Models,
     lanes: Lanes,
     pub(crate) following: Lane<Follow>,
@@ -216,7 +217,7 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Creates an engine with an empty document. `notify` is called from other threads when there are new results.
+    /// Creates an engine with an empty document. Background threads call `notify` when there are new results.
     pub fn new(notify: Notify) -> Self {
         Self {
             following: Lane::new(Some(Arc::clone(&notify))),
@@ -236,7 +237,7 @@ impl Engine {
         self.project.recordings.entries()
     }
 
-    /// Returns the newest analysis of the loaded recordings, even if a newer one is being computed.
+    /// Returns the newest finished analysis of the loaded recordings, even if a newer analysis is being computed.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
         let of = &of.0.recordings;
@@ -246,7 +247,7 @@ impl Engine {
         self.lane::<Analyse>().answer().filter(|_| fits)
     }
 
-    /// Returns the result of the recording with this index, if the newest analysis contains the recording.
+    /// Returns the results of the recording with this index, if the newest analysis contains the recording.
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
         let own = &self.entries().get(at)?.recording;
         let of = self.lane::<Analyse>().answered()?.0.recordings.entries();
@@ -256,7 +257,7 @@ impl Engine {
         self.analysis()?.recordings.get(place)
     }
 
-    /// Returns true if the newest analysis is that of the present document.
+    /// Returns true if the newest analysis was computed from the present document.
     pub fn is_current(&self) -> bool {
         self.lane::<Analyse>().is_current()
     }
@@ -266,14 +267,14 @@ impl Engine {
         self.lane::<Analyse>().problem()
     }
 
-    /// Returns the newest complete analysis with its request. Partial answers do not count.
+    /// Returns the newest complete analysis with the request that it answers. Partial results do not count.
     pub fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
         self.analysis()?;
         let (Analyse(request), analysis) = self.lane::<Analyse>().whole()?;
         Some((request, analysis))
     }
 
-    /// Returns the calibration that was trained with the present recordings and settings.
+    /// Returns the network or kernel calibration that was trained with the present recordings and settings.
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
         let last = self.fitted_last();
         last.or_else(|| self.models.trained(&self.project))
@@ -288,26 +289,27 @@ impl Engine {
         (settings == self.project.settings).then_some(calibration)
     }
 
-    /// Returns true if the newest fit has the present recordings and settings, so that it can be added to the list of models.
+    /// Returns true if the newest fit used the present recordings and settings, so that its model can be added to the list of
+    /// models.
     pub fn can_keep(&self) -> bool {
         let learns = self.project.settings.regressor.learner().is_some();
         self.is_current() && self.project.applied.is_none() && (!learns || self.fitting().is_some())
     }
 
-    /// Returns true if a search or comparison of models runs.
+    /// Returns true if a search or comparison of models is running.
     pub fn is_trying(&self) -> bool {
         !self.lane::<TryModels>().is_idle()
     }
 
-    /// Returns the running work that the status line shows, other than the fit.
+    /// Returns all background work that the status line shows, other than the fit.
     pub fn running(&self) -> Vec<Running> {
         let seen = self.tasks.iter().filter(|task| task.is_seen);
         let tasks = seen.filter_map(|task| task.lane.running());
         tasks.chain(self.lanes.running()).collect()
     }
 
-    /// Returns the share of training samples for which the first look-back finds a past sample. Without training samples, all
-    /// samples count. `None` without a look-back.
+    /// Returns the share of training samples for which the first look-back finds an earlier sample. Without training
+    /// recordings, the share is that of all samples. `None` without a look-back.
     pub fn share_with_past(&self) -> Option<f64> {
         let entries = self.entries();
         let share = |is_asked: &dyn Fn(Role) -> bool| {
@@ -322,17 +324,17 @@ impl Engine {
         share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
-    /// Returns the last question of this kind and its answer.
+    /// Returns the newest background request of type `Q` with its result.
     pub fn lane<Q: Query>(&self) -> &Lane<Q> {
         self.lanes.of()
     }
 
-    /// Asks a question in the background, unless it equals the last question of its kind.
+    /// Computes a request in the background, unless it equals the last request of its type.
     pub fn ask<Q: Query>(&mut self, question: Q) {
         self.lanes.of_mut().ask(question);
     }
 
-    /// Returns true if any background work runs or waits, except following a file.
+    /// Returns true if any background work runs or waits, apart from following a growing file.
     pub fn is_busy(&self) -> bool {
         !self.lanes.are_idle() || !self.tasks.is_empty() || !self.preview.is_idle()
     }
@@ -348,7 +350,7 @@ impl Engine {
         is_changed || trained.is_some() && trained != self.saved_trained.as_ref().map(Arc::as_ptr)
     }
 
-    /// Returns the trained network or kernel to be saved beside the session.
+    /// Returns the trained network or kernel calibration to be saved in a file beside the session.
     fn trained_to_save(&self) -> Option<&Arc<Calibration>> {
         let learns = self.project.settings.regressor.learner().is_some();
         self.unproven.as_ref().or_else(|| self.fitting().filter(|_| learns))
@@ -364,14 +366,15 @@ impl Engine {
         }
     }
 
-    /// Returns the content of the session file. `layout` is the layout of the panes.
+    /// Returns the content of the session file to be written. `layout` is the layout of the panes.
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
         let session = Box::new(Session::of(&self.project, layout));
         let trained = self.trained_to_save().cloned();
         FileContent::Session(session, Box::new(self.project.clone()), trained)
     }
 
-    /// Returns the content of the calibration file. An applied calibration is saved as it was opened.
+    /// Returns the content of the calibration file to be written. A calibration that was opened from a file is saved as it
+    /// was opened.
     pub fn calibration_content(&self) -> Option<FileContent> {
         let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
@@ -385,7 +388,7 @@ impl Engine {
         Some(FileContent::Calibration(calibration, fitted_to))
     }
 
-    /// Returns the content of a report.
+    /// Returns the content of the HTML report to be written.
     pub fn report_content(&self) -> FileContent {
         FileContent::Report(Box::new(ReportRequest {
             identity: self.project.identity.clone(),
@@ -396,19 +399,20 @@ impl Engine {
         }))
     }
 
-    /// Returns the content of a file with loads and errors in this interval of time (s).
+    /// Returns the content of a table of loads and errors to be written, for this interval of time (s).
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
         let (of, analysis) = self.exact()?;
         Some(FileContent::Traces(Box::new(OnScreen::of(of, analysis, visible))))
     }
 
-    /// Returns the request for an analysis of the document.
+    /// Returns the request for an analysis of the present document.
     pub fn request(&self) -> Request {
         Request { datasets: self.datasets.clone(), ..self.project.request(self.fitting()) }
     }
 
     fn follow(&mut self) {
-        // Without recordings there is nothing to analyse. Closing the last recording removes all answers.
+        // Without recordings there is nothing to analyse. When the last recording is closed, all computed results are
+        // removed.
         let asked = self.lane::<Analyse>().asked();
         if !self.entries().is_empty() {
             self.ask(Analyse(self.request()));
@@ -423,19 +427,19 @@ impl Engine {
         }
     }
 
-    /// Returns the faulty samples of each recording, once they are known.
+    /// Returns the faulty samples of each recording; `None` until they are found.
     pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
         let faults = self.lane::<FindFaults>();
         let is_own = Arc::ptr_eq(&faults.answered()?.recordings, &self.project.recordings);
         faults.answer().filter(|_| is_own).map(Vec::as_slice)
     }
 
-    /// Returns the faulty samples of one recording, once they are known.
+    /// Returns the faulty samples of the recording with this index; `None` until they are found.
     pub fn faults_of(&self, at: usize) -> Option<&Arc<FaultyRecording>> {
         self.all_faults()?.get(at)
     }
 
-    /// Returns the request for loops, dwells or figures of the newest analysis, in this interval of time (s).
+    /// Returns the request for loops, dwells or plots computed from the newest analysis, in this interval of time (s).
     pub fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookRequest> {
         let (of, analysis) = self.exact()?;
         Some(LookRequest {

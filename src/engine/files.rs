@@ -16,22 +16,22 @@ use crate::shown::file_name;
 #[derive(Clone, Debug)]
 pub enum Opened {
     Recordings(Loaded),
-    /// Calibration to be applied or compared with, with notes for the user.
+    /// Calibration from a file, and the edit that applies it or compares the fit with it, with notes for the user.
     Calibration(Edit, Vec<String>),
     Session(Box<OpenedSession>),
-    /// Recordings whose columns the user must choose.
+    /// Recordings whose columns are not recognised, so that the user must choose them in the import window.
     WantsMap,
 }
 
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
-/// Returns true if the file name ending is that of a calibration or a session.
+/// Returns true if the file name ending is that of a calibration file with gauge names or of a session (`.json`).
 pub fn is_calibration(path: &Path) -> bool {
     target_for(path).is_some_and(|target| target.reader.is_some()) && names_gauges(path)
 }
 
-/// Reads files one after another, each by its column map if it has one. Folders are replaced by their files.
-/// The maps in `remembered` are tried for files whose column names are not sufficient. If the work is cancelled, the files
+/// Reads files one after another, each by its column map if it has one. Folders are replaced by the files in them. The column
+/// maps in `remembered` are tried for files whose column names are not sufficient. If the user cancels the work, the files
 /// read so far are returned.
 pub fn open_all(
     files: &[(PathBuf, Option<ColumnMap>)],
@@ -40,7 +40,7 @@ pub fn open_all(
 ) -> Vec<OpenedFile> {
     let files = with_folders_opened(files);
     for (path, _) in &files {
-        // A file that cannot be read is reported later.
+        // A file of unknown size counts as empty here. If it cannot be read, the error is reported when it is opened below.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
     }
     let mut read = Vec::new();
@@ -69,7 +69,7 @@ fn open(
     }
     let (calibration, notes) = read_with_notes(path).map_err(|error| error.to_string())?;
     let own = Some(FromFile { path: path.to_owned(), calibration: Arc::new(calibration) });
-    // A matrix of the manufacturer has no names of gauges.
+    // A file format without gauge names holds a manufacturer's matrix, which is compared with the fit, not applied.
     Ok(match names_gauges(path) {
         true => Opened::Calibration(Edit::Apply(own), notes),
         false => Opened::Calibration(Edit::Compare(own), Vec::new()),
@@ -98,7 +98,7 @@ fn open_recordings(
     }
 }
 
-/// Replaces each folder by the files in it, sorted by name. Hidden files are left out.
+/// Replaces each folder by the files in it, sorted by name. Hidden files are omitted.
 fn with_folders_opened(
     files: &[(PathBuf, Option<ColumnMap>)],
 ) -> Vec<(PathBuf, Option<ColumnMap>)> {

@@ -32,48 +32,48 @@ impl Query for Preview {
     }
 }
 
-/// Command of the import window.
+/// Command that the user gives in the import window.
 #[derive(Clone, Debug)]
 pub enum ImportCommand {
-    /// Choose the columns of this file.
+    /// Open the import window to choose the columns of this file.
     Open(PathBuf),
-    /// Use this text layout, and detect the columns again.
+    /// Use this text layout (separators and header rows), and detect the columns again.
     SetLayout(TextLayout),
-    /// Use this column map.
+    /// Use this column map for the file.
     SetMap(Box<ColumnMap>),
-    /// Estimate the weight from the pose and the measured load.
+    /// Estimate the weight and centre of mass that the sensor carries, from the pose and the measured load.
     FindWeight,
-    /// Detect layout and columns again.
+    /// Detect text layout and columns of the file again, as if it had just been opened.
     Begin,
-    /// Use the remembered map with this index.
+    /// Use the column map with this index in the list of maps of earlier files.
     TakeMap(usize),
-    /// Read a map from a file.
+    /// Read a column map from a file.
     ReadMap(PathBuf),
-    /// Write the map to a file.
+    /// Write the column map to a file.
     WriteMap(PathBuf),
-    /// Load the file with the map, and remember the map.
+    /// Load the file by the column map, and remember the map for similar files.
     Load,
-    /// Mark the question with this index as answered or open.
+    /// Mark the open question about the columns with this index as answered (true) or open (false).
     Decide(usize, bool),
-    /// Cancel the import of this file, and continue with the next.
+    /// Cancel the import of this file, and continue with the next waiting file.
     Cancel,
-    /// Cancel the import of this and all waiting files.
+    /// Cancel the import of this file and of all waiting files.
     CancelAll,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Importing {
     pub path: PathBuf,
-    /// Description of the file and of the recordings that it would load.
+    /// Description of the file, and of the recordings that the present column map would load from it.
     pub inspection: Option<Arc<Inspection>>,
     pub map: ColumnMap,
     pub problem: Option<String>,
     pub is_detecting: bool,
-    /// Open points of the last proposed map, each with true if the user has decided it.
+    /// Questions that the proposed column map leaves open, such as a unit, each with true if the user has answered it.
     pub questions: Vec<(Question, bool)>,
-    /// True if the running inspection proposes a column map; false if it tries a given one.
+    /// True if the running inspection proposes a column map; false if it tries the map that the user has chosen.
     pub proposes: bool,
-    /// Files whose columns are chosen next. Those with the same columns use this map.
+    /// Files that are imported after this one. Files with the same columns are read by the column map of this file.
     pub waiting: Vec<PathBuf>,
 }
 
@@ -114,19 +114,19 @@ impl Importing {
         Preview { path: self.path.clone(), known }
     }
 
-    /// Uses a text layout, and returns the inspection that detects the columns.
+    /// Uses this text layout, and returns the request for an inspection that detects the columns again.
     pub(super) fn take_layout(&mut self, text: TextLayout) -> Preview {
         self.map.table.text = text.clone();
         self.look(Known::Layout(text))
     }
 
-    /// Uses a map, and returns the inspection that tries it.
+    /// Uses this column map, and returns the request for an inspection that reads the file by it.
     pub(super) fn try_map(&mut self, map: ColumnMap) -> Preview {
         self.map = map;
         self.look(Known::Map(Box::new(self.map.clone())))
     }
 
-    /// Writes the estimated weight into the map. If no centre of mass was found, the entered one stays.
+    /// Writes the estimated weight into the column map. If the estimate has no centre of mass, the entered one stays.
     pub(super) fn take_weight(&mut self, estimate: &WeightEstimate) -> Preview {
         let mut map = self.map.clone();
         let weight = map.weight.get_or_insert_default();
@@ -135,7 +135,7 @@ impl Importing {
         self.try_map(map)
     }
 
-    /// Uses a complete map, which decides all open points.
+    /// Uses a complete column map, by which all open questions about the columns are answered.
     pub(super) fn take_map(&mut self, map: ColumnMap) -> Preview {
         for (_, is_decided) in &mut self.questions {
             *is_decided = true;

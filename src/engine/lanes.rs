@@ -1,5 +1,5 @@
-//! All questions about the document with their answers, one [`Lane`] for each kind. A lane is made when its kind is first asked,
-//! so that a new kind of question needs no line here.
+//! All background requests about the document with their results: one [`Lane`] (worker thread with its newest request and
+//! result) for each type. A lane is made at the first request of its type, so that a new type of request needs no line here.
 
 use std::any::Any;
 
@@ -32,7 +32,7 @@ impl Lanes {
         own.expect("this is the place of the lane")
     }
 
-    /// Takes the answers of all lanes, and returns a message for each failure of work that the user started.
+    /// Takes the finished results of all worker threads. Returns a message for each failed work that the user had started.
     pub fn take(&mut self) -> Vec<String> {
         self.all.iter_mut().filter_map(|lane| lane.take_failure()).collect()
     }
@@ -45,13 +45,13 @@ impl Lanes {
         self.all.iter().for_each(|lane| lane.cancel());
     }
 
-    /// Returns running work that the user started.
+    /// Returns the running work that the user has started.
     pub fn running(&self) -> impl Iterator<Item = Running> {
         let begun = self.all.iter().filter(|lane| lane.is_begun_by_user());
         begun.filter_map(|lane| lane.running())
     }
 
-    /// Forgets the questions and answers of the lanes that `is_meant` selects.
+    /// Removes the requests and results of the lanes that `is_meant` selects.
     pub fn forget(&mut self, is_meant: fn(&dyn Background) -> bool) {
         let meant = self.all.iter_mut().filter(|lane| is_meant(&***lane));
         meant.for_each(|lane| lane.forget());

@@ -1,4 +1,4 @@
-//! Follows a file that a logger writes, and computes the loads of its newest minute by the present calibration.
+//! Follows a growing file that a logger writes, and computes the loads of its newest minute by the present calibration.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -17,10 +17,11 @@ use crate::scoring::series::Series;
 const SHOWN_SECS: f64 = 60.0;
 const PERIOD: Duration = Duration::from_millis(100);
 const COLUMNS: f64 = 1000.0;
-/// Maximum number of samples of the newest minute, at any sample rate.
+/// Maximum number of kept samples, even if the newest minute has more at a high sample rate.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// Calibration that computes the loads of the followed file. It changes while the user moves a slider.
+/// Calibration that computes the loads of the followed file. It changes with each new fit, such as during the drag of a
+/// slider.
 pub type Current = Arc<Mutex<Option<Arc<Calibration>>>>;
 
 #[derive(Clone, Debug)]
@@ -31,34 +32,34 @@ pub struct Follow {
 
 same_where!(Follow: shared(calibration) value(path) besides());
 
-/// Newest minute of the followed file.
+/// Loads of the newest minute of the followed file.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
     pub axes: Vec<(Axis, LiveTraces)>,
-    /// First and last time of the minute on the clock of the file (s).
+    /// Times of the first and last sample of the newest minute, on the clock of the file (s).
     pub span: (f64, f64),
-    /// Number of rows since the start, and number of lines that are no rows.
+    /// Number of samples read so far, and number of lines that are not samples.
     pub counts: (u64, u64),
-    /// Status of the newest sample.
+    /// Status flags of the newest sample, in words.
     pub status: String,
     pub notes: Vec<String>,
 }
 
-/// Traces of one axis as points of time (s) and load. A rejected sample has no point.
+/// Traces of one axis in the newest minute, as pairs of time (s) and load. A rejected sample has no pair.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveTraces {
     pub conventional: Vec<[f64; 2]>,
     pub compensated: Vec<[f64; 2]>,
-    /// Reference load; empty if the file has none.
+    /// Reference load; empty if the file has no reference for this axis.
     pub reference: Vec<[f64; 2]>,
-    /// Root mean square errors of the uncompensated and the compensated load, if there is a reference.
+    /// Root mean square errors of the uncompensated and of the compensated load; `None` without a reference load.
     pub rms_errors: Option<[f64; 2]>,
 }
 
 impl Query for Follow {
     type Answer = Followed;
     type Cache = ();
-    // The default of one second is too slow for a moving plot.
+    // The default interval of one second between partial results is too long for a moving plot.
     const PARTS_INTERVAL: Duration = Duration::from_millis(90);
 
     fn title(&self) -> String {
@@ -85,7 +86,7 @@ impl Follow {
     }
 }
 
-/// Rows of the newest minute, and earlier rows to which the calibration looks back.
+/// Samples of the newest minute, and the earlier samples to which the calibration looks back.
 #[derive(Default)]
 struct Minute {
     head: LiveHead,
@@ -94,11 +95,11 @@ struct Minute {
     kept_secs: f64,
     counts: (u64, u64),
     notes: Vec<String>,
-    /// Reason why the file cannot be used. It holds until another file replaces it.
+    /// Reason why the file cannot be used. The reason remains until another file replaces the file.
     refused: Option<String>,
-    /// Sampling step of the calibration (s) from which the unit of the file's times was guessed.
+    /// Sample interval of the calibration (s) from which the unit of the times in the file was guessed.
     step_secs: Option<f64>,
-    /// Gauges of the calibration, and the auxiliary channels that it needs.
+    /// Names of the gauges of the calibration, and of the auxiliary channels that it needs.
     channels: [Vec<String>; 2],
     changed: bool,
 }
@@ -108,7 +109,7 @@ struct Taken {
     loads: [Vec<f64>; 3],
 }
 
-/// Passes a row to the estimator, and returns the status of the sample and its loads.
+/// Passes a sample to the estimator, and returns the status of the sample and its loads.
 fn taken_of(
     calibration: &Calibration,
     estimator: &mut Estimator<'_>,
@@ -128,7 +129,7 @@ fn taken_of(
 }
 
 impl Minute {
-    /// Forgets all rows of the file.
+    /// Forgets all samples of the file.
     fn restart(&mut self, notes: Vec<String>) {
         *self = Self {
             kept_secs: self.kept_secs,
@@ -140,7 +141,7 @@ impl Minute {
         };
     }
 
-    /// Reads the next line of the file, if there is one. Returns the number of new rows; `None` if the file was replaced.
+    /// Reads the next line of the file, if there is one. Returns the number of new samples; `None` if the file was replaced.
     fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Option<usize>, Unanswered> {
         let grown = file.look().map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
@@ -200,8 +201,8 @@ impl Minute {
         Ok(Some(n.min(self.rows.len())))
     }
 
-    /// Computes the loads of existing and new rows until the calibration changes or the file is replaced. Without a
-    /// calibration, only the number of rows is shown.
+    /// Computes the loads of existing and new samples until the calibration changes or the file is replaced. Without a
+    /// calibration, only the number of samples is shown.
     fn run(
         &mut self,
         calibration: Option<&Arc<Calibration>>,
@@ -222,7 +223,8 @@ impl Minute {
             if self.step_secs != own.step_secs() || self.channels != channels {
                 self.step_secs = own.step_secs();
                 self.channels = channels;
-                // The unit of the times was guessed for another calibration, so the file is read again.
+                // The unit of the times was guessed from the sample interval of another calibration, so the file is read
+                // again.
                 *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
                 self.restart(Vec::new());
                 self.counts = (0, 0);
@@ -285,7 +287,7 @@ impl Minute {
         places: Option<&Result<Places, String>>,
     ) -> Followed {
         let times: Vec<f64> = taken.iter().map(|taken| taken.time).collect();
-        // After a reset of the clock, only the rows since the reset are shown.
+        // If the clock of the file was reset, only the samples since the reset are shown.
         let back = (1..times.len()).rev().find(|at| times[*at] < times[at - 1]);
         let shown = back.unwrap_or(0)..times.len();
         let times = &times[shown.clone()];

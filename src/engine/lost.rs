@@ -1,5 +1,5 @@
-//! Searches a folder for the missing files of a session. Each found file stands for at most one missing file, and only if no
-//! other missing file fits equally well.
+//! Searches a folder for the missing files of a session. Each found file replaces at most one missing file, and only if no
+//! other missing file fits it equally well.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,12 +11,13 @@ use crate::export::sha256;
 struct Claim {
     of: usize,
     path: PathBuf,
-    /// Whether the content is equal, and the number of equal path components, counted from the file name.
+    /// How well the found file fits the missing one: true if their contents are equal, and the number of equal path
+    /// components, counted from the file name.
     fits: (bool, usize),
 }
 
-/// Returns the indices of the missing files that were found, with their new paths. `place` is one of the files or their folder.
-/// Files are recognised by name, by folder and by content. Files in `others` are excluded.
+/// Returns the indices of the missing files that were found, with their new paths. `place` is one of the files or their
+/// folder. Files are recognised by name, by folder and by content. Files in `others` are already open and are not considered.
 pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usize, PathBuf)> {
     let place = std::path::absolute(place).unwrap_or_else(|_| place.to_owned());
     let folder = match place.is_file() {
@@ -31,7 +32,8 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         for root in old.ancestors().skip(1) {
             places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
         }
-        // If `folder` ends like the folder of another missing file, that folder was moved, and this file with it.
+        // If `folder` ends like the folder of another missing file, the whole folder was moved. So this missing file is
+        // expected there, too.
         for other in &parents {
             let n_same = common_tail(other, folder);
             let roots = other.ancestors().nth(n_same);
@@ -43,7 +45,7 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         }
     }
     if place.is_file() && !places.iter().any(|(_, path)| *path == place) {
-        // The user named the file, so it may have been renamed.
+        // The user named this file, so it may be a missing file under a new name.
         let is_same = |of: &usize| lost.len() == 1 || holds_the_same(&lost[*of], &place);
         places.extend((0..lost.len()).find(is_same).map(|of| (of, place.clone())));
     }
@@ -58,12 +60,13 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
     choose(lost, places.into_iter().map(claim).collect())
 }
 
-/// Returns the best path for each missing file, unless two files fit equally well.
+/// Returns the best path for each missing file that was found. Equally good fits of one path to two missing files are left
+/// out.
 fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)> {
     let meets = |a: &Claim, b: &Claim| a.of == b.of || a.path == b.path;
     for at in 0..claims.len() {
         let own = &claims[at];
-        // The content is compared only where several files compete.
+        // The contents are compared only where several paths or several missing files compete.
         if claims.iter().filter(|other| meets(own, other)).count() > 1 {
             claims[at].fits.0 = holds_the_same(&lost[own.of], &own.path);
         }
@@ -86,7 +89,7 @@ fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)>
     found
 }
 
-/// Returns true if the content of the file equals that of the missing file by the hash in the session.
+/// Returns true if the file has the content of the missing file. Contents are compared by the hash in the session.
 fn holds_the_same(lost: &SessionFile, path: &Path) -> bool {
     lost.sha256.is_some() && !is_another(lost, path)
 }
@@ -100,7 +103,7 @@ fn common_tail(one: &Path, other: &Path) -> usize {
     both.take_while(|(one, other)| one == other).count()
 }
 
-/// Returns true if the length or the hash of the file differs from the session's entry.
+/// Returns true if the file's length or hash differs from the values that the session has saved.
 pub fn is_another(file: &SessionFile, found: &Path) -> bool {
     let bytes = fs::metadata(found).ok().map(|metadata| metadata.len());
     let other_length = file.bytes.is_some() && bytes.is_some() && file.bytes != bytes;

@@ -1,8 +1,9 @@
 //! The program without its window: the document, the results computed from the document, and work with files.
 //!
-//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change of it and one step of undo. A result is the
-//! answer to a [`Query`](crate::questions::question::Query), computed on the thread of a [`Lane`](query::Lane), so that the window
-//! never waits. The [`Engine`] keeps the document, asks for the results, and reads and writes files.
+//! A [`Project`] is everything that a session saves. An [`Edit`] is one change of it and one step of undo. A result is the
+//! answer to a background request ([`Query`](crate::questions::question::Query)). It is computed on the thread of a
+//! [`Lane`](query::Lane), so that the window never waits. The [`Engine`] keeps the document, requests the results, and reads
+//! and writes files.
 
 #[expect(clippy::module_inception, reason = "the room's centre bears its name")]
 mod engine;

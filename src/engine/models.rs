@@ -1,7 +1,7 @@
 //! List of the models that were tried or kept, with their errors.
 //!
-//! Guarantees: models stay in the list when their search is cancelled. A new search replaces the models of the previous search,
-//! except pinned ones.
+//! Guarantees: fitted models stay in the list when the user cancels their search. A new search replaces the models of the
+//! previous search, except pinned ones.
 
 use std::sync::{Arc, Weak};
 
@@ -20,7 +20,7 @@ pub const SEARCH_MINUTES: f64 = 10.0;
 
 #[derive(Clone, Debug)]
 pub enum ModelChange {
-    /// Pin or unpin the row.
+    /// Pin the row (true), so that it stays when other models are tried, or unpin it (false).
     Pin(bool),
     Name(String),
     Remove,
@@ -28,9 +28,10 @@ pub enum ModelChange {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
-    /// Number of the search, and index of the model in it.
+    /// The model was fitted by a search: number of the search, and index of the model in it.
     Search(u64, usize),
-    /// Number of the comparison as in the paper, and index of the model in it.
+    /// The model was fitted by a comparison as in the paper of Koike et al. (2019): number of the comparison, and index of
+    /// the model in it.
     Paper(u64, usize),
     Kept,
     Present,
@@ -40,40 +41,43 @@ enum Origin {
 pub struct Row {
     pub id: u64,
     pub name: String,
-    /// True if the row stays when other models are tried.
+    /// True if the user has pinned the row, so that it stays when other models are tried.
     pub is_pinned: bool,
     pub model: Model,
-    /// Recommendation of the search for this model.
+    /// Recommendation that the last search gives for this model.
     pub mark: Mark,
-    /// Amount of data, named as in the paper; empty for models that the paper does not compare.
+    /// Amount of training data, named as in the paper of Koike et al. (2019); empty for models that the paper does not
+    /// compare.
     data: String,
     origin: Origin,
     recordings: Weak<RecordingSet>,
 }
 
 impl Row {
-    /// Returns true if the model was fitted to other recordings or roles than the present ones.
+    /// Returns true if the model was fitted to other recordings or roles than the present ones, so that its errors are not
+    /// comparable.
     pub fn is_stale(&self, project: &Project) -> bool {
         !std::ptr::eq(self.recordings.as_ptr(), Arc::as_ptr(&project.recordings))
     }
 
-    /// Returns true if the document has the settings of this row. Full scales are not compared, because they belong to the sensor.
+    /// Returns true if the settings of the model are those of the document. Full scales are not compared, because they belong
+    /// to the sensor.
     pub fn is_present(&self, project: &Project) -> bool {
         let own = project.with_full_scale(self.model.settings.clone());
         project.applied.is_none() && own == project.settings
     }
 }
 
-/// List of models.
+/// List of the models that were tried or kept.
 #[derive(Clone, Debug, Default)]
 pub struct Models {
-    /// Rows in the order of their fits.
+    /// Rows in the order in which the models were fitted.
     pub rows: Vec<Row>,
-    /// Reasons for the recommendation of the last search, and models that the search left out.
+    /// Reasons for the recommendation of the last search, and notes about models that the search did not fit.
     pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
-    /// Number of the last search or comparison, and indices of its models that were added to the list.
+    /// Number of the last search or comparison, and indices of those of its models that are already in the list.
     taken: (u64, Vec<usize>),
 }
 
@@ -104,7 +108,7 @@ impl Models {
         self.rows.last_mut().expect("a row was added")
     }
 
-    /// Returns the row with this number.
+    /// Returns the row of the list with this number.
     pub fn row(&self, id: u64) -> Option<&Row> {
         self.rows.iter().find(|row| row.id == id)
     }
@@ -122,7 +126,7 @@ impl Models {
         }
     }
 
-    /// Adds the models that a running search or comparison has finished.
+    /// Adds the models that a running search or comparison has fitted so far.
     pub(super) fn take(&mut self, asked: &TryModels, found: &Best) {
         let run = asked.run;
         if self.taken.0 != run {
@@ -140,7 +144,7 @@ impl Models {
             let known = self.rows.iter_mut().find(|row| row.origin == origin);
             let row = match known {
                 Some(row) => row,
-                // The user has removed the row.
+                // This model was in the list before, so the user has removed its row.
                 None if self.taken.1.contains(&tried.at) => continue,
                 None => {
                     self.taken.1.push(tried.at);
@@ -158,12 +162,12 @@ impl Models {
         }
     }
 
-    /// Returns the models of the paper's comparison that still have to be fitted; `None` if there are none. Models of other
-    /// recordings or settings are removed.
+    /// Returns the models of the comparison in the paper of Koike et al. (2019) that are not fitted yet; `None` if there are
+    /// none. Earlier models of this comparison with other recordings or settings are removed.
     pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Comparison> {
         const LEARNERS: [Regressor; 3] =
             [Regressor::Linear, Regressor::Network, Regressor::HybridNetwork];
-        // Settings that all candidates share.
+        // Settings that all models of the comparison share.
         let settings = FitSettings {
             features: Default::default(),
             regressor: Regressor::Linear,
@@ -197,19 +201,21 @@ impl Models {
         self.rows.iter().any(|row| row.is_present(project) && !row.is_stale(project))
     }
 
-    /// Adds the model of the present settings, and removes the model that was added for earlier settings.
+    /// Adds the model of the present settings to the list. The unpinned model that was added in this way for earlier settings
+    /// is removed.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
         self.push("Present settings".to_owned(), Origin::Present, model, recordings);
     }
 
-    /// Returns the calibration that was trained with the present recordings and settings.
+    /// Returns the network or kernel calibration in the list that was trained with the present recordings and settings.
     pub(super) fn trained(&self, project: &Project) -> Option<&Arc<Calibration>> {
         let holds = |row: &&Row| !row.is_stale(project) && row.model.settings == project.settings;
         self.rows.iter().filter(holds).rev().find_map(|row| row.model.trained.as_ref())
     }
 
-    /// Returns the table of all models with their errors on these kinds of samples, and their cost.
+    /// Returns the table of all models with their cost, and with their errors on these kinds of samples (such as test
+    /// samples).
     pub fn table(&self, project: &Project, sets: &[ScoreSet]) -> Table {
         let rows = self.rows.iter().map(|row| ModelRow {
             mark: match row.is_stale(project) {

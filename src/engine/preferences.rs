@@ -1,7 +1,7 @@
 //! Preferences of the user, which do not depend on the loaded recordings.
 //!
-//! Guarantees: the file is always complete. If several windows are open, each keeps the changes of the others. The window that
-//! writes last decides a preference that several windows have changed.
+//! Guarantees: the preferences file is always complete. If several windows are open, each keeps the changes of the others. If
+//! several windows change the same preference, the window that writes last decides it.
 
 use std::fs::File;
 use std::io;
@@ -14,11 +14,11 @@ use crate::export::{WriteError, write_atomically};
 use crate::import::map::ColumnMap;
 use crate::small_file::read_small;
 
-/// Theme of the window.
+/// Colour theme of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Theme {
-    /// Theme of the desktop.
+    /// Use the theme of the desktop.
     #[default]
     System,
     /// Light.
@@ -29,10 +29,10 @@ pub enum Theme {
 
 const MAX_RECENT: usize = 12;
 const MAX_MAPS: usize = 40;
-/// Maximum size of a file of preferences (bytes). A larger file contains something else.
+/// Maximum size of a preferences file that is read (bytes). A larger file must be something else.
 const BYTES_LIMIT: u64 = 16 << 20;
 
-/// Reads one preference, or returns its default if it cannot be read. The other preferences are still read.
+/// Reads one preference from JSON. If it cannot be read, it gets its default, and the other preferences are still read.
 fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
     from: D,
 ) -> Result<T, D::Error> {
@@ -40,7 +40,7 @@ fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
     Ok(serde_json::from_value(value).unwrap_or_default())
 }
 
-/// Reads a list, and skips entries that cannot be read.
+/// Reads a list of preferences, and skips entries that cannot be read.
 fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T>, D::Error> {
     let values: Vec<serde_json::Value> = one_by_one(from)?;
     let values = values.into_iter();
@@ -64,7 +64,7 @@ pub struct Preferences {
     /// Theme.
     #[serde(deserialize_with = "one_by_one")]
     pub theme: Theme,
-    /// Scale of all texts and widgets.
+    /// Scale of all texts and widgets, relative to the scale of the display.
     #[serde(deserialize_with = "one_by_one")]
     pub text_scale: f32,
     /// Recently opened recordings, calibrations and sessions, newest first.
@@ -73,12 +73,12 @@ pub struct Preferences {
     /// Column maps that were used to read files, newest first.
     #[serde(deserialize_with = "each")]
     pub maps: Vec<ColumnMap>,
-    /// Layout of the panes.
+    /// Layout of the panes; `None` for the default layout.
     pub layout: Option<serde_json::Value>,
-    /// True if the tour was seen or skipped.
+    /// True if the user has seen or skipped the tour of the window.
     #[serde(deserialize_with = "one_by_one")]
     pub toured: bool,
-    /// True if the advanced settings are visible.
+    /// True if the window shows the advanced settings.
     #[serde(deserialize_with = "one_by_one")]
     pub advanced: bool,
 }
@@ -101,7 +101,7 @@ impl Preferences {
     /// Permitted range of [`Self::text_scale`].
     pub const TEXT_SCALES: std::ops::RangeInclusive<f32> = 0.5..=3.0;
 
-    /// Reads preferences from JSON. Entries that cannot be read have their defaults.
+    /// Reads preferences from JSON. Entries that cannot be read get their defaults.
     fn understood(text: &[u8]) -> Option<Self> {
         let mut read: Self = serde_json::from_slice(text).ok()?;
         if !Self::TEXT_SCALES.contains(&read.text_scale) {
@@ -116,7 +116,7 @@ impl Preferences {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Puts a file first in the list of recent files.
+    /// Puts a file at the front of the list of recent files.
     pub fn remember(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         self.recent.retain(|other| *other != path);
@@ -124,11 +124,11 @@ impl Preferences {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// Puts a map first in the list, and removes older maps of the same kind of file.
+    /// Puts a column map at the front of the list, and removes older maps for files with the same columns.
     pub fn remember_map(&mut self, map: &ColumnMap) {
         let is_other = |other: &ColumnMap| {
             let (other, this) = (&other.table, &map.table);
-            // Files without a header row are distinguished by their text layout too.
+            // Files without a header row have no column names, so their text layout must differ, too.
             let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
             other.shape != this.shape || !is_cut_so
         };
@@ -137,7 +137,7 @@ impl Preferences {
         self.maps.truncate(MAX_MAPS);
     }
 
-    /// Returns the preferences in `file` with the changes from `known` to `self`.
+    /// Returns the preferences `file` with the changes that this window made: the differences between `known` and `self`.
     fn onto(&self, known: &Self, mut file: Self) -> Self {
         fn take<T: Clone + PartialEq>(own: &T, known: &T, file: &mut T) {
             if own != known {
@@ -161,7 +161,7 @@ impl Preferences {
     }
 }
 
-/// Returns the entries at the front of the list that were added since `before`.
+/// Returns the entries at the front of the list `now` that were added since the list was `before`.
 fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     let mut left = before.iter().rev();
     let is_left = |item: &&T| left.any(|other| other == *item);
@@ -169,17 +169,17 @@ fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     &now[..now.len() - n_old]
 }
 
-/// Returns the entries that the user removed since `before`. Entries pushed out of a full list do not count.
+/// Returns the entries of `before` that the user has removed. Entries that were pushed out of a full list do not count.
 fn forgotten<'a, T: PartialEq>(now: &[T], before: &'a [T], most: usize) -> Vec<&'a T> {
     let is_gone = |item: &&T| now.len() < most && !now.contains(*item);
     before.iter().filter(is_gone).collect()
 }
 
-/// File with the preferences, which all windows of a user share.
+/// Preferences file, which all windows of a user share.
 #[derive(Debug)]
 pub struct PreferencesFile {
     path: PathBuf,
-    /// Preferences that this window last read or wrote, from which its own changes follow.
+    /// Preferences that this window last read or wrote. Differences from them are the changes of this window.
     known: Preferences,
 }
 
@@ -193,17 +193,17 @@ impl PreferencesFile {
         Preferences::understood(&text)
     }
 
-    /// Returns the preferences in `folder`, if they can be read.
+    /// Returns the preferences of the file in `folder`; `None` if it cannot be read.
     pub fn read_in(folder: &Path) -> Option<Preferences> {
         Self::read_at(&Self::path_in(folder))
     }
 
-    /// Returns the file in `folder` for a window that starts with the preferences `known`.
+    /// Returns the preferences file in `folder`, for a window that starts with the preferences `known`.
     pub fn new(folder: &Path, known: Preferences) -> Self {
         Self { path: Self::path_in(folder), known }
     }
 
-    /// Writes the changes of this window to the file.
+    /// Writes the changed preferences of this window to the file.
     ///
     /// # Errors
     /// [`WriteError`] if the file cannot be written. The next call tries again.
@@ -220,7 +220,8 @@ impl PreferencesFile {
             .append(true)
             .open(self.path.with_extension("writing"))
             .map_err(at)?;
-        // The lock makes windows write one after another, if the file system has locks. It ends when `lock` is dropped.
+        // The lock makes windows write the file one after another, if the file system supports locks. It ends when `lock` is
+        // dropped.
         let _ = lock.lock();
         let kept = Self::read_at(&self.path).unwrap_or_else(|| self.known.clone());
         let merged = own.onto(&self.known, kept);

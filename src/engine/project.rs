@@ -1,7 +1,7 @@
 //! The document: everything that a session saves, and every change of it.
 //!
-//! Guarantees: the document contains no results and no state of the window. A refused change changes nothing. Closing all
-//! recordings also removes the applied calibration, the split and the entered full scales.
+//! Guarantees: the document contains no computed results and no state of the window. A refused change changes nothing. When
+//! the last recording is closed, the applied calibration, the split and the entered full scales are removed, too.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,10 +23,11 @@ use crate::recording::{
 use crate::same::same_where;
 use crate::scoring::numbers::round_step;
 
-/// Default F_th as a share of the range of the force, near the paper's 3 N of 22 N.
+/// Default force threshold F_th, as a share of the range of the force. It is near the 3 N for a range of 22 N of Koike et al.
+/// (2019).
 const USUAL_SHARE: f64 = 0.125;
-/// Range of F_th as a share of the range of the force. A larger F_th finds almost no past sample, and a smaller one finds only
-/// neighbouring samples.
+/// Sensible values of the force threshold F_th, as shares of the range of the force. With a larger F_th, the look-back finds
+/// almost no earlier sample. With a smaller F_th, it finds only neighbouring samples.
 const SENSIBLE_SHARES: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 #[derive(Clone, Debug)]
@@ -35,15 +36,15 @@ pub struct FromFile {
     pub calibration: Arc<Calibration>,
 }
 
-// A file that is opened twice gives two calibrations that are not equal.
+// Calibrations are compared by address, so a file that is opened twice gives two calibrations that are not equal.
 same_where!(FromFile: shared(calibration) value() besides(path));
 
-/// Recordings that are split in time into a training and a test segment.
+/// Split of each recording in time into a training segment and a test segment.
 #[derive(Clone, Debug)]
 pub struct Split {
-    /// Recordings before the split.
+    /// Whole recordings, from before the split.
     pub whole: Arc<RecordingSet>,
-    /// Share of each recording, from its start, that is used for training.
+    /// Share of each recording, from its start, that is the training segment.
     pub fraction: f64,
 }
 
@@ -52,101 +53,101 @@ same_where!(Split: shared(whole) value(fraction) besides());
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SessionFile {
-    /// Path relative to the folder of the session, if possible.
+    /// Path of the recording file, relative to the folder of the session if possible.
     pub path: PathBuf,
-    /// Absolute path when the session was saved.
+    /// Absolute path of the recording file when the session was saved.
     pub absolute: PathBuf,
     pub bytes: Option<u64>,
     pub sha256: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnMap>,
-    /// Tares that the user applied after reading, by the name of the recording.
+    /// Tares that the user applied after the file was read, by the name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub tares: BTreeMap<String, Tare>,
-    /// Limits by which faulty samples were removed, by the name of the recording before the removal.
+    /// Limits by which the user had faulty samples removed, by the name of the recording before the removal.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, Judged>,
-    /// Roles of the recordings, by name. A recording without an entry has the role that its name suggests.
+    /// Training or test roles of the recordings, by name. A recording without an entry has the role that its name suggests.
     pub roles: BTreeMap<String, Role>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
-    /// Days that the user entered for the recordings, by name.
+    /// Days of recording that the user entered, by the name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub days: BTreeMap<String, Day>,
 }
 
-/// Everything that a session saves. A copy is cheap, because copies share the recordings.
+/// Everything that a session saves. A copy is cheap, because the copies share the recordings in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Project {
     pub recordings: Arc<RecordingSet>,
     pub split: Option<Split>,
     pub settings: FitSettings,
     pub measuring: MetrologySettings,
-    /// Minimum and maximum reading of the gauges in the logger's unit, if the user entered them.
+    /// Minimum and maximum reading of the gauges in the logger's unit, to detect clipping; `None` if the user entered none.
     pub gauge_range: Option<GaugeRange>,
-    /// Share by which a load may exceed the rated load, if the user entered it.
+    /// Share by which a load may exceed the rated load before it counts as overload; `None` if the user entered none.
     pub overload_tolerance: Option<f64>,
     pub hidden_axes: Vec<Axis>,
-    /// Calibration of a file that is applied to the recordings; `None` if one is fitted.
+    /// Calibration from a file that is applied to the recordings; `None` if a calibration is fitted to them.
     pub applied: Option<FromFile>,
     pub factory: Option<FromFile>,
     pub notes: String,
     pub identity: Identity,
     pub view: View,
     pub maps: BTreeMap<PathBuf, ColumnMap>,
-    /// Files of the session that were not found.
+    /// Recording files of the session that were not found.
     pub lost: Vec<SessionFile>,
 }
 
-// Fields that no edit changes are not compared.
+// Fields that no edit changes (the view, the column maps and the missing files) are not compared.
 same_where!(Project:
     shared(recordings)
     value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity)
     besides(view, maps, lost)
 );
 
-/// Change of the document, which is one step of undo.
+/// Change of the document. Each edit is one step of undo.
 #[derive(Clone, Debug)]
 pub enum Edit {
-    /// Settings of the fit.
+    /// Change the settings of the fit.
     Settings(FitSettings),
-    /// Settings for loops, dwells and metrology.
+    /// Change the settings for loops, dwells and metrology.
     Measuring(MetrologySettings),
-    /// Use the settings of another model. An applied calibration is removed, and the full scales stay.
+    /// Use the settings of another model. An applied calibration is removed, and the entered full scales stay.
     Model(Box<FitSettings>),
-    /// Thresholds of the first look-back. Other look-backs have the same t_th, and keep their F_th.
+    /// Set the thresholds F_th and t_th of the first look-back. The other look-backs get the same t_th, and keep their F_th.
     Thresholds(Thresholds),
-    /// Values of a feature block, chosen by cross-validation.
+    /// Set the values of a feature block that cross-validation has chosen.
     Block(BlockSuggestion),
-    /// Role of the recording with this index.
+    /// Set the training or test role of the recording with this index.
     Role(usize, Role),
-    /// Role of all recordings with a reference.
+    /// Set the role of all recordings that have a reference load.
     AllRoles(Role),
-    /// Group of each recording in order; `None` for the group that follows from its file or name.
+    /// Set the group of each recording, in their order; `None` for the group that follows from its file or name.
     Groups(Vec<Option<String>>),
-    /// Day of each recording in order; `None` for the day that follows from its file.
+    /// Set the day of each recording, in their order; `None` for the day that follows from its file.
     Days(Vec<Option<Day>>),
-    /// Minimum and maximum reading of the gauges.
+    /// Set the minimum and maximum reading of the gauges, to detect clipping.
     GaugeRange(Option<GaugeRange>),
-    /// Share by which a load may exceed the rated load.
+    /// Set the share by which a load may exceed the rated load before it counts as overload.
     OverloadTolerance(f64),
     /// Close the recording with this index.
     Remove(usize),
     /// Close all recordings.
     CloseAll,
-    /// Use these recordings, for example tared ones, instead of the present ones.
+    /// Replace the recordings by these, such as tared ones.
     Replace(Arc<RecordingSet>),
-    /// Split each recording in time. This share, from its start, is used for training and the remainder as test.
+    /// Split each recording in time. This share, from its start, is used for training, and the remainder for testing.
     Split(f64),
-    /// Use whole recordings again.
+    /// Undo the split, and use whole recordings again.
     Unsplit,
-    /// Show or hide an axis.
+    /// Show (true) or hide (false) a load axis in the window.
     ShowAxis(Axis, bool),
-    /// Notes of the user.
+    /// Change the notes of the user.
     Notes(String),
-    /// Identity of the sensor, and date, operator and reference of the calibration.
+    /// Change the identity of the sensor, and date, operator and reference of the calibration.
     Identity(Identity),
-    /// Apply this calibration to the recordings; `None` fits one again.
+    /// Apply this calibration from a file to the recordings; `None` fits a calibration again.
     Apply(Option<FromFile>),
     /// Show the errors of this manufacturer's matrix beside those of the calibration; `None` for none.
     Compare(Option<FromFile>),
@@ -175,7 +176,7 @@ impl Project {
     pub fn edit(&mut self, edit: Edit) -> Result<(), EditError> {
         let axes = self.axes().to_vec();
         let edited = self.make(edit);
-        // The reversal thresholds were entered for the old axes.
+        // The axes have changed, so the reversal thresholds that the user entered for the old axes are removed.
         if *self.axes() != axes {
             self.measuring.reversal_thresholds.clear();
         }
@@ -270,8 +271,8 @@ impl Project {
         Ok(())
     }
 
-    /// Returns the document `other` with the view, the column maps and the missing files of this document, which undo does not
-    /// change.
+    /// Returns the document `other` of an undo step, but with the view, the column maps and the missing files of this
+    /// document. Undo does not change these.
     pub fn with_edits_of(&self, other: Self) -> Self {
         Self {
             view: self.view.within(other.recordings.entries().len()),
@@ -296,7 +297,7 @@ impl Project {
         }
     }
 
-    /// Returns the settings of a model with the full scales of this document.
+    /// Returns the settings of a model, with its full scales replaced by those of this document.
     pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
         let full_scale = self.settings.full_scale.clone();
         FitSettings { full_scale, ..settings }
@@ -306,7 +307,7 @@ impl Project {
         !self.hidden_axes.contains(&axis)
     }
 
-    /// Returns the thresholds of the first look-back, or the default thresholds without a look-back.
+    /// Returns the thresholds F_th and t_th of the first look-back, or the default thresholds without a look-back.
     pub fn thresholds(&self) -> Thresholds {
         let features = &self.settings.features;
         let distance = features.distance.effective(self.axes());
@@ -314,11 +315,11 @@ impl Project {
         first.unwrap_or_else(|| Thresholds::default_for(distance))
     }
 
-    /// Returns the default thresholds. If the paper's F_th of 3 N does not suit the range of the force, F_th is a share of
-    /// this range.
+    /// Returns the default thresholds F_th and t_th. If the F_th of 3 N of Koike et al. (2019) does not suit the range of the
+    /// force, F_th is a share of this range.
     pub fn default_thresholds(&self) -> Thresholds {
         let chosen = self.settings.features.distance;
-        // Without recordings, the axes are not known.
+        // Without recordings the axes are not known, so the chosen distance stays.
         let distance = match self.axes() {
             [] => chosen,
             axes => chosen.effective(axes),
@@ -337,7 +338,7 @@ impl Project {
         }
     }
 
-    /// Returns the largest range among the force axes (N); `None` if no force changes.
+    /// Returns the range of the force axis with the largest range (N); `None` if no force changes.
     fn largest_force_range(&self) -> Option<f64> {
         let layout = self.recordings.layout();
         let entries = self.recordings.entries().iter();
@@ -356,7 +357,8 @@ impl Project {
         })
     }
 
-    /// Returns the request for an analysis of this document. `trained` is a network or kernel trained on the recordings.
+    /// Returns the request for an analysis of this document. `trained` is a network or kernel calibration trained on its
+    /// recordings.
     pub fn request(&self, trained: Option<&Arc<Calibration>>) -> Request {
         let trained = trained.filter(|_| self.applied.is_none()).cloned();
         let applied = self.applied.as_ref().map(|own| &own.calibration);
@@ -372,11 +374,11 @@ impl Project {
         }
     }
 
-    /// Adds the recordings of files. Roles follow from names, groups from column maps. Returns a message for each file whose
-    /// columns differ from those of the loaded recordings.
+    /// Adds the recordings of files. Their roles follow from their names, and their groups from the column maps. Returns a
+    /// message for each file whose columns differ from those of the loaded recordings.
     pub fn add(&mut self, files: Vec<Vec<Recording>>) -> Vec<String> {
         let mut refused = Vec::new();
-        // Recordings of files replace those of the built-in sensor, which are only an example.
+        // Recordings of files replace the simulated recordings of the built-in sensor, which are only an example.
         let mut set = match self.recordings.is_simulated() {
             true => RecordingSet::default(),
             false => RecordingSet::clone(&self.recordings),
@@ -398,7 +400,7 @@ impl Project {
             return refused;
         }
         let split = self.split.take().map(|mut split| {
-            // Existing segments keep their roles. New recordings are split in the same way.
+            // Training and test segments that exist keep their roles. New recordings are split at the same share.
             let mut fresh = RecordingSet::default();
             let whole = Arc::make_mut(&mut split.whole);
             for entry in &set.entries()[before..] {
@@ -415,7 +417,7 @@ impl Project {
             }
             split
         });
-        // An applied calibration stays, because the user opens recordings to apply it to them.
+        // An applied calibration stays, because the user opens further recordings to apply it to them.
         refused.extend(self.take_set(set).err().map(|error| error.to_string()));
         self.split = split;
         self.view = View::One(before);
@@ -426,7 +428,7 @@ impl Project {
         refused
     }
 
-    /// Copies the days of the segments to the whole recordings, so that they stay when the split is undone.
+    /// Copies the days of the split segments to the whole recordings, so that the days stay when the split is undone.
     fn keep_days_of_parts(&mut self) {
         let Some(split) = &mut self.split else { return };
         let whole = Arc::make_mut(&mut split.whole);
@@ -450,7 +452,8 @@ impl Project {
         self.maps.get(path)?.group.as_ref()?.group_of(recording)
     }
 
-    /// Replaces the recordings. The split is removed, and if the axes change, so are full scales and reversal thresholds.
+    /// Replaces the recordings. A split is removed. If the axes change, entered full scales and reversal thresholds are
+    /// removed, too.
     ///
     /// # Errors
     /// [`EditError`] if the manufacturer's matrix is for other gauges. The matrix is then removed.
@@ -467,8 +470,8 @@ impl Project {
         self.name_factory_gauges()
     }
 
-    /// Shows the first test recording in which every axis changes. Without one, shows the first test recording, or else the
-    /// first recording.
+    /// Selects the first test recording in which every axis changes for display. Without one, selects the first test
+    /// recording, or else the first recording.
     pub fn show_first_test(&mut self) {
         let entries = self.recordings.entries();
         let first = |wanted: &dyn Fn(&Entry) -> bool| entries.iter().position(wanted);
@@ -477,7 +480,8 @@ impl Project {
         self.view = View::One(shown.unwrap_or(0));
     }
 
-    /// Makes the look-backs compare all axes in shares of full scale if the recordings have no force axis.
+    /// If the recordings have no force axis, makes the look-backs measure the distance of two samples over all axes, in
+    /// shares of full scale.
     fn choose_distance(&mut self) {
         let axes = &self.recordings.layout().axes;
         let features = &mut self.settings.features;
@@ -507,7 +511,7 @@ impl Project {
             View::One(shown) if shown > at => View::One(shown - 1),
             view => view.within(n_left),
         };
-        // Otherwise, undoing the split would bring the removed recording back.
+        // The split is removed, because undoing it later would bring the removed recording back.
         self.split = None;
         Arc::make_mut(&mut self.recordings).remove(at);
     }
@@ -525,13 +529,14 @@ impl Project {
         Ok(())
     }
 
-    /// Takes the rated loads of a calibration for the axes without an entered one, so that the user enters each once.
+    /// Takes over the rated loads of a calibration for the axes without an entered rated load, so that the user need not
+    /// enter them again.
     fn take_rated_loads(&mut self, calibration: &Calibration) {
         let axes = &self.recordings.layout().axes;
         rate(&calibration.rated_loads(), axes, &mut self.settings.full_scale);
     }
 
-    /// Gives the manufacturer's matrix the names of the loaded gauges if its file has no names. A matrix for other gauges is
+    /// Gives the manufacturer's matrix the names of the loaded gauges if its file names none. A matrix for other gauges is
     /// removed.
     fn name_factory_gauges(&mut self) -> Result<(), EditError> {
         let names = &self.recordings.layout().gauge_names;

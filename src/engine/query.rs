@@ -1,8 +1,9 @@
-//! Background computation of answers. A [`Lane`] has a thread that answers the questions of one kind, newest first.
+//! Background computation of results. A [`Lane`] has a worker thread that computes the requests of one type, the newest
+//! first.
 //!
-//! Guarantees: an answer depends only on its question, and the cache of a lane only saves time. A new question replaces a
-//! waiting one. The previous answer stays until there is a newer one. A panic is an error of its question, and the lane
-//! answers the next question.
+//! Guarantees: a result depends only on its request; the cache of a lane only saves time. A new request replaces a waiting
+//! one. The previous result stays until there is a newer one. A panic counts as an error of its request, and the thread
+//! computes the next request.
 
 use std::any::Any;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -16,11 +17,11 @@ use crate::panicked::{caught, locked};
 use crate::progress::Progress;
 use crate::questions::question::{PATIENCE, Query, Unanswered, Work};
 
-/// Priority of background threads, from 0 to 99, low enough that a busy processor draws the window first. It is a niceness of
-/// 10 on Linux.
+/// Priority of background threads, from 0 to 99. It is so low that a busy processor draws the window first. It is a niceness
+/// of 10 on Linux.
 const BACKGROUND_PRIORITY: u8 = 25;
 
-/// Gives the threads of the shared pool the priority of background work. Must be called before the pool is first used.
+/// Gives the threads of the shared rayon pool the priority of background work. Must be called before the pool is first used.
 pub fn let_window_go_first() {
     let pool = rayon::ThreadPoolBuilder::new().start_handler(|_| stand_back());
     if let Err(error) = pool.build_global() {
@@ -28,7 +29,7 @@ pub fn let_window_go_first() {
     }
 }
 
-/// Lowers the priority of this thread, if the system permits.
+/// Lowers the priority of the present thread to that of background work, if the system permits.
 fn stand_back() {
     let lower = ThreadPriorityValue::try_from(BACKGROUND_PRIORITY)
         .map(ThreadPriority::Crossplatform)
@@ -59,51 +60,51 @@ impl Running {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneEvent {
-    /// A partial answer arrived.
+    /// A partial result of the newest request arrived.
     Part,
     Answer,
-    /// The newest question failed; [`Lane::problem`] gives the reason.
+    /// The computation of the newest request failed; [`Lane::problem`] gives the reason.
     Problem,
-    /// The newest question was cancelled.
+    /// The computation of the newest request was cancelled.
     Cancelled,
 }
 
-/// Methods of a [`Lane`] that are the same for all kinds of questions.
+/// Methods of a [`Lane`] that do not depend on the type of its requests.
 pub trait Background: Any {
-    /// Returns true if no question runs or waits. All answers can then be taken.
+    /// Returns true if no request is running or waiting. All results can then be taken.
     fn is_idle(&self) -> bool;
 
-    /// Removes the waiting question and cancels the running one.
+    /// Removes the waiting request and cancels the running one.
     fn cancel(&self);
 
     fn running(&self) -> Option<Running>;
 
-    /// Takes new answers from the thread, and returns the events in order.
+    /// Takes new results from the worker thread. Returns what happened (such as a result or a failure), in order.
     fn take_events(&mut self) -> &[LaneEvent];
 
-    /// Takes new answers from the thread. Returns a message if work that the user started has failed.
+    /// Takes new results from the worker thread. Returns a message if work that the user started has failed.
     fn take_failure(&mut self) -> Option<String>;
 
-    /// Cancels the work and removes question and answer. An answer that still arrives is ignored.
+    /// Cancels the work, and removes the request and its result. A result that still arrives is ignored.
     fn forget(&mut self);
 
-    /// See [`Query::BEGUN_BY_USER`].
+    /// Returns true if the user starts this work; see [`Query::BEGUN_BY_USER`].
     fn is_begun_by_user(&self) -> bool;
 
-    /// See [`Query::ON_ANALYSIS`].
+    /// Returns true if the requests are about the newest analysis; see [`Query::ON_ANALYSIS`].
     fn is_on_analysis(&self) -> bool;
 }
 
-/// Newest question of one kind and its answer, with a thread that starts with the first question.
+/// Newest request of one type and its result, with a worker thread that starts with the first request.
 pub struct Lane<Q: Query> {
     notify: Option<Notify>,
     worker: Option<Worker<Q>>,
     asked: Option<Q>,
     newest: u64,
-    /// Number of the last forgotten question. Answers to this and to earlier questions are ignored.
+    /// Number of the last removed request. Results of this and of earlier requests are ignored.
     forgotten: u64,
     shown: Option<Shown<Q>>,
-    /// Previous complete answer, kept while `shown` is a partial answer.
+    /// Previous complete result, kept while `shown` is a partial result.
     before: Option<Shown<Q>>,
     problem: Option<String>,
     happened: Vec<LaneEvent>,
@@ -126,7 +127,7 @@ enum Payload<A> {
     End(Result<A, Unanswered>),
 }
 
-/// Thread that answers the questions of a lane.
+/// Worker thread that computes the requests of a lane.
 struct Worker<Q: Query> {
     shared: Arc<Shared<Q>>,
     inbox: Receiver<Reply<Q>>,
@@ -140,7 +141,7 @@ struct Shared<Q> {
 struct Slot<Q> {
     waiting: Option<(u64, Q, Running)>,
     running: Option<Running>,
-    /// Age from which a newer question cancels the running one.
+    /// Minimum running time after which a newer request cancels the running one.
     patience: Duration,
     closed: bool,
 }
@@ -191,15 +192,15 @@ impl<Q: Query> Lane<Q> {
         problem: None,
         happened: Vec::new(),
     };
-    /// Lane of a kind of question that was never asked.
+    /// Lane without a request, for types that were never requested.
     pub const EMPTY: &'static Self = &Self::UNASKED;
 
     pub fn new(notify: Option<Notify>) -> Self {
         Self { notify, ..Self::UNASKED }
     }
 
-    /// Asks a question, unless it equals the last one. The shown answer is removed if it must not stay for the new question;
-    /// see [`Query::is_akin`].
+    /// Computes a request, unless it equals the last one. The shown result is removed if it must not stay on screen until the
+    /// new result; see [`Query::is_akin`].
     pub fn ask(&mut self, question: Q) {
         if let Some(asked) = &self.asked {
             if *asked == question {
@@ -212,7 +213,7 @@ impl<Q: Query> Lane<Q> {
         self.ask_again(question);
     }
 
-    /// Asks a question, even if it equals the last one. A waiting question is removed.
+    /// Computes a request, even if it equals the last one. A waiting request is removed.
     ///
     /// # Panics
     /// If the system cannot start a thread.
@@ -234,7 +235,7 @@ impl<Q: Query> Lane<Q> {
         worker.shared.wake.notify_one();
     }
 
-    /// Sets an answer that was computed elsewhere.
+    /// Stores a result that was computed elsewhere as the result of this request.
     pub fn put(&mut self, question: Q, answer: Q::Answer) {
         self.forget();
         self.asked = Some(question.clone());
@@ -245,7 +246,7 @@ impl<Q: Query> Lane<Q> {
         self.problem.as_deref()
     }
 
-    /// Returns the events of the last [`Background::take_events`], in order.
+    /// Returns the events (such as a result or a failure) that the last [`Background::take_events`] took, in order.
     pub fn happened(&self) -> &[LaneEvent] {
         &self.happened
     }
@@ -285,29 +286,29 @@ impl<Q: Query> Lane<Q> {
         self.asked.as_ref()
     }
 
-    /// Returns the newest complete or partial answer.
+    /// Returns the newest result, be it complete or partial.
     pub fn answer(&self) -> Option<&Q::Answer> {
         self.shown.as_ref().map(|shown| &shown.answer)
     }
 
-    /// Returns the question of [`Self::answer`].
+    /// Returns the request to which [`Self::answer`] is the result.
     pub fn answered(&self) -> Option<&Q> {
         self.shown.as_ref().map(|shown| &shown.question)
     }
 
-    /// Returns the newest complete answer with its question.
+    /// Returns the newest complete result with its request.
     pub fn whole(&self) -> Option<(&Q, &Q::Answer)> {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let whole = shown.or(self.before.as_ref())?;
         Some((&whole.question, &whole.answer))
     }
 
-    /// Removes and returns the answer, if it is complete.
+    /// Removes and returns the result, if it is complete.
     pub fn take_whole(&mut self) -> Option<Q::Answer> {
         Some(self.shown.take_if(|shown| shown.is_whole)?.answer)
     }
 
-    /// Returns true if the shown answer is complete and belongs to the newest question.
+    /// Returns true if the shown result is complete and belongs to the newest request.
     pub fn is_current(&self) -> bool {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         shown.is_some_and(|shown| self.asked.as_ref() == Some(&shown.question))
@@ -363,7 +364,7 @@ impl<Q: Query> Background for Lane<Q> {
     }
 }
 
-/// Frees an answer on another thread, because freeing gigabytes would stop the window for a moment.
+/// Frees the memory of a result on another thread, because freeing gigabytes would stop the window for a moment.
 fn let_go(answer: impl Send + 'static) {
     rayon::spawn(|| drop(answer));
 }
@@ -394,7 +395,7 @@ fn answer_questions<Q: Query>(
         };
         let reply = |payload| {
             let question = question.clone();
-            // Sending fails only after the window has closed.
+            // Sending a result fails only after the window has closed, so the failure is ignored.
             let _ = replies.send(Reply { number, question, payload });
         };
         let last_part = Mutex::new(None::<Instant>);
@@ -414,7 +415,7 @@ fn answer_questions<Q: Query>(
             cache = Q::Cache::default();
             Err(Unanswered::Because(panicked.to_string()))
         });
-        // The answer is sent before the question counts as ended, so that an idle lane has no answer under way.
+        // The result is sent before the request counts as ended. So once a lane is idle, all its results have arrived.
         reply(Payload::End(found));
         let ended = locked(&shared.slot).running.take();
         if let Some(Running { title, since, .. }) = ended {

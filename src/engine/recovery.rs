@@ -1,8 +1,8 @@
-//! Autosave: a thread writes unsaved changes every half minute, and a trained calibration at once. The thread also runs while
-//! the window is hidden and draws nothing.
+//! Autosave: a thread writes unsaved changes every half minute, and a newly trained calibration at once. The thread also runs
+//! while the window is hidden and draws nothing.
 //!
-//! Each window writes its own file, and holds a lock that ends with its process. If no process holds the lock of a file, the
-//! window that wrote the file has crashed.
+//! Each window writes its own autosave file, and holds a lock file that the system unlocks when its process ends. If no
+//! process holds the lock of an autosave file, the window that wrote it has crashed.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -19,7 +19,7 @@ use crate::recording::RecordingSet;
 use crate::same::same_where;
 
 const EVERY: Duration = Duration::from_secs(30);
-/// Beginning of the file names of autosaved sessions and their locks.
+/// Prefix of the names of autosave files and of their lock files.
 const PREFIX: &str = "autosave-";
 
 /// Autosaved session of a window that crashed.
@@ -42,14 +42,14 @@ pub struct Recovery {
 struct Own {
     session: PathBuf,
     lock: PathBuf,
-    /// Open lock file, whose lock ends with the process.
+    /// Open lock file. Its lock ends with the process of this window.
     _held: File,
 }
 
 #[derive(Clone, Default)]
 pub struct Unsaved {
     pub session: Session,
-    /// Trained calibration that is written beside the session.
+    /// Trained network or kernel calibration, which is written in a file beside the session.
     pub trained: Option<Arc<Calibration>>,
     /// Recordings on which the calibration was trained.
     pub of: Arc<RecordingSet>,
@@ -58,7 +58,7 @@ pub struct Unsaved {
 same_where!(Unsaved: shared(trained) value(session) besides(of));
 
 impl Unsaved {
-    /// Returns true if `trained` is the trained calibration of this state, or if both are `None`.
+    /// Returns true if `trained` is this state's trained calibration, or if both are `None`.
     fn is_training(&self, trained: Option<&Arc<Calibration>>) -> bool {
         self.trained.as_ref().map(Arc::as_ptr) == trained.map(Arc::as_ptr)
     }
@@ -68,20 +68,21 @@ impl Unsaved {
     }
 }
 
-/// State shared with the thread that saves.
+/// State that the window shares with the autosave thread.
 #[derive(Clone, Default)]
 pub struct Autosave(Arc<(Mutex<Desk>, Condvar)>);
 
 #[derive(Default)]
 struct Desk {
     newest: Unsaved,
-    /// True if the user has saved the newest document.
+    /// True if the user has saved the newest document in a session file.
     is_saved: bool,
-    /// State that the file contains; `None` without a file.
+    /// State (session and trained calibration) that the autosave file contains; `None` if there is no file.
     written: Option<Unsaved>,
-    /// Restored files of crashed windows. Each is removed when this window has written or saved its content.
+    /// Autosave files of crashed windows that were restored here. Each is removed once this window has autosaved or saved its
+    /// content.
     restored: Vec<PathBuf>,
-    /// True if the newest state is written without waiting for the end of the interval.
+    /// True if the newest document must be autosaved at once, without waiting for the end of the interval.
     is_urgent: bool,
     ended: bool,
 }
@@ -92,10 +93,10 @@ impl Desk {
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 
-    /// If the user has saved everything, removes the file of this window and the restored files.
+    /// If the user has saved everything, removes the autosave file of this window and the restored autosave files.
     fn tidy(&mut self, path: Option<&Path>) {
         if self.is_saved {
-            // The file contains an older state than the one that the user saved.
+            // The autosave file is older than the session that the user saved, so it is removed.
             if let (Some(_), Some(path)) = (self.written.take(), path) {
                 remove_pair(path);
             }
@@ -113,13 +114,13 @@ impl Autosave {
         self.0.1.notify_all();
     }
 
-    /// Returns true if the file contains the newest state.
+    /// Returns true if the autosave file contains the newest document.
     #[cfg(test)]
     pub fn is_written(&self) -> bool {
         !self.lock().is_due()
     }
 
-    /// Makes the thread write a calibration as soon as it is trained, even if the window is hidden.
+    /// Makes the thread autosave a calibration as soon as it is trained, even if the window is hidden.
     pub fn take_trained(
         &self,
         recordings: &Arc<RecordingSet>,
@@ -136,7 +137,7 @@ impl Autosave {
         }
     }
 
-    /// Writes changes to `path` until the window ends, at intervals of at least `every`.
+    /// Runs the autosave thread: writes changes to `path` until the window ends, at intervals of at least `every`.
     fn run(&self, path: &Path, every: Duration) {
         let mut last: Option<Instant> = None;
         let mut desk = self.lock();
@@ -160,7 +161,8 @@ impl Autosave {
                         desk.restored.retain(|own| !restored.contains(own));
                         drop_all(restored);
                     }
-                    // A failed write is not reported, because the user did not ask for it. It is tried again after the interval.
+                    // A failed autosave is not reported, because the user did not ask for it. It is tried again after the
+                    // interval.
                     false => {
                         let waited = self.0.1.wait_timeout(desk, every);
                         desk = waited.unwrap_or_else(PoisonError::into_inner).0;
@@ -173,14 +175,14 @@ impl Autosave {
 }
 
 impl Recovery {
-    /// Starts the autosave in `folder`. If the folder cannot be used, nothing is written.
+    /// Starts the autosave in `folder`. If the folder cannot be used, nothing is autosaved.
     pub fn begin(folder: &Path) -> Self {
         Self::begin_every(folder, EVERY)
     }
 
     pub fn begin_every(folder: &Path, every: Duration) -> Self {
         let own = Own::new(folder);
-        // A killed window leaves temporary files behind.
+        // A window that was killed leaves its temporary files behind, so they are removed here.
         clean_up_in(folder);
         let autosave = Autosave::default();
         autosave.lock().is_saved = true;
@@ -197,20 +199,20 @@ impl Recovery {
 
     /// Returns the sessions of crashed windows, oldest first.
     pub fn left(&self) -> Vec<LeftSession> {
-        // Restored files are about to be removed, so they are not listed.
+        // Files of sessions that were restored here are about to be removed, so they are not listed.
         let desk = self.autosave.lock();
         let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
         left.retain(|left| !desk.restored.contains(&left.path));
         left
     }
 
-    /// Returns true if the thread already has this trained calibration and this value of `is_saved`.
+    /// Returns true if the autosave thread already has this trained calibration and this value of `is_saved`.
     pub fn has(&self, trained: Option<&Arc<Calibration>>, is_saved: bool) -> bool {
         let desk = self.autosave.lock();
         desk.is_saved == is_saved && desk.newest.is_training(trained)
     }
 
-    /// Passes the newest document to the thread. `is_saved` is true if the user has saved it.
+    /// Passes the newest document to the autosave thread. `is_saved` is true if the user has saved it.
     pub fn keep(&self, newest: Unsaved, is_saved: bool) {
         let mut desk = self.autosave.lock();
         let trained = newest.trained.as_ref();
@@ -220,7 +222,7 @@ impl Recovery {
         self.autosave.wake();
     }
 
-    /// Removes these restored files of crashed windows when this window has written or saved their content.
+    /// Removes these restored files of crashed windows as soon as this window has autosaved or saved their content.
     pub fn take_over(&self, restored: Vec<PathBuf>) {
         if !restored.is_empty() {
             let mut desk = self.autosave.lock();
@@ -230,7 +232,7 @@ impl Recovery {
         }
     }
 
-    /// Ends the thread, and removes the file of this window.
+    /// Ends the autosave thread, and removes the autosave file of this window.
     pub fn end(&mut self) {
         self.stop();
         if let Some(own) = self.own.take() {
@@ -248,7 +250,7 @@ impl Recovery {
     }
 }
 
-/// Without [`Recovery::end`], the file stays to be restored.
+/// If the window ends without [`Recovery::end`], the autosave file stays, so that it can be restored.
 impl Drop for Recovery {
     fn drop(&mut self) {
         self.stop();
@@ -258,7 +260,7 @@ impl Drop for Recovery {
 impl Own {
     fn new(folder: &Path) -> Option<Self> {
         fs::create_dir_all(folder).ok()?;
-        // A crashed process may have had the number of this process.
+        // The process number of this window may be that of an earlier crashed process, so the next free number is used.
         for number in std::process::id().. {
             let lock = folder.join(format!("{PREFIX}{number}.lock"));
             let session = lock.with_extension("json");
@@ -270,7 +272,7 @@ impl Own {
                 created => created.ok()?,
             };
             held.lock().ok()?;
-            // Another process may have removed the file before it was locked here.
+            // Another process may have removed the lock file before it was locked here.
             if lock.exists() {
                 return Some(Self { session, lock, _held: held });
             }
@@ -279,14 +281,14 @@ impl Own {
     }
 }
 
-/// Locks the file and returns it, unless another process holds the lock.
+/// Locks the lock file of a session and returns it; `None` if another process holds the lock.
 fn free(lock: &Path) -> Option<File> {
     let file = File::open(lock).ok()?;
     file.try_lock().ok()?;
     Some(file)
 }
 
-/// Returns the sessions of ended processes, oldest first. Lock files without a session are removed.
+/// Returns the autosaved sessions of ended processes, oldest first. Lock files without a session are removed.
 fn left_in(folder: &Path) -> Vec<LeftSession> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();

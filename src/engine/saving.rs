@@ -16,20 +16,20 @@ use crate::questions::thresholds::{MAP_FORMATS, Measure, ThresholdMap, map_forma
 use crate::questions::{OnScreen, Request, handed_over};
 use crate::report::Table;
 
-/// Content of a file to be written. If there are several formats, the file name ending selects one.
+/// Content of a file to be written. If there are several formats, the file name ending selects the format.
 #[derive(Clone, Debug)]
 pub enum FileContent {
-    /// Calibration, with the request of its fit unless it was read from a file.
+    /// Calibration, with the request of its fit; `None` if it was read from a file.
     Calibration(Arc<Calibration>, Option<Box<Request>>),
     /// HTML report.
     Report(Box<ReportRequest>),
     /// Table of loads and errors over time.
     Traces(Box<OnScreen>),
-    /// Table as CSV, with the file name that a dialog suggests.
+    /// Table to be written as CSV, with the file name that a save dialog suggests.
     Table(&'static str, Box<Table>),
-    /// Map of the errors over both thresholds, and the error that its curves show.
+    /// Map of the errors over F_th and t_th, and the kind of error that its curves show.
     Thresholds(Arc<ThresholdMap>, Measure),
-    /// Session, the document from which it was made, and the trained calibration to be written beside it.
+    /// Session, the document from which it was made, and the trained calibration to be written in a file beside it.
     Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
     /// Bytes of the file, such as those of a figure.
     Bytes(Arc<[u8]>),
@@ -44,12 +44,13 @@ pub enum Existing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
     IsThere,
-    /// The recordings do not determine the calibration. The second value says what to do with an existing file.
+    /// The recordings do not determine the calibration, so the user must confirm. The second value says what to do with an
+    /// existing file.
     Undetermined(Undetermined, Existing),
 }
 
 impl FileContent {
-    /// Returns the file name that a dialog suggests.
+    /// Returns the file name that a save dialog suggests.
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",
@@ -63,7 +64,7 @@ impl FileContent {
         }
     }
 
-    /// Returns the names of the possible formats with their file name endings; empty if there is only one format.
+    /// Returns the names of the possible file formats with their endings; empty if there is only one format.
     pub fn formats(&self) -> Vec<(&'static str, Vec<&'static str>)> {
         fn named<W>(all: &[FileFormat<W>]) -> Vec<(&'static str, Vec<&'static str>)> {
             all.iter().map(|own| (own.name, vec![own.ending])).collect()
@@ -79,7 +80,7 @@ impl FileContent {
         }
     }
 
-    /// Returns a warning if this format cannot hold a part of the calibration.
+    /// Returns a warning if the file format cannot hold a part of the calibration.
     pub fn caution(&self, path: &Path) -> Option<String> {
         match self {
             Self::Calibration(calibration, _) => caution(calibration, path),
@@ -87,12 +88,12 @@ impl FileContent {
         }
     }
 
-    /// Returns true if writing can take seconds, so that the user sees it and can cancel it.
+    /// Returns true if writing can take seconds. The status line then shows it, so that the user can cancel it.
     pub fn takes_long(&self) -> bool {
         matches!(self, Self::Report(..) | Self::Traces(_))
     }
 
-    /// Returns the files that are written for this file name.
+    /// Returns the paths of all files that are written for this path.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self {
             Self::Thresholds(..) => (map_format(path).write.files)(path),

@@ -1,6 +1,6 @@
-//! The session file: names and roles of the open files, and all settings. It contains no samples and no results.
+//! The session file: names and roles of the open recordings, and all settings. It contains no samples and no results.
 //!
-//! Guarantees: a session that is written and read again is unchanged. Parts that a file does not contain have their defaults.
+//! Guarantees: a session that is written and read again is unchanged. Entries that a session file lacks get their defaults.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -32,7 +32,7 @@ use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
-/// File name ending of the trained calibration beside a session.
+/// File name ending of the trained calibration that is saved beside a session.
 const TRAINED: &str = "trained.json";
 const BYTES_LIMIT: u64 = 64 << 20;
 
@@ -84,7 +84,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Returns true if a text is a session, even if its end is missing.
+    /// Returns true if a text is a session file, even if its end is cut off.
     pub fn is_one(text: &[u8]) -> bool {
         #[derive(Deserialize)]
         struct Start {
@@ -98,7 +98,7 @@ impl Session {
             || serde_json::from_slice::<Start>(text).is_ok_and(|start| start.format == FORMAT)
     }
 
-    /// Reads the text of a session.
+    /// Reads a session from the text of its file.
     ///
     /// # Errors
     /// The reason in words, if the text is not a session or has a newer version.
@@ -119,7 +119,7 @@ impl Session {
         }
     }
 
-    /// Returns the session as JSON for a file in `folder`. Files inside the folder are named by relative paths.
+    /// Returns the session as JSON for a session file in `folder`. Recordings in this folder are named by relative paths.
     pub fn to_json(&self, folder: &Path) -> Vec<u8> {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -136,11 +136,11 @@ impl Session {
 
 #[derive(Clone, Debug)]
 pub struct SessionPart {
-    /// Entry in the session, in which [`SessionFile::absolute`] is the path at which the file was found.
+    /// Entry of a recording file in the session, in which [`SessionFile::absolute`] is the path at which the file was found.
     pub file: SessionFile,
-    /// Content of the file, or the reason why it cannot be read; `None` if the file was not found.
+    /// Recordings of the file, or the reason why it cannot be read; `None` if the file was not found.
     pub loaded: Option<Result<Loaded, String>>,
-    /// True if the file has changed since the session was saved.
+    /// True if the recording file has changed since the session was saved.
     pub changed: bool,
 }
 
@@ -148,9 +148,9 @@ pub struct SessionPart {
 pub struct OpenedSession {
     pub session: Session,
     pub parts: Vec<SessionPart>,
-    /// Calibration that the session applies.
+    /// Calibration from a file that the session applies to its recordings, or the reason why it cannot be read.
     pub calibration: Option<Result<FromFile, String>>,
-    /// Trained calibration beside the session.
+    /// Trained calibration in the file beside the session, or the reason why it cannot be read.
     pub trained: Option<Result<Arc<Calibration>, String>>,
 }
 
@@ -188,7 +188,7 @@ impl Session {
             file.days.extend(recording.entered_day.map(|day| (name.clone(), day)));
             file.roles.insert(name, entry.role);
         }
-        // Missing files stay in the session, so that they can be found later.
+        // Missing files stay in the saved session, so that they can still be found later.
         files.extend(project.lost.iter().cloned());
         let on_screen = match project.view {
             View::One(at) => project.recordings.entries().get(at),
@@ -216,7 +216,8 @@ impl Session {
         }
     }
 
-    /// Returns the session with the present sizes and hashes of its files. Files that cannot be read keep their size and hash.
+    /// Returns the session with the present sizes and hashes of its recording files. Files that cannot be read keep their
+    /// saved size and hash.
     pub fn with_hashes(&self) -> Self {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -241,7 +242,7 @@ impl Session {
     }
 }
 
-/// Returns the path of a file that a session in `folder` names. A missing file is searched in the folder, so that a session
+/// Returns the path of a file that a session in `folder` names. A missing file is searched in this folder, so that a session
 /// can be moved together with its files.
 fn found_again(path: &Path, folder: &Path) -> PathBuf {
     let there = folder.join(path);
@@ -256,7 +257,8 @@ pub fn trained_beside(session: &Path) -> PathBuf {
     session.with_extension(TRAINED)
 }
 
-/// Writes a session, and beside it the calibration trained on these recordings. If one file fails, neither is written.
+/// Writes a session, and in a file beside it the calibration that was trained on these recordings. If one of the files cannot
+/// be written, neither is.
 ///
 /// # Errors
 /// [`WriteError`] if a file cannot be written.
@@ -271,7 +273,8 @@ pub fn write_session(
     let mut session = session.clone();
     session.trained = trained.and_then(|_| Some(beside.file_name()?.into()));
     if let Some(trained) = trained {
-        // The calibration of an opened session keeps its list of recordings, because some of them may be missing now.
+        // A trained calibration that was read with its session keeps its list of recordings, because some of them may be
+        // missing now.
         let own = match trained.sources.is_empty() {
             true => &with_sources(trained, recordings),
             false => trained,
@@ -283,7 +286,8 @@ pub fn write_session(
     files.finish()
 }
 
-/// Checks by names and contents that a calibration was trained on these recordings in these roles.
+/// Checks, by names and contents, that a calibration was trained on these recordings with their present training and test
+/// roles.
 ///
 /// # Errors
 /// The difference in words.
@@ -310,7 +314,7 @@ fn text_of(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 impl OpenedSession {
-    /// Reads a session and the files that it names.
+    /// Reads a session and the recording and calibration files that it names.
     ///
     /// # Errors
     /// The reason in words, if the session cannot be read. Missing and unreadable files are noted in [`Self::parts`].
@@ -353,7 +357,7 @@ impl OpenedSession {
         let mut notices = add_parts(&mut project, self.parts);
         let mut say = |level, text: String| notices.push(Notice::new(level, text));
         match session.cut {
-            // Recordings of files that are found later are split in the same way.
+            // The split stays even without recordings, so that files that are found later are split in the same way.
             Some(fraction) if project.recordings.entries().is_empty() => {
                 let whole = Arc::clone(&project.recordings);
                 project.split = Some(Split { whole, fraction });
@@ -378,8 +382,8 @@ impl OpenedSession {
     }
 }
 
-/// Adds the recordings of a session's files to a document, with their saved roles, groups and days. Returns notices about
-/// missing, changed and unreadable files. The settings do not change.
+/// Adds the recordings of a session's files to a document, with their saved roles, groups and days. Returns messages about
+/// missing, changed and unreadable files. The settings stay unchanged.
 pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> {
     let mut notices = Vec::new();
     let mut say = |level, text: String| notices.push(Notice::new(level, text));
@@ -440,7 +444,8 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
 }
 
 impl SessionPart {
-    /// Reads one file from its path relative to the session, or from its absolute path if the first does not exist.
+    /// Reads one recording file from its path relative to the session, or from its absolute path if the relative one does not
+    /// exist.
     fn read(file: &SessionFile, folder: &Path, progress: &Progress) -> Self {
         let candidates = [folder.join(&file.path), file.absolute.clone()];
         match candidates.into_iter().find(|path| path.is_file()) {
@@ -460,7 +465,7 @@ impl SessionPart {
     }
 }
 
-/// Tares the recordings and removes faulty samples as in the saved session.
+/// Tares the recordings and removes faulty samples as the saved session states.
 fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let tared = |recording: Recording, tare: Option<Tare>| match tare {
         Some(tare) if recording.tare() != Some(tare) => {
@@ -477,7 +482,7 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let as_judged = as_judged.collect::<Result<Vec<_>, _>>()?;
     let all: Vec<&Recording> = as_judged.iter().collect();
     let mut recordings = Vec::new();
-    // Faults are found once for each set of limits, because most recordings share one.
+    // Faulty samples are searched once for each set of limits, because most recordings have the same limits.
     let ranges = file.left_out.values().map(|judged| &judged.range);
     let mut ranges: Vec<&ValidRange> = ranges.collect();
     ranges.dedup();

@@ -1,4 +1,4 @@
-//! Background work that runs once: reading and writing files, and changing recordings.
+//! Background work that runs once, such as reading and writing files, and taring recordings.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ use crate::shown::file_name;
 #[derive(Clone)]
 pub struct Task {
     title: String,
-    /// True if the status line shows the task, so that the user can cancel it.
+    /// True if the status line shows this work, so that the user can cancel it.
     pub is_seen: bool,
     run: Arc<Run>,
 }
@@ -37,19 +37,21 @@ pub enum Done {
     Opened(Vec<OpenedFile>),
     /// Recordings before and after taring or removing faulty samples, with warnings.
     Changed(Arc<RecordingSet>, RecordingSet, Vec<String>),
-    /// Recordings to be replaced, and the recordings of the built-in sensor that replace them.
+    /// Recordings to be replaced, and the simulated recordings of the built-in sensor that replace them.
     Simulated(Arc<RecordingSet>, RecordingSet),
     Written(FileContent, PathBuf),
-    /// Content that was not written, because a file with this name exists.
+    /// Content that was not written, because a file at this path already exists.
     IsThere(FileContent, PathBuf),
     Map(Box<ColumnMap>),
     Weight(PathBuf, Box<WeightEstimate>),
     Restored(PathBuf, Box<OpenedSession>),
-    /// Path that was searched for missing files of the session, and the entries of the found files with their contents.
+    /// Path at which missing files of the session were searched, and the session entries of the found files with their
+    /// contents.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
-    /// Trained calibration of the session, the loaded recordings, and the reason if it was not trained on them.
+    /// Trained calibration that was read with the session, the loaded recordings, and the reason if it was not trained on
+    /// them.
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
-    /// Recordings, a model that was fitted to them, and true if the user asked to keep the model.
+    /// Recordings, a model that was fitted to them, and true if the user asked to keep this model in the list.
     Listed(Arc<RecordingSet>, Box<Model>, bool),
 }
 
@@ -61,7 +63,8 @@ impl Task {
         Self { title: title.into(), is_seen: true, run: Arc::new(run) }
     }
 
-    /// Reads files, each by its column map, or by a remembered map of similar files if its column names are not sufficient.
+    /// Reads files, each by its column map. If a file has no map and its column names are not sufficient, a remembered map of
+    /// similar files is tried.
     pub fn open(files: Vec<(PathBuf, Option<ColumnMap>)>, remembered: Vec<ColumnMap>) -> Self {
         let title = match &files[..] {
             [(one, _)] => format!("Reading {}", file_name(one)),
@@ -70,7 +73,7 @@ impl Task {
         Self::new(title, move |progress| Ok(Done::Opened(open_all(&files, &remembered, progress))))
     }
 
-    /// Tares the recordings that have the same names and files as those in `which`.
+    /// Tares those of the recordings that have the name and file of a recording in `which`.
     pub fn tare(recordings: Arc<RecordingSet>, which: Vec<Arc<Recording>>, tare: Tare) -> Self {
         Self::new("Taring", move |_| {
             let (tared, warnings) = tared(&recordings, &which, tare)?;
@@ -85,7 +88,7 @@ impl Task {
         })
     }
 
-    /// Simulates the recordings of the built-in sensor, which take the place of `replaced`.
+    /// Simulates the recordings of the built-in sensor, which replace the recordings `replaced`.
     pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
             let made = match late {
@@ -97,7 +100,7 @@ impl Task {
         })
     }
 
-    /// Writes a file, unless it is one of `inputs`, the files of the recordings.
+    /// Writes a file, unless it is one of `inputs` (the files of the loaded recordings), which must not be overwritten.
     pub fn write(
         content: FileContent,
         path: PathBuf,
@@ -124,7 +127,7 @@ impl Task {
         })
     }
 
-    /// Estimates the weight that the sensor carries from a file with this column map.
+    /// Estimates the weight that the sensor carries from a file that is read by this column map.
     pub fn find_weight(path: PathBuf, map: ColumnMap) -> Self {
         Self::new("Estimating the weight", move |progress| {
             let found = import::estimate_weight(&path, &map, progress).map_err(because)?;
@@ -140,7 +143,8 @@ impl Task {
         })
     }
 
-    /// Finds and reads missing files of the session. `place` is one of them or their folder. The files in `others` are open.
+    /// Finds and reads missing files of the session. `place` is the path of one of them or their folder. The files in
+    /// `others` are already open and are not considered.
     pub fn locate(lost: Vec<SessionFile>, place: PathBuf, others: Vec<PathBuf>) -> Self {
         Self::new("Searching missing files", move |progress| {
             let found = find(&lost, &place, &others).into_iter();
@@ -161,8 +165,8 @@ impl Task {
         })
     }
 
-    /// Measures the computing time of a calibration of these recordings, to add it to the list of models. `is_asked` is true
-    /// if the user asked to keep it. Otherwise the status line does not show the task.
+    /// Measures the computing time of a calibration of these recordings, to show it in the list of models. `is_asked` is true
+    /// if the user asked to keep the model. Otherwise the status line does not show this work.
     pub fn list(
         recordings: Arc<RecordingSet>,
         settings: FitSettings,
@@ -177,7 +181,7 @@ impl Task {
     }
 }
 
-/// Tasks are never equal, so that each runs.
+/// Two tasks are never equal, so that a new task always runs.
 impl PartialEq for Task {
     fn eq(&self, _: &Self) -> bool {
         false
@@ -201,7 +205,7 @@ fn because(error: impl Advice) -> Unanswered {
     Unanswered::Because(error.text(Face::Window))
 }
 
-/// Returns the recordings with those in `which` tared, and a warning for each that carries a load during its tare.
+/// Returns the recordings, of which those in `which` are tared, and a warning for each that carries a load during its tare.
 fn tared(
     recordings: &RecordingSet,
     which: &[Arc<Recording>],
@@ -218,7 +222,7 @@ fn tared(
     Ok((set, warnings))
 }
 
-/// Returns the recordings without faulty samples. A recording of only faulty samples is removed.
+/// Returns the recordings without faulty samples. A recording that consists only of faulty samples is removed.
 fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, String> {
     let mut set = RecordingSet::default();
     let all: Vec<&Recording> = recordings.entries().iter().map(|entry| &*entry.recording).collect();

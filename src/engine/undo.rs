@@ -7,22 +7,22 @@ use crate::engine::project::Project;
 use crate::recording::Recording;
 
 const MAX_STEPS: usize = 100;
-/// Maximum count of numbers (8 bytes each, so 2 GB) in recordings that only undo steps use. If there are more, the oldest
-/// steps are removed, but never the newest.
+/// Maximum amount of memory for undo, as a count of numbers (8 bytes each, so 2 GB) in recordings that only undo steps use.
+/// Above it, the oldest undo steps are removed, but never the newest.
 const MAX_NUMBERS: usize = 1 << 28;
 
-/// Documents before and after the present one, for undo and redo.
+/// Documents before and after the present one, to which undo and redo return.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     before: VecDeque<Project>,
-    /// Documents for redo. The last one is the next to be restored.
+    /// Documents to which redo returns. The last one is the next to be restored.
     after: Vec<Project>,
     gesture: Option<u64>,
 }
 
 impl History {
-    /// Adds the document before an edit. The edits of one gesture, such as a drag of a slider, are one step. Opening the
-    /// first recordings is no step.
+    /// Adds the document before an edit as an undo step. The edits of one gesture, such as a drag of a slider, are one step.
+    /// Opening the first recordings is no step.
     pub fn step(&mut self, before: Project, now: &Project, gesture: Option<u64>) {
         if before == *now {
             return;
@@ -47,7 +47,7 @@ impl History {
         }
     }
 
-    /// Returns the count of numbers in recordings that only undo steps use.
+    /// Returns the count of numbers in those recordings that only undo steps use.
     fn numbers_beside(&self, now: &Project) -> usize {
         let recordings = |project: &Project| -> Vec<Arc<Recording>> {
             let whole = project.split.iter().map(|split| &split.whole);

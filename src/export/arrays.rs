@@ -6,8 +6,8 @@ use super::target::Export;
 use crate::calibration::{Kernel, Learned, Network};
 use crate::formats::{Array, Entry};
 
-/// Returns all arrays of a calibration, without the kernel's band. The weights of a layer have one row per input, for
-/// `values @ weights + biases`.
+/// Returns all arrays of a calibration except the kernel's uncertainty band. The weights of a network layer have one row per
+/// input, for `values @ weights + biases`.
 pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     let calibration = export.calibration;
     let mut arrays = vec![texts("about", export.lines(str::to_owned).collect())];
@@ -39,7 +39,7 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     arrays
 }
 
-/// Returns a row-major matrix, or a vector if there is only one row.
+/// Returns an array of row-major numbers: a matrix, or a vector if there is only one row.
 fn numbers(name: &str, n_columns: usize, values: Vec<f64>) -> Entry {
     let shape = if values.len() == n_columns {
         vec![n_columns]

@@ -16,12 +16,12 @@ use std::time::Duration;
 use crate::panicked::locked;
 use crate::progress::Progress;
 
-/// Prefix and suffix of the names of temporary files, around the name of the final file and some random letters.
+/// Prefix and suffix of the names of temporary files. Between them are the name of the final file and some random letters.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
-/// Maximum number of characters taken from a name, so that the temporary name is a valid file name.
+/// Maximum number of characters of the final file's name in a temporary name, so that the temporary name is not too long.
 const NAME_CHARS: usize = 50;
 
-/// Error of writing a file. An existing file is unchanged.
+/// Error of writing a file. A file that existed before is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", .path.display())]
 pub struct WriteError {
@@ -29,7 +29,7 @@ pub struct WriteError {
     pub source: io::Error,
 }
 
-/// Replaces the file at `path` by the output of `write`.
+/// Replaces the file at `path` by what the function `write` writes.
 ///
 /// # Errors
 /// [`WriteError`] if the folder does not exist, the file cannot be written, or `write` fails.
@@ -42,16 +42,18 @@ pub fn write_atomically(
     files.finish()
 }
 
-/// Files that take their names together, all or none. Dropping the set before [`Self::finish`] removes its temporary files.
+/// Set of files that get their final names together, all or none. Dropping the set before [`Self::finish`] removes its
+/// temporary files.
 #[derive(Debug, Default)]
 pub struct Together {
-    /// Each file with its temporary file, which is registered until it is removed or renamed.
+    /// Each final file with its temporary file. An interrupt removes the temporary file, until it is renamed.
     written: Vec<(Target, tempfile::NamedTempFile, Forget)>,
     folders: Vec<(Target, tempfile::TempDir)>,
 }
 
 impl Together {
-    /// Writes the new content of the file at `path`. The file itself is unchanged until [`finish`](Self::finish).
+    /// Writes the new content of the file at `path` to a temporary file. The file at `path` is unchanged until
+    /// [`finish`](Self::finish).
     ///
     /// # Errors
     /// [`WriteError`] if the folder does not exist, the file cannot be written, or `write` fails.
@@ -64,7 +66,7 @@ impl Together {
         Ok(())
     }
 
-    /// Makes the new folder at `path` from files, each with its path in the folder and its content.
+    /// Writes a new folder for `path` from the files that `make` returns, each with its path in the folder and its content.
     ///
     /// # Errors
     /// [`WriteError`] if `path` is an existing file, the folder cannot be written, or `make` fails.
@@ -78,15 +80,16 @@ impl Together {
         Ok(())
     }
 
-    /// Gives all files and folders their final names.
+    /// Renames all temporary files and folders to their final names.
     ///
     /// # Errors
     /// [`WriteError`] if a file cannot be renamed. The files before it then already have their final names.
     pub fn finish(self) -> Result<(), WriteError> {
-        // Declared before the lock, so that it is dropped after the lock: dropping its elements takes the lock again.
+        // This list is declared before the lock, so that it is dropped after the lock is released. Dropping its elements
+        // takes the lock again.
         let mut forgotten = Vec::new();
         let mut named = Ok(());
-        // The lock is held until the last file has its name, so that an interrupt never leaves only some of the files.
+        // The lock is held until the last file has its final name, so that an interrupt never leaves only some of the files.
         let being_written = being_written();
         for (target, temporary, forget) in self.written {
             forgotten.push(forget);
@@ -95,7 +98,8 @@ impl Together {
                     .persist(&target.path)
                     .map(drop)
                     .map_err(|error| at(&target.path)(error.error));
-                // The folder is also flushed to the disk. A failure is ignored, because the file itself is complete.
+                // The rename in the folder is also flushed to the disk. A failure is ignored, because the file itself is
+                // complete.
                 #[cfg(unix)]
                 let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
             }
@@ -123,7 +127,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Checks whether a file can be written, without writing it.
+/// Checks whether a file could be written, without writing it.
 pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     let check = || {
         let target = Target::of(path)?;
@@ -132,18 +136,18 @@ pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     check().map_err(at(path))
 }
 
-/// Exit code of an interrupted program (128 + SIGINT), as shells report it; 128 + SIGTERM if the program was asked to end.
+/// Exit code of an interrupted program, as shells report it: 128 + SIGINT, or 128 + SIGTERM if the program was asked to end.
 static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
 
-/// Installs the handler that removes temporary files and ends the program when it is interrupted or asked to end. The first
-/// interrupt only stops the work registered by [`interrupt_stops`], if any. A signal that is ignored from the start (`nohup`)
-/// stays ignored.
+/// Installs the handler that runs when the program is interrupted or asked to end. It removes temporary files and ends the
+/// program. If work is registered by [`interrupt_stops`], the first interrupt stops only this work. A signal that the program
+/// is started to ignore (`nohup`) stays ignored.
 pub fn clean_up_when_asked_to_end() {
     let is_terminated = Arc::new(AtomicBool::new(false));
     let asked_to_end = Arc::clone(&is_terminated);
-    // Without a handler, temporary files are removed when the same file is written again.
+    // If the handler cannot be installed, temporary files are removed when the same file is written again.
     let set = ctrlc::try_set_handler(move || {
-        // Waits until both handlers of the signal have run.
+        // Waits until the second handler, which sets the flag for SIGTERM, has run.
         std::thread::sleep(Duration::from_millis(5));
         let word = if asked_to_end.load(Ordering::SeqCst) {
             EXIT_CODE.store(143, Ordering::SeqCst);
@@ -160,7 +164,7 @@ pub fn clean_up_when_asked_to_end() {
             work.cancel();
             return;
         }
-        // The lock is held until the end, so that no new temporary file is begun.
+        // The lock is held until the program ends, so that no new temporary file is begun.
         let being_written = being_written();
         for path in being_written.iter() {
             let _ = fs::remove_file(path);
@@ -170,7 +174,8 @@ pub fn clean_up_when_asked_to_end() {
     });
     #[cfg(unix)]
     if set.is_ok() {
-        // The handler above also runs on SIGTERM, and learns from this flag which signal has come.
+        // The handler above also runs on SIGTERM. This second handler sets a flag on SIGTERM, which tells the two signals
+        // apart.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, is_terminated);
     }
     #[cfg(not(unix))]
@@ -182,7 +187,7 @@ pub fn interrupted_code() -> u8 {
     EXIT_CODE.load(Ordering::SeqCst)
 }
 
-/// Registers work that the first interrupt stops instead of the program.
+/// Registers work that the first interrupt stops. The program then still prints the results so far.
 pub fn interrupt_stops(progress: &Progress) {
     *work() = Some(progress.clone());
 }
@@ -205,7 +210,7 @@ struct Target {
 
 impl Target {
     fn of(path: &Path) -> io::Result<Self> {
-        // A link is followed to its file, so that the link stays a link.
+        // If the path is a symbolic link, the file that it points to is replaced, so that the link stays a link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let old = fs::metadata(&path).ok();
         if old.as_ref().is_some_and(fs::Metadata::is_dir) {
@@ -219,7 +224,7 @@ impl Target {
         let permissions = old.map(|old| old.permissions());
         let target = Self { path, permissions };
         if !target.directory().is_dir() {
-            // The system's own message would name a temporary file that the user does not know.
+            // The system's own error message would name the temporary file, which the user does not know.
             let message = format!("there is no folder {}", target.directory().display());
             return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
@@ -234,7 +239,7 @@ impl Target {
         folder_of(&self.path)
     }
 
-    /// Returns the prefix of the names of the temporary files for this file.
+    /// Returns the prefix that the names of all temporary files for this final file share.
     fn prefix(&self) -> String {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name: String = name.chars().take(NAME_CHARS).collect();
@@ -242,12 +247,13 @@ impl Target {
     }
 }
 
-/// Removes all temporary files that ended programs left in a folder.
+/// Removes all temporary files in a folder that programs left when they were killed.
 pub(crate) fn clean_up_in(folder: &Path) {
     clean_up(folder, TEMPORARY.0);
 }
 
-/// Removes temporary files with this prefix that ended programs left. A running program holds a lock on its file.
+/// Removes temporary files with this prefix that killed programs left. The file of a running program stays, because the
+/// program holds a lock on it.
 fn clean_up(folder: &Path, prefix: &str) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
@@ -267,16 +273,16 @@ fn clean_up(folder: &Path, prefix: &str) {
     }
 }
 
-/// Creates a new file, locked so that no other program removes it as a leftover.
+/// Creates a new temporary file, locked so that no other program removes it as a leftover.
 fn new_file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    // The file gets the permissions of any new file. Temporary files would be readable by their owner only.
+    // The file gets the permissions of any new file. The crate `tempfile` would make it readable by its owner only.
     options.write(true).create_new(true);
     loop {
         let file = options.open(path)?;
-        // If files cannot be locked, leftovers are never removed either.
+        // On a file system without locks, leftovers are never removed either, so a failure is ignored.
         let _ = file.lock();
-        // Another program may have locked the file first, and removed it.
+        // Another program may have locked this file first and removed it as a leftover.
         if path.exists() {
             return Ok(file);
         }
@@ -308,7 +314,7 @@ fn whole(
         Ok(file)
     })?;
     let forget = Forget(temporary.path().to_owned());
-    // The file handle is used directly, because errors of the temporary file would name it.
+    // Errors of the `tempfile` wrapper would name the temporary file, so its inner file handle is used.
     let file = temporary.as_file();
     if let Some(permissions) = &target.permissions {
         file.set_permissions(permissions.clone())?;
@@ -321,7 +327,7 @@ fn whole(
     Ok((target, temporary, forget))
 }
 
-/// Makes a folder from files, each with its path in the folder and its content, beside its final place.
+/// Writes a temporary folder beside its final place, from files each with its path in the folder and its content.
 fn whole_folder(
     path: &Path,
     make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
@@ -331,7 +337,8 @@ fn whole_folder(
         return Err(io::Error::other("this is an existing file"));
     }
     let files = make()?;
-    // An outer temporary folder is removed whole after a failure; the inner one has the permissions of any new folder.
+    // The outer temporary folder is removed with all its content after a failure. The inner folder has the permissions of any
+    // new folder.
     let mut builder = tempfile::Builder::new();
     let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     let around = around.tempdir_in(target.directory())?;

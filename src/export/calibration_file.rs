@@ -1,5 +1,5 @@
-//! Writes and reads calibration files. JSON files hold everything and read back to the same predictions; files of other
-//! formats hold a part.
+//! Writes and reads calibration files. A JSON file holds the whole calibration, so that it gives the same loads when it is
+//! read back. Files of other formats hold a part.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,8 +28,8 @@ fn readable() -> String {
     joined(" or ", readable.map(|target| target.name))
 }
 
-/// Writes a calibration atomically, in the format of the file's ending. An unknown ending means the complete format; a path
-/// that ends with `/` means the folder of a library.
+/// Writes a calibration atomically, in the format that the file name ending selects. With an unknown ending, the complete
+/// JSON format is used. A path that ends with `/` means a library in a folder.
 ///
 /// [`WriteError`] if the file cannot be written, or the format cannot hold the calibration (its source is then a [`Refusal`]).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
@@ -38,7 +38,7 @@ pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), W
     files.finish()
 }
 
-/// Writes like [`write_calibration`], as one of several files.
+/// Writes a calibration like [`write_calibration`], as one of the files in `files` that get their names together.
 pub fn add_calibration(
     files: &mut Together,
     calibration: &Calibration,
@@ -52,7 +52,8 @@ pub fn add_calibration(
     files.write(path, |out| (target.write)(&of_target(target, calibration, &name)?, out))
 }
 
-/// Returns a warning for a file that leaves out a part; see [`Target::caution`](super::target::Target::caution).
+/// Returns a warning if the file at this path would leave out a part of the calibration; see
+/// [`Target::caution`](super::target::Target::caution).
 pub fn caution(calibration: &Calibration, path: &Path) -> Option<String> {
     let left_out = (target_for(path)?.caution)(calibration)?;
     Some(format!("{} leaves out {left_out}", path.display()))
@@ -67,7 +68,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError
     Ok(read_with_notes(path)?.0)
 }
 
-/// Reads like [`read_calibration`], and returns notes for the user.
+/// Reads a calibration like [`read_calibration`], and returns it with notes for the user.
 pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCalibrationError> {
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };

@@ -1,4 +1,4 @@
-//! Facts that every export states: its origin, its contents, the parts that are left out, and its errors.
+//! Facts that every exported file states: its origin, its contents, the parts that are left out, and its errors.
 
 use std::borrow::Cow;
 
@@ -9,10 +9,10 @@ use crate::shown::{first, joined};
 
 const NAMED_RECORDINGS: usize = 40;
 
-/// Fact about an export: a unique name and a text.
+/// Fact about an exported calibration: a unique name and a text.
 pub(super) type Fact = (Cow<'static, str>, String);
 
-/// Returns the facts in their order, with the unescaped texts of the calibration.
+/// Returns the facts in the order in which files state them, with the unescaped texts of the calibration.
 pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) -> Vec<Fact> {
     let quality = &calibration.quality;
     let mut facts = vec![
@@ -102,7 +102,7 @@ fn regressor(calibration: &Calibration) -> String {
     }
 }
 
-/// Returns each file with its hash, up to the maximum number of named files.
+/// Returns a fact for each recording, with its file and the hash of the file. Only the first [`NAMED_RECORDINGS`] are named.
 fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
     let mut facts: Vec<Fact> = sources
         .iter()
@@ -123,7 +123,8 @@ fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
     facts
 }
 
-/// Returns the RMSE per axis in words. Errors on held-out samples come first, because they are the errors to expect.
+/// Returns the root mean square errors per axis in words. Errors on held-out samples come first, because they predict the
+/// errors on new recordings.
 fn scores(scores: &Scores) -> String {
     let sets = [
         ("on test recordings", &scores.test_rmse),

@@ -1,33 +1,33 @@
-//! Parts of a calibration, with the names that the parts have in files of settings and of arrays. Networks and kernels are
-//! only in files of arrays.
+//! Parts of a calibration, with their names in files of parameters (YAML) and of arrays (NumPy, MATLAB). Only files of arrays
+//! hold networks and kernels.
 
 use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Text, Texts};
 use crate::calibration::{Calibration, LinearMap, Scores};
 use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
 pub(super) struct Field {
-    /// Name of the group that the part belongs to; empty for the calibration itself.
+    /// Name of the group of parts that this part belongs to; empty for parts of the calibration itself.
     pub group: &'static str,
     pub name: &'static str,
-    /// Explanation for readers of the file; may be empty.
+    /// Explanation of the part for readers of the file; may be empty.
     pub about: &'static str,
     pub value: Value,
 }
 
 pub(super) enum Value {
     Flag(bool),
-    /// One value per axis.
+    /// One true or false per axis.
     Flags(Vec<bool>),
     Count(u64),
     Number(f64),
     Text(String),
     Texts(Vec<String>),
     Numbers(Vec<f64>),
-    /// One row per axis.
+    /// Matrix as a list of rows, one per axis.
     Matrix(Vec<Vec<f64>>),
 }
 
-/// Returns all parts; the parts of a group follow each other.
+/// Returns all parts of a calibration. The parts of a group follow each other.
 pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     let mut fields = of_calibration(calibration);
     for (item, text) in calibration.identity.entered() {
@@ -61,7 +61,7 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
 
 fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     let own = |name, about, value| field("", name, about, value);
-    // No axis is rated if the user entered no rated load.
+    // Without an entered rated load, `calibration.rated` is empty, and no full scale counts as a rated load.
     let rated =
         (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true)).collect();
     let rated_about = "1 if the full scale is the rated load that the user entered";

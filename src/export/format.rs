@@ -1,13 +1,13 @@
-//! File formats of everything but calibrations.
+//! File formats of all files except calibrations.
 
 use std::path::Path;
 
 use crate::shown::joined;
 
-/// File format that the ending of a file's name selects. `W` is the type of its writing function.
+/// File format that the file name ending selects. `W` is the type of the function that writes it.
 pub struct FileFormat<W> {
     pub name: &'static str,
-    /// Ending of its files, in lower case and without the dot.
+    /// File name ending, in lower case and without the dot.
     pub ending: &'static str,
     pub holds: &'static str,
     pub write: W,
@@ -19,7 +19,7 @@ impl<W> FileFormat<W> {
         all.iter().find(|own| own.ending.eq_ignore_ascii_case(ending))
     }
 
-    /// Returns the endings of these formats with their dots, for messages.
+    /// Returns the file name endings of these formats with their dots, for messages.
     pub fn listed(all: &[Self]) -> String {
         joined(" or ", all.iter().map(|own| format!(".{}", own.ending)))
     }

@@ -1,4 +1,4 @@
-//! Hash of a file's content, by which the file is recognised.
+//! Hash of the content of a recording file, by which the file is recognised later.
 
 use std::io::{self, Read as _};
 use std::path::Path;

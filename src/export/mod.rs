@@ -1,4 +1,5 @@
-//! Outputs of the program: calibration files, source code that runs calibrations, and traces, each written atomically.
+//! Outputs of the program, each written atomically: calibration files, source code that runs calibrations, and tables of
+//! loads.
 
 mod arrays;
 mod atomic;

@@ -1,4 +1,4 @@
-//! The files of recordings, with the hashes of their contents.
+//! The files of the recordings that a calibration uses, with the hashes of their contents.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -8,8 +8,8 @@ use crate::export::hash::sha256;
 use crate::recording::{RecordingSet, Role};
 use crate::shown::file_name;
 
-/// Returns every recording of a set with its role, its file's name, and the present SHA-256 of the file. Each file is read
-/// once, even for several recordings. A file that cannot be read has no hash.
+/// Returns every recording of a set with its role, the name of its file, and the present SHA-256 of the file. Each file is
+/// read once, even for several recordings. A file that cannot be read has no hash.
 pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
     let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
     recordings
@@ -30,8 +30,8 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
         .collect()
 }
 
-/// Returns a calibration with the names and hashes of the files that it was fitted to and tested on. Every file is read
-/// again, so this function is called when a calibration is written, not in a fit.
+/// Returns a calibration with the names and hashes of the files that it was fitted to and tested on. Each call reads every
+/// file again. So it is called when a calibration is written, not in a fit.
 pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
     let used = used_recordings(recordings).into_iter();
     Calibration {

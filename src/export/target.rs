@@ -1,5 +1,5 @@
-//! Format of calibration files. A calibration that a format cannot hold is refused before a byte is written. A file that holds
-//! only a part lists the omitted parts.
+//! Interface of the formats of calibration files. A calibration that a format cannot hold is refused before a byte is
+//! written. A file that holds only a part of the calibration lists the omitted parts.
 
 use std::error::Error;
 use std::io;
@@ -9,7 +9,7 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::features::FeatureSettings;
 use crate::recording::{Axis, Layout};
 
-/// Reason why a calibration cannot be written in a format, or why a file is no calibration.
+/// Reason why a calibration cannot be written in a format, or why a file is not a calibration.
 pub type Refusal = Box<dyn Error + Send + Sync>;
 
 /// Reads a calibration from the content of a file, with notes for the user.
@@ -18,26 +18,26 @@ pub type ReadBack = fn(&[u8]) -> Result<(Calibration, Vec<String>), Refusal>;
 /// A format of calibration files. All formats are listed in [`TARGETS`](super::TARGETS).
 pub struct Target {
     pub name: &'static str,
-    /// Endings of its files, in lower case and without the dot; the usual one first.
+    /// File name endings, in lower case and without the dot; the usual one first.
     pub endings: &'static [&'static str],
     pub holds: &'static str,
     pub leaves_out: fn(&Calibration) -> &'static str,
     /// Returns a warning, shown before writing, if the file gives other loads than this program shows. The text names the
-    /// parts that the file leaves out.
+    /// parts that the file omits.
     pub caution: fn(&Calibration) -> Option<String>,
-    /// Checks whether the format can hold a calibration with this outline. A refusal names a way out.
+    /// Checks whether the format can hold a calibration with this outline. The text of a refusal says what to do instead.
     pub check: fn(&Outline<'_>) -> Result<(), Refusal>,
-    /// Writes a calibration that was checked.
+    /// Writes a calibration that was checked for this format.
     pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
     pub reader: Option<ReadBack>,
-    /// True if a controller can run the files. The export pane then shows the memory that they need.
+    /// True if a microcontroller can run the written files. The export pane then shows the memory that they need.
     pub on_controller: bool,
-    /// True if the files name the gauges. Otherwise gauges are known by their order.
+    /// True if the files contain the names of the gauges. Otherwise gauges are identified by their order.
     pub names_gauges: bool,
 }
 
 impl Target {
-    /// Format that leaves nothing out, holds every calibration, and cannot be read back.
+    /// Format that leaves nothing out, holds every calibration, and cannot be read back. The formats differ from it.
     pub(super) const PLAIN: Self = Self {
         name: "",
         endings: &[],
@@ -52,7 +52,7 @@ impl Target {
     };
 }
 
-/// Parts of a calibration that are known before the fit.
+/// Properties of a calibration that are known before the fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline<'a> {
     pub n_gauges: usize,
@@ -78,18 +78,18 @@ impl<'a> Outline<'a> {
     }
 }
 
-/// Checked calibration that is written to a file, with the texts for the file.
+/// Calibration that was checked for its format and is written to a file, with the texts for the file.
 #[derive(Debug)]
 pub struct Export<'a> {
-    /// The complete calibration.
+    /// The whole calibration, even if the format holds only a part.
     pub calibration: &'a Calibration,
     pub(super) facts: Vec<Fact>,
-    /// Base of the names inside the file.
+    /// Name of the calibration, from which the names inside the file are made.
     pub name: &'a str,
 }
 
 impl Export<'_> {
-    /// Returns the facts, one line each. `shown` escapes texts for the file.
+    /// Returns the facts about the calibration, one line each. `shown` escapes texts for the file.
     pub(super) fn lines<'s>(
         &'s self,
         shown: impl Fn(&str) -> String + 's,
@@ -98,7 +98,7 @@ impl Export<'_> {
     }
 }
 
-/// Checks a calibration for its format. `name` is the base of the names inside the file.
+/// Checks that the format can hold a calibration, and returns it for writing. The names inside the file are made from `name`.
 pub(super) fn of_target<'a>(
     target: &Target,
     calibration: &'a Calibration,

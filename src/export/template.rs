@@ -1,11 +1,12 @@
-//! Fills the program's own templates.
+//! Fills the templates of source code and reports that are part of this program.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::shown::for_xml;
 
-/// Returns the environment of the templates, where a missing value is an error. `trims` removes lines that hold only a tag.
+/// Returns the template engine, for which a missing value is an error. With `trims`, lines that hold only a template tag give
+/// no output line.
 pub(super) fn environment(trims: bool) -> Environment<'static> {
     let mut templates = Environment::new();
     let mut syntax = SyntaxConfig::builder();
@@ -21,7 +22,7 @@ pub(super) fn filled(template: &str, values: Value) -> String {
     filled.expect("the templates are this program's own")
 }
 
-/// Fills a template of HTML or XML. Every text is escaped unless it is marked as [safe](Value::from_safe_string).
+/// Fills a template of HTML or XML. Every text is escaped, unless the program marks it as [safe](Value::from_safe_string).
 pub(crate) fn filled_markup(template: &str, values: Value) -> String {
     let mut templates = environment(true);
     templates.set_formatter(|out, _, value| {

@@ -1,13 +1,13 @@
-//! Escapes texts from files (names of gauges and recordings) for the places where they are written.
+//! Escapes texts that come from files, such as names of gauges, for comments, identifiers, XML and YAML.
 
 use crate::shown::{for_xml, is_hidden, printable};
 
-/// Returns [`printable`] text that neither begins nor ends a C comment, and contains no trigraph.
+/// Returns the text as [`printable`], changed so that it neither begins nor ends a C comment and contains no trigraph.
 pub(super) fn for_block_comment(text: &str) -> String {
     kept_apart(&printable(text), |pair| matches!(pair, ('*', '/') | ('/', '*') | ('?', '?')))
 }
 
-/// Returns the text with a blank between two characters that must not meet.
+/// Returns the text with a blank inserted between each two characters for which `must_not_meet` is true.
 fn kept_apart(text: &str, must_not_meet: fn((char, char)) -> bool) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -19,7 +19,7 @@ fn kept_apart(text: &str, must_not_meet: fn((char, char)) -> bool) -> String {
     out
 }
 
-/// Returns [`printable`] text in ASCII characters only.
+/// Returns the text as [`printable`], in ASCII characters only.
 pub(super) fn ascii(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in printable(text).chars() {
@@ -33,7 +33,7 @@ pub(super) fn ascii(text: &str) -> String {
     out
 }
 
-/// Returns an identifier that is valid in every language, made from a file's name.
+/// Returns an identifier that is valid in every language of exported code, made from the name of a file.
 pub(super) fn identifier(name: &str) -> String {
     let mut out: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(40).collect();
@@ -43,18 +43,19 @@ pub(super) fn identifier(name: &str) -> String {
     out
 }
 
-/// Names that Python, its standard library, NumPy, C or Rust already use, and names of the self-tests. A library with one
-/// of these names would hide the original.
+/// Names that Python, its standard library, NumPy, C or Rust already use, and names of the self-test files. An exported
+/// library with one of these names would hide the original.
 const TAKEN: &str = include_str!("templates/taken_names.txt");
 
-/// Returns an [`identifier`] for a library that no other library uses, also on file systems that ignore case.
+/// Returns an [`identifier`] for an exported library that is none of the [`TAKEN`] names, also on file systems that ignore
+/// case.
 pub(super) fn library_name(name: &str) -> String {
     let name = identifier(name);
     let small = name.to_ascii_lowercase();
     if TAKEN.split_whitespace().any(|word| word == small) { format!("cal_{name}") } else { name }
 }
 
-/// Returns [`for_xml`] text for a comment, where two hyphens must not meet.
+/// Returns the text as [`for_xml`] for an XML comment, in which two hyphens must not be adjacent.
 pub(super) fn for_xml_comment(text: &str) -> String {
     let mut out = kept_apart(&for_xml(text), |pair| pair == ('-', '-'));
     if out.ends_with('-') {
@@ -63,7 +64,7 @@ pub(super) fn for_xml_comment(text: &str) -> String {
     out
 }
 
-/// Returns a double-quoted YAML scalar, including the quotes.
+/// Returns the text as a double-quoted YAML string, including the quotes.
 pub(super) fn for_yaml(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

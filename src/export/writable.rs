@@ -29,8 +29,8 @@ impl Advice for TargetError {
     }
 }
 
-/// Checks that each output can be written. No two outputs may be the same file, and no output may be an input. Existing
-/// outputs are refused unless files may be `replaced`.
+/// Checks that each output file can be written. No two outputs may be the same file, and no output may be an input. Existing
+/// outputs are refused unless `replaced` is true.
 ///
 /// # Errors
 /// [`TargetError`] with the first output that cannot be written.
@@ -58,7 +58,7 @@ pub fn check_targets<'a>(
                 second: output.clone(),
             });
         }
-        // The path itself is checked, so that a broken link also counts as an existing file.
+        // The path itself is checked, not the target of a link, so that a broken link also counts as an existing file.
         if !replaced && fs::symlink_metadata(output).is_ok() {
             return Err(TargetError::Exists { path: output.clone() });
         }
@@ -67,7 +67,7 @@ pub fn check_targets<'a>(
     Ok(())
 }
 
-/// Returns the folder and the name of a file, with links resolved.
+/// Returns the folder and the name of a file after resolving symbolic links, to compare files.
 fn place(path: &Path) -> (PathBuf, OsString) {
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let folder = folder_of(&whole);

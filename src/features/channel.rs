@@ -1,17 +1,19 @@
-//! Auxiliary channels of a calibration. The fit uses the difference of a channel from its training mean, in standard
-//! deviations. A channel that hardly changed is not used, because its noise would be amplified.
+//! Auxiliary channels of a calibration, such as a temperature or a supply voltage. The fit uses the difference of a channel
+//! from its reference value (by default its mean over the training recordings), divided by its standard deviation. A channel
+//! that hardly changed is not used, because its noise would be amplified.
 
 use serde::{Deserialize, Serialize};
 
 use crate::min_max::MinMax;
 use crate::recording::{Recording, span};
 
-/// Minimum change of a channel, as a share of its largest value. A channel that changes less counts as constant.
+/// Minimum change of a channel over the training recordings, as a share of its largest absolute value. A channel that changes
+/// less counts as constant and is not used.
 const STILL: f64 = 0.01;
-/// Minimum change of a supply voltage, as a share of its largest value. The limit is low, because amplifiers that are not
-/// ratiometric follow every change.
+/// Minimum change of a supply voltage over the training recordings, as a share of its largest absolute value. The limit is
+/// low, because the output of an amplifier that is not ratiometric follows every change of its supply.
 const STILL_SUPPLY: f64 = 1e-3;
-/// Distance beyond the training range that is still accepted, as a share of this range.
+/// Accepted distance of a channel's value from its range in the training recordings, as a share of the width of that range.
 const BEYOND_RANGE: f64 = 0.1;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,14 +24,15 @@ pub struct AuxiliaryChannel {
     pub unit: String,
     /// Value at which the channel has no effect: the user's entry, else the mean over the training recordings.
     pub reference: f64,
-    /// Inverse of the standard deviation over the training recordings.
+    /// Inverse of the channel's standard deviation over the training recordings.
     pub inverse_scale: f64,
     pub min: f64,
     pub max: f64,
 }
 
 impl AuxiliaryChannel {
-    /// Measures a channel over the training recordings. The error is the reason why its effect is not known.
+    /// Determines reference value, scale and range of a channel from the training recordings. The error is the reason why its
+    /// effect on the load cannot be determined.
     pub fn measure(training: &[&Recording], name: &str) -> Result<Self, String> {
         let tables = training.iter().map(|recording| recording.auxiliary());
         let placed = tables.filter_map(|table| {
@@ -37,7 +40,7 @@ impl AuxiliaryChannel {
             Some((table, at))
         });
         let Some((first, at)) = placed.clone().next() else {
-            return Err(format!("no training recording has {name}"));
+            return Err(format!("no training recording has the auxiliary channel {name}"));
         };
         let (name, unit) = (name.to_owned(), first.units()[at].clone());
         let values = || {
@@ -49,7 +52,7 @@ impl AuxiliaryChannel {
         let deviation = (values().map(|value| (value - reference).powi(2)).sum::<f64>() / n).sqrt();
         let range: MinMax = values().collect();
         let MinMax { min, max } = range;
-        // The standard deviation limits the effect of a few outliers.
+        // At most four standard deviations count as change, which limits the effect of a few outliers.
         let moved = range.span().min(4.0 * deviation);
         let least = match &*unit {
             "°C" => 1.0,
@@ -72,7 +75,8 @@ impl AuxiliaryChannel {
         span(MinMax { min: self.min, max: self.max }, &self.unit)
     }
 
-    /// Returns the lower and the upper limit of the values for which the effect of the channel is known.
+    /// Returns the lower and the upper limit of the channel's values for which its effect on the load is known: its training
+    /// range with a margin.
     pub fn limits(&self) -> (f64, f64) {
         let margin = BEYOND_RANGE * (self.max - self.min);
         (self.min - margin, self.max + margin)
@@ -88,16 +92,17 @@ impl AuxiliaryChannel {
         let Self { name, unit, reference, .. } = self;
         let words = format!("{name}: the reference value is {reference} {unit}");
         self.is_beyond(*reference).then(|| {
-            format!("{}, but the training recordings cover {}", words.trim_end(), self.trained())
+            format!("{}, but in the training recordings the channel covers {}", words.trim_end(), self.trained())
         })
     }
 
-    /// Returns a description of the channel, such as `name [unit], trained from min to max unit`.
+    /// Returns a description of the channel: `name [unit], trained from min to max unit`, where min and max are its limits in
+    /// the training recordings.
     pub fn in_words(&self) -> String {
         format!("{}, trained from {}", named(&self.name, &self.unit), self.trained())
     }
 
-    /// Returns the key and the value of the first invalid number.
+    /// Returns the key and the value of the channel's first number that is not valid; `None` if all are valid.
     pub(super) fn broken(&self) -> Option<(&'static str, f64)> {
         let Self { reference, inverse_scale, min, max, .. } = self;
         let numbers = [

@@ -1,17 +1,18 @@
-//! Columns of the design matrix. A column is identified by its kind and index, because a gauge may be named `offset` or
-//! `S1_past`. Names are only for people; two columns may have the same name.
+//! Columns of the design matrix, which has one row for each sample. Code identifies a column by its kind and index, never by
+//! its name: a gauge may be named `offset` or `S1_past`, and two columns may have the same name. Names are shown to people
+//! only.
 
 use std::fmt;
 
 use crate::features::block::{Appends, Block};
 use crate::features::monomial::Monomial;
 
-/// Method by which a set of past gauges is found.
+/// Origin of a set of past gauge values (one value per gauge, from before the present sample).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum History {
-    /// Look-back with this index in the settings.
+    /// Look-back, which chooses the past sample by its load difference, with this index in the settings.
     LookBack(usize),
-    /// Feature block with one of its values.
+    /// Feature block, such as a fixed lag, creep or play, with one value of its setting.
     Block(&'static dyn Block, f64),
 }
 
@@ -28,25 +29,26 @@ impl fmt::Display for History {
     }
 }
 
-/// Column of the design matrix. Gauges and channels are given by index.
+/// Column of the design matrix. Gauges and auxiliary channels are given by their index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Column {
     /// Present gauge.
     Gauge(usize),
     /// Past gauge.
     Past {
-        /// Method by which the past gauge is found.
+        /// Method that gives the past gauge value.
         history: History,
         /// Index of the gauge.
         gauge: usize,
     },
     /// Product of standardised gauges.
     Monomial(Monomial),
-    /// Auxiliary channel minus its reference, in standard deviations, alone or multiplied by a standardised gauge.
+    /// Auxiliary channel minus its reference value, in standard deviations of the channel; alone, or multiplied by a
+    /// standardised gauge.
     Auxiliary {
-        /// Index of the channel.
+        /// Index of the auxiliary channel.
         channel: usize,
-        /// Time constant of the low-pass (s); zero for the present value.
+        /// Time constant of the low-pass filter of the channel (s); zero for its present value without a filter.
         tau_secs: f64,
         /// Gauge that multiplies the channel; `None` for the channel alone.
         gauge: Option<usize>,
@@ -55,13 +57,14 @@ pub enum Column {
     Offset,
 }
 
-/// Role of a column in a fit. A later kind in this list explains only what the kinds before it cannot explain.
+/// Role of a column in a fit. The fit uses the roles in this order: columns of a role explain only the part of the load that
+/// the columns of earlier roles cannot explain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ColumnKind {
-    /// Constant column. It comes first, so a gauge that never changes gets the coefficient zero.
+    /// Constant column of ones. It comes before the gauges, so that a gauge that never changes gets the coefficient zero.
     Offset,
     Gauge,
-    /// Column of a feature block. A ridge shrinks only this kind.
+    /// Column that a feature block appends. A ridge penalty shrinks only the coefficients of these columns.
     Appended,
 }
 
@@ -93,7 +96,7 @@ impl Column {
         }
     }
 
-    /// Returns the names of columns in order.
+    /// Returns the names of these columns, in the same order.
     pub fn names(columns: &[Self], gauges: &[String]) -> Vec<String> {
         columns.iter().map(|column| column.name(gauges)).collect()
     }

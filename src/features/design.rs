@@ -1,7 +1,7 @@
-//! Design row of a sample: gauges, columns of each feature block, offset.
+//! Rows of the design matrix: each sample has one row of gauges, columns of feature blocks, and the constant of the offset.
 //!
-//! Guarantees: rows of recordings and of a running sensor are computed by the same code. Every block is causal, and its state
-//! starts anew with each [`FeatureStream`].
+//! Guarantees: the same code computes the rows for recordings and for a running sensor. Every feature block is causal (it
+//! uses no later samples), and its memory is empty at the start of each [`FeatureStream`].
 
 use std::ops::Range;
 
@@ -12,26 +12,27 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::look_back::Thresholds;
 use crate::features::settings::{Blocks, FeatureSettings};
 
-/// Feature block of a design, with its columns.
+/// Feature block in use, with the indices of the columns that it appends to the design matrix.
 pub struct OfBlock {
-    /// `None` for the look-backs.
+    /// Feature block; `None` for all look-backs together.
     pub block: Option<&'static dyn Block>,
-    /// Values of the block in words, for reports.
+    /// Settings of the block in words, for reports.
     pub description: String,
     pub columns: Vec<usize>,
 }
 
-/// Columns of a design row, in this order: present gauges, past gauges of each look-back, past gauges of other blocks,
-/// monomials, auxiliary channels, offset.
+/// Description of the columns of a design matrix. Their order is: present gauges, past gauges of each look-back, past gauges
+/// of other feature blocks, monomials (products of gauges), auxiliary channels, offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// Features that are appended to the gauges.
+    /// Features whose columns are appended to the gauges.
     pub features: FeatureSettings,
     /// Shift and scale of each gauge.
     pub scale: GaugeScale,
     /// True if the last column is a constant offset.
     pub offset: bool,
-    /// Minimum time between kept samples (s); see [`HISTORY_RATE`](crate::features::HISTORY_RATE).
+    /// Minimum time between samples that are kept for look-backs and lags (s); see
+    /// [`HISTORY_RATE`](crate::features::HISTORY_RATE).
     pub history_step_secs: f64,
 }
 
@@ -55,7 +56,7 @@ impl Design {
         self.features.columns(self.n_gauges(), self.offset)
     }
 
-    /// Returns the indices of the conventional calibration's columns: gauges and offset.
+    /// Returns the indices of the columns that a conventional calibration uses: present gauges and offset.
     pub fn present(&self) -> Vec<usize> {
         self.where_column(|column| matches!(column, Column::Gauge(_) | Column::Offset))
     }
@@ -67,7 +68,8 @@ impl Design {
         meant.map(|(position, _)| position).collect()
     }
 
-    /// Returns the columns of a block of past gauges: one list of indices for each value of the block's setting.
+    /// Returns the column indices of a feature block of past gauges, such as creep: one list of indices for each value of the
+    /// block's setting.
     pub fn sets_of(&self, block: &'static dyn Block) -> Vec<Vec<usize>> {
         let values = self.features.blocks.of(block).iter();
         let sets = values.map(|value| {
@@ -106,7 +108,8 @@ impl Design {
         blocks
     }
 
-    /// Returns the groups of columns that share an automatic ridge: auxiliary channels, and all other appended columns.
+    /// Returns the groups of columns for each of which cross-validation chooses one ridge: auxiliary channels, and all other
+    /// appended columns.
     pub fn ridge_groups(&self) -> Vec<Vec<usize>> {
         let is_other =
             |column: Column| column.kind() == ColumnKind::Appended && !is_auxiliary(column);
@@ -115,13 +118,14 @@ impl Design {
         groups
     }
 
-    /// Returns the range of columns of all look-backs.
+    /// Returns the indices of the columns that belong to look-backs.
     pub fn look_backs(&self) -> Range<usize> {
         let g = self.n_gauges();
         g..g * (1 + self.features.look_backs.len())
     }
 
-    /// Returns the design with default thresholds. Designs that differ only in thresholds become equal.
+    /// Returns this design with default thresholds in all look-backs. Two designs that differ only in thresholds give equal
+    /// results.
     pub fn with_any_thresholds(&self) -> Self {
         let mut own = self.clone();
         own.features.look_backs.fill(Thresholds::default());
@@ -139,8 +143,9 @@ impl Design {
         columns.map(Column::kind).collect()
     }
 
-    /// Standardises a raw row for the fit: gauges are shifted and scaled, and past gauges become differences from the present
-    /// ones. If the past equals the present, the differences are zero, and the fit is the conventional calibration.
+    /// Standardises a row of the design matrix for the fit: gauges are shifted and scaled, and past gauges become differences
+    /// from the present ones. If past and present gauges are equal, the differences are zero, and the row is that of the
+    /// conventional calibration.
     #[inline]
     pub fn standardise(&self, row: &mut [f64]) {
         let g = self.n_gauges();
@@ -151,8 +156,8 @@ impl Design {
         self.scale.make_relative(gauges, &self.scale.shift);
     }
 
-    /// Converts one row of conventional coefficients from raw to standardised columns. Columns of feature blocks get zero. This
-    /// is the inverse of [`Self::raw_coefficients`].
+    /// Converts the coefficients of one load axis of a conventional calibration from raw to standardised columns. Columns of
+    /// feature blocks get the coefficient zero. This is the inverse of [`Self::raw_coefficients`].
     pub fn standardised_coefficients(&self, raw: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.n_columns()];
         let scale = &self.scale;
@@ -169,8 +174,8 @@ impl Design {
         coefficients
     }
 
-    /// Converts one row of coefficients from standardised to raw columns. Coefficients of monomials do not change, because
-    /// monomials are always products of standardised gauges.
+    /// Converts the coefficients of one load axis from standardised to raw columns. Coefficients of monomials do not change,
+    /// because monomials are always products of standardised gauges.
     pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
         let g = self.n_gauges();
         let mut raw = coefficients.to_vec();
@@ -198,16 +203,16 @@ fn is_auxiliary(column: Column) -> bool {
     matches!(column, Column::Auxiliary { .. })
 }
 
-/// State of all feature blocks within one recording.
+/// Memory of all feature blocks while they process the samples of one recording.
 #[derive(Debug)]
 pub struct FeatureStream<'a> {
     design: &'a Design,
-    /// State of each block in use, with its number of columns.
+    /// Number of columns and memory of each feature block in use.
     blocks: Vec<(usize, Box<dyn Stream>)>,
 }
 
 impl<'a> FeatureStream<'a> {
-    /// Creates the state of all blocks before the first sample.
+    /// Creates the memory of all feature blocks as it is before the first sample.
     pub fn new(design: &'a Design) -> Self {
         let Design { features, scale, history_step_secs, .. } = design;
         let channels = &features.auxiliary[..];
@@ -219,13 +224,15 @@ impl<'a> FeatureStream<'a> {
         Self { design, blocks: blocks.collect() }
     }
 
-    /// Returns true if the samples so far determine the state of every feature block.
+    /// Returns true if every feature block has processed enough samples: its columns no longer depend on what happened before
+    /// the first one.
     pub fn is_determined(&self) -> bool {
         self.blocks.iter().all(|(_, stream)| stream.is_determined())
     }
 
-    /// Processes the next sample and writes its raw row, one entry per column. `auxiliary` holds the auxiliary channels in the
-    /// order of the settings, and `past(i)` returns the past gauges of look-back i.
+    /// Processes the next sample and writes its raw (not standardised) row of the design matrix, one entry per column.
+    /// `auxiliary` holds the auxiliary channels in the order of the settings, and `past(i)` returns the past gauges of
+    /// look-back i.
     #[inline]
     pub fn raw_row<'g>(
         &mut self,
@@ -243,9 +250,9 @@ impl<'a> FeatureStream<'a> {
         self.rest_of_row(time, gauges, auxiliary, rest);
     }
 
-    /// Processes the next samples and writes their [standardised](Design::standardise) rows, each `stride` numbers after the
-    /// previous one. Sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and the
-    /// past gauges `past(i, k)` of look-back i.
+    /// Processes the next samples and writes their [standardised](Design::standardise) rows of the design matrix, each
+    /// `stride` numbers after the previous one. Sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary
+    /// channels `auxiliary(k)`, and the past gauges `past(i, k)` of look-back i.
     #[inline(always)]
     pub fn standardised_rows<'g>(
         &mut self,
@@ -292,7 +299,8 @@ impl<'a> FeatureStream<'a> {
     }
 }
 
-/// Removes the first `n` numbers from `row` and returns them. An iterator over chunks would need a division per sample.
+/// Splits the first `n` numbers off `row` and returns them. This is faster than an iterator over chunks, which needs a
+/// division for each sample.
 #[inline]
 fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
     let (next, rest) = std::mem::take(row).split_at_mut(n);

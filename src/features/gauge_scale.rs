@@ -1,27 +1,31 @@
-//! Shift, scale and standard deviation of each gauge over the training recordings. If the shift is the mean, a gauge that never
-//! changes gets the inverse scale zero, so that rounding errors are not amplified.
+//! Standardisation of gauges: shift, scale and standard deviation of each gauge over the training recordings. If the shift is
+//! the mean, a gauge that never changes gets the inverse scale zero, so that its rounding errors are not amplified.
 
 use serde::{Deserialize, Serialize};
 
 use crate::lanes;
 use crate::recording::Recording;
 
-/// Minimum standard deviation of a gauge, as a share of its largest value. A smaller deviation is rounding noise.
+/// Minimum standard deviation of a gauge, as a share of its largest absolute value. A smaller deviation is rounding noise,
+/// and the gauge counts as constant.
 const CONSTANT_BELOW: f64 = 1e-13;
 
 /// Standardisation of each gauge: `z = (s − shift) · inverse_scale`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GaugeScale {
-    /// Mean of each gauge, or zero if the model has no offset.
+    /// Mean of each gauge over the training recordings, or zero if the model has no offset.
     pub shift: Vec<f64>,
-    /// Inverse of the standard deviation, or of the root mean square if the model has no offset. Zero for a constant gauge.
+    /// Inverse of each gauge's standard deviation, or of its root mean square if the model has no offset. Zero for a constant
+    /// gauge.
     pub inverse_scale: Vec<f64>,
-    /// Standard deviation of each gauge, with any shift. Play radii are multiples of this deviation.
+    /// Standard deviation of each gauge over the training recordings, also if the shift is zero. The radii of play operators
+    /// are multiples of this deviation.
     pub deviation: Vec<f64>,
 }
 
 impl GaugeScale {
-    /// Writes `(value − zero) · inverse_scale` for each gauge. `zero` is the shift, or for past gauges the present gauges.
+    /// Writes `(value − zero) · inverse_scale` for each gauge to `out`. `zero` holds the shift or, if `values` are past gauge
+    /// values, the present gauges.
     #[inline(always)]
     pub(super) fn relative(&self, values: &[f64], zero: &[f64], out: &mut [f64]) {
         lanes::write(out, [values, zero, &self.inverse_scale], |[value, zero, factor]| {
@@ -29,7 +33,7 @@ impl GaugeScale {
         });
     }
 
-    /// Replaces `values` by the results of [`Self::relative`].
+    /// Replaces `values` by `(value − zero) · inverse_scale`, as [`Self::relative`] computes it.
     #[inline(always)]
     pub(super) fn make_relative(&self, values: &mut [f64], zero: &[f64]) {
         for ((value, zero), factor) in values.iter_mut().zip(zero).zip(&self.inverse_scale) {
@@ -37,7 +41,8 @@ impl GaugeScale {
         }
     }
 
-    /// Measures the scale over `recordings`. The shift is zero if `centred` is false.
+    /// Determines the scale of the gauges from `recordings`. The shift is the mean of each gauge, or zero if `centred` is
+    /// false.
     pub fn measure<'a>(
         recordings: impl Iterator<Item = &'a Recording> + Clone,
         n_gauges: usize,
@@ -83,7 +88,7 @@ impl GaugeScale {
         Self { shift, inverse_scale, deviation }
     }
 
-    /// Returns the scale that leaves gauges unchanged.
+    /// Returns the scale that leaves gauges unchanged: shift zero, inverse scale one.
     pub fn identity(n_gauges: usize) -> Self {
         Self {
             shift: vec![0.0; n_gauges],

@@ -1,4 +1,5 @@
-/// Chooses the samples to keep in memory: the first sample, and each sample at least `step_secs` after the last kept one.
+/// Chooses the samples that are kept in memory for look-backs and lags: the first sample, and each sample at least
+/// `step_secs` after the last kept one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
     step_secs: f64,
@@ -12,7 +13,7 @@ impl Kept {
         Self { step_secs, last_secs: f64::NEG_INFINITY, newest: true }
     }
 
-    /// Returns true if the sample at this time is kept.
+    /// Returns true if the next sample, with this time (s), is kept.
     pub fn take(&mut self, time: f64) -> bool {
         self.newest = time - self.last_secs >= self.step_secs;
         if self.newest {

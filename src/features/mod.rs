@@ -1,11 +1,13 @@
-//! Features of a sample: its gauges, and the columns of each chosen feature block.
+//! Features of a sample, from which a fit computes the load: its gauges, and the columns of each chosen feature block.
 //!
-//! The look-back (Eq. 9-12, [`look_back`]) selects a past sample by the load. The other blocks are listed in [`BLOCKS`]. Each
-//! of them is one file that implements [`Block`]. Window, command line, exports and guide follow from this trait.
+//! The look-back ([`look_back`], Eq. 9-12 of Koike et al. 2019) selects a past sample by its load difference. The other
+//! feature blocks are listed in [`BLOCKS`]. Each of them is one file that implements [`Block`]. The fields of the window, the
+//! options of the command line, the exported code and the tables of the guide follow from this trait.
 //!
-//! Blocks are causal, run in bounded memory and start anew in each recording. The fit uses standardised columns
-//! ([`GaugeScale`]). Past gauges are differences from the present gauges, `(s_past − s) / scale`. If the past equals the
-//! present, the differences are zero, and the fit is the conventional calibration. [`Design::columns`] lists the columns.
+//! Feature blocks are causal, run in bounded memory and start anew in each recording. The fit uses standardised columns
+//! ([`GaugeScale`]). Past gauges are differences from the present gauges, `(s_past − s) / scale`. If the past gauges equal
+//! the present ones, the differences are zero, and the fit is the conventional calibration. [`Design::columns`] lists the
+//! columns.
 
 mod block;
 mod blocks;

@@ -1,4 +1,4 @@
-/// Product of two or three standardised gauges, given by index.
+/// Product of two or three standardised gauges, each given by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Monomial {
     /// Product of two gauges, or the square of one.

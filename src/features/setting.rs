@@ -1,17 +1,17 @@
-//! Descriptions of numeric settings. Fields and hover texts of the window, `--help`, error messages, names in exports and
-//! tables of the guide are generated from a [`Setting`].
+//! Descriptions of numeric settings, such as thresholds and time constants. Each [`Setting`] gives the texts for fields and
+//! hover texts of the window, `--help`, error messages, exports and tables of the guide.
 
 use std::fmt;
 
-/// Maximum number of values in a list that is shown in full. Of a longer list, only the first and the last value are shown.
+/// Maximum number of values of a list that is shown in full. Of a longer list, only the first and the last value are shown.
 const MOST_NAMED: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// Symbol after a number; empty without unit.
+    /// Symbol of the unit, shown after a number; empty without unit.
     pub symbol: &'static str,
     pub words: &'static str,
-    /// Placeholders in `--help` for one number and for a list of numbers.
+    /// Placeholders in `--help` for one number and for a list of numbers, such as `SECONDS` and `SECONDS,…`.
     pub placeholders: [&'static str; 2],
 }
 
@@ -19,7 +19,7 @@ impl Unit {
     pub const NONE: Self = Self::new("", "", ["N", "N,…"]);
     pub const SECONDS: Self = Self::new("s", "seconds", ["SECONDS", "SECONDS,…"]);
     pub const NEWTONS: Self = Self::new("N", "newtons", ["F", "F,…"]);
-    /// Standard deviation of each gauge over the training recordings.
+    /// Unit σ: the standard deviation of each gauge over the training recordings.
     pub const SIGMA: Self =
         Self::new("σ", "standard deviations of the gauge", ["SIGMA", "SIGMA,…"]);
 
@@ -44,11 +44,11 @@ pub struct Choice {
 pub enum Range {
     Positive,
     NotNegative,
-    /// Zero or greater, or chosen by cross-validation.
+    /// A number that is zero or greater, or a choice by cross-validation.
     NotNegativeOrAuto,
-    /// Time before the present (s), greater than zero.
+    /// Length of time before the present (s), greater than zero.
     Past,
-    /// Greater than zero and at most this value.
+    /// A number greater than zero and at most this value.
     UpTo(f64),
     /// Whole numbers from the first to the second value, both included.
     Whole(u64, u64),
@@ -70,7 +70,8 @@ impl Range {
         }
     }
 
-    /// Returns the lower and the upper limit of an input field. [`Self::contains`] may refuse a value at a limit.
+    /// Returns the lower and the upper limit of the input field in the window. [`Self::contains`] may refuse a value at a
+    /// limit.
     pub fn ends(self) -> (f64, f64) {
         match self {
             Self::Positive | Self::Past | Self::NotNegative | Self::NotNegativeOrAuto => {
@@ -90,7 +91,7 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Positive => write!(f, "a number above zero"),
-            Self::Past => write!(f, "a number above zero, because future samples are unknown"),
+            Self::Past => write!(f, "a number above zero (time before the present)"),
             Self::NotNegative => write!(f, "zero or a number above zero"),
             Self::NotNegativeOrAuto => write!(f, "zero, a number above zero, auto, or by-block"),
             Self::UpTo(max) => write!(f, "a number above zero and at most {max}"),
@@ -120,30 +121,31 @@ pub struct OutOfRange {
     pub allowed: Range,
 }
 
-/// Description of a numeric setting: one number or a list.
+/// Description of a numeric setting, whose value is one number or a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Key in calibration files, session files and exports.
+    /// Key of the setting in calibration files, session files and exports.
     pub key: &'static str,
-    /// Option on the command line without the dashes; empty if there is none.
+    /// Name of the option on the command line, without the dashes; empty if there is none.
     pub option: &'static str,
     pub label: &'static str,
     /// Name of the setting in messages.
     pub what: &'static str,
     pub unit: Unit,
-    /// Default value; several values for a list.
+    /// Default value of the setting; several values for a list.
     pub default: &'static [f64],
     pub range: Range,
-    /// Change of the value for each point by which the user drags the field in the window.
+    /// Change of the value for each point (pixel) by which the user drags the field in the window.
     pub step: f64,
-    /// Explanation in hover texts and in `--help`.
+    /// Explanation of the setting in hover texts and in `--help`.
     pub explanation: &'static str,
-    /// Equation, section or reference of the paper; empty if the setting is not from the paper.
+    /// Equation, section or reference in the paper of Koike et al. (2019), or another origin of the setting; empty without
+    /// one.
     pub source: &'static str,
 }
 
 impl Setting {
-    /// Returns the explanation, with the source in brackets.
+    /// Returns the explanation, followed by its source in brackets.
     pub fn help(&self) -> String {
         match self.source {
             "" => self.explanation.to_owned(),
@@ -155,7 +157,7 @@ impl Setting {
         self.default[0]
     }
 
-    /// Returns [`OutOfRange`] if the value is not allowed.
+    /// Returns the error [`OutOfRange`] if the setting does not allow this value.
     pub fn check(&self, value: f64) -> Result<(), OutOfRange> {
         if self.range.contains(value) {
             Ok(())
@@ -164,7 +166,7 @@ impl Setting {
         }
     }
 
-    /// Returns the named values; `None` if the setting can have any number.
+    /// Returns the named values from which the user chooses; `None` if the setting can have any number.
     pub fn choices(&self) -> Option<&'static [Choice]> {
         match self.range {
             Range::OneOf(choices) => Some(choices),
@@ -172,7 +174,7 @@ impl Setting {
         }
     }
 
-    /// Returns values with their unit, or "none" for an empty list.
+    /// Returns values of the setting as text with their unit, or "none" for an empty list.
     pub fn in_words(&self, values: &[f64]) -> String {
         if let Some(choices) = self.choices() {
             let of = |choice: &&Choice| values.first() == Some(&f64::from(choice.value));
@@ -211,7 +213,7 @@ mod tests {
         ];
         for (range, inside, outside, words) in [
             (Range::Positive, 1e-9, 0.0, "a number above zero"),
-            (Range::Past, 0.004, -0.004, "a number above zero, because future samples are unknown"),
+            (Range::Past, 0.004, -0.004, "a number above zero (time before the present)"),
             (Range::NotNegative, 0.0, -1e-9, "zero or a number above zero"),
             (Range::UpTo(1.0), 1.0, 1.1, "a number above zero and at most 1"),
             (Range::Whole(1, 9), 9.0, 0.0, "a whole number from 1 to 9"),

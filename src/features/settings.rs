@@ -12,34 +12,36 @@ use crate::features::column::{Column, History};
 use crate::features::look_back::{Distance, F_TH, T_TH, Thresholds};
 use crate::features::setting::OutOfRange;
 
-/// Maximum number of columns of a design. The sums of more columns would not fit into memory.
+/// Maximum number of columns of a design matrix. The matrix products over all samples would not fit into memory for more
+/// columns.
 pub const MAX_COLUMNS: usize = 640;
 
 /// Key of the auxiliary channels in calibration and session files.
 const CHANNELS: &str = "auxiliary_channels";
 
-/// Values of all feature blocks. A block without values is not used.
+/// Settings of all feature blocks: a list of values for each block, which is empty if the block is not used.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     values: [Vec<f64>; BLOCKS.len()],
-    /// Number of sets of past gauges, stored because every sample needs this number.
+    /// Number of sets of past gauges that the blocks append. It is stored because it is needed for every sample.
     n_histories: usize,
 }
 
 impl Blocks {
-    /// Returns the values of a block.
+    /// Returns the setting of a feature block; empty if the block is not used.
     pub fn of(&self, block: &dyn Block) -> &[f64] {
         &self.values[position(block)]
     }
 
-    /// Returns all blocks with their default values. Auxiliary channels are left out, because not every sensor has any.
+    /// Returns the settings in which all feature blocks have their default values. Auxiliary channels are left out, because
+    /// not every sensor has any.
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
         let blocks = blocks.filter(|block| !matches!(block.appends(), Appends::Auxiliary));
         blocks.fold(Self::default(), |all, block| all.with(block, block.setting().default))
     }
 
-    /// Sets the values of a block. If the values have names, the first one switches the block off.
+    /// Sets the values of a feature block. If its setting has named values, the first of them switches the block off.
     pub fn set(&mut self, block: &dyn Block, values: Vec<f64>) {
         let none = block.setting().choices().map(|choices| choices[0].value);
         let is_none = none.is_some_and(|none| values == [f64::from(none)]);
@@ -48,19 +50,19 @@ impl Blocks {
         self.n_histories = histories.map(|(_, values)| values.len()).sum();
     }
 
-    /// Returns the same with other values for one block.
+    /// Returns these settings with other values for one feature block.
     pub fn with(mut self, block: &dyn Block, values: &[f64]) -> Self {
         self.set(block, values.to_vec());
         self
     }
 
-    /// Returns the blocks in use with their values, in the order of their columns.
+    /// Returns the feature blocks in use with their values, in the order of their columns.
     pub fn used(&self) -> impl Iterator<Item = (&'static dyn Block, &[f64])> {
         let all = BLOCKS.iter().copied().zip(&self.values);
         all.filter_map(|(block, values)| (!values.is_empty()).then_some((block, &values[..])))
     }
 
-    /// Returns every block with its values as in files.
+    /// Returns every feature block with its values in the form that calibration and session files have.
     pub fn stored(&self) -> impl Iterator<Item = (&'static dyn Block, Stored<'_>)> {
         BLOCKS.iter().copied().zip(&self.values).map(|(block, values)| {
             let stored = match block.setting().choices() {
@@ -74,11 +76,11 @@ impl Blocks {
     }
 }
 
-/// Values of a feature block as in files.
+/// Values of a feature block in the form that calibration and session files have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Stored<'a> {
-    /// Value of a setting with a few named values.
+    /// Chosen value of a setting with a few named values.
     Number(u8),
     /// Values of any other setting.
     List(&'a [f64]),
@@ -86,18 +88,18 @@ pub enum Stored<'a> {
 
 fn position(block: &dyn Block) -> usize {
     let own = BLOCKS.iter().position(|own| *own == block);
-    own.expect("a block in use is in the list of blocks")
+    own.expect("every feature block is in the list `BLOCKS`")
 }
 
 /// Features that are appended to the present gauges: look-backs and other blocks. In files, each block has the key of its
 /// [`Setting`](crate::features::Setting).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSettings {
-    /// Thresholds of the look-backs. Each look-back appends one set of past gauges.
+    /// Force and time threshold of each look-back. Each look-back appends one set of past gauges.
     pub look_backs: Vec<Thresholds>,
-    /// Norm of the load difference that is compared with F_th.
+    /// Norm of the load difference that is compared with the force threshold F_th of the look-backs.
     pub distance: Distance,
-    /// Values of the feature blocks other than look-backs.
+    /// Settings of the feature blocks other than look-backs.
     pub blocks: Blocks,
     /// Auxiliary channels, determined from the recordings when a calibration is fitted.
     pub auxiliary: Vec<AuxiliaryChannel>,
@@ -125,7 +127,7 @@ impl Serialize for FeatureSettings {
 }
 
 impl<'de> Deserialize<'de> for FeatureSettings {
-    /// Missing keys get their default values. Unknown keys are ignored.
+    /// Reads the settings of a file. Missing keys get their default values, and unknown keys are ignored.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(ByKey)
     }
@@ -138,7 +140,7 @@ impl<'de> Visitor<'de> for ByKey {
     type Value = FeatureSettings;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an object of features")
+        f.write_str("a JSON object with the settings of features")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut keys: A) -> Result<FeatureSettings, A::Error> {
@@ -189,7 +191,7 @@ impl FeatureSettings {
         }
     }
 
-    /// Returns the settings without the blocks that depend on the past.
+    /// Returns these settings without look-backs and other feature blocks that depend on earlier samples.
     pub fn without_history(&self) -> Self {
         let mut blocks = self.blocks.clone();
         for (block, _) in self.blocks.used().filter(|(block, _)| is_history(*block)) {
@@ -201,12 +203,12 @@ impl FeatureSettings {
         Self { look_backs: Vec::new(), blocks, ..self.clone() }
     }
 
-    /// Returns true if any block depends on the past.
+    /// Returns true if a look-back or another feature block depends on earlier samples.
     pub fn has_history(&self) -> bool {
         self.n_histories() > 0
     }
 
-    /// Returns true if a block other than a look-back keeps a state between samples.
+    /// Returns true if a feature block other than a look-back keeps a state between samples.
     pub fn has_memory(&self) -> bool {
         let is_low_passed = |tau_secs: &f64| *tau_secs > 0.0 && !self.auxiliary.is_empty();
         self.blocks.n_histories > 0 || self.blocks.of(&Auxiliary).iter().any(is_low_passed)
@@ -223,12 +225,14 @@ impl FeatureSettings {
         names.collect()
     }
 
-    /// Returns the number of sets of past gauges.
+    /// Returns the number of sets of past gauges that look-backs and other feature blocks append. Each set has one column per
+    /// gauge.
     pub fn n_histories(&self) -> usize {
         self.look_backs.len() + self.blocks.n_histories
     }
 
-    /// Returns the columns for `n_gauges` gauges: present gauges, sets of past gauges, monomials, auxiliary channels, offset.
+    /// Returns the columns of the design matrix for `n_gauges` gauges: present gauges, sets of past gauges, monomials,
+    /// auxiliary channels, offset.
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
         let past = |history| (0..n_gauges).map(move |gauge| Column::Past { history, gauge });
@@ -270,12 +274,13 @@ impl FeatureSettings {
         }
     }
 
-    /// Returns the longest time for which any block keeps samples (s); zero if none does.
+    /// Returns the longest time for which any feature block keeps samples (s); zero if none keeps any.
     pub fn window_secs(&self) -> f64 {
         self.longest(|block, values| block.window_secs(values))
     }
 
-    /// Returns the time from a cold start until the states of all blocks are determined (s), as far as that depends on time.
+    /// Returns the time after a start until the states of all feature blocks are determined (s), as far as time alone decides
+    /// that.
     pub fn settling_secs(&self) -> f64 {
         self.longest(|block, values| block.settling_secs(values))
     }
@@ -286,7 +291,7 @@ impl FeatureSettings {
         t_ths_secs.chain(blocks).fold(0.0, f64::max)
     }
 
-    /// Checks every value. The error describes the first invalid value.
+    /// Checks every value of the settings. The error describes the first value that is not allowed.
     pub fn validate(&self) -> Result<(), FeatureError> {
         for Thresholds { f_th, t_th_secs } in &self.look_backs {
             F_TH.check(*f_th)?;
@@ -306,7 +311,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Returns [`FeatureError::Columns`] if `n_gauges` gauges have more than [`MAX_COLUMNS`] columns.
+    /// Returns [`FeatureError::Columns`] if the features of `n_gauges` gauges need more than [`MAX_COLUMNS`] columns.
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
         let columns = self.n_columns(n_gauges);
         if columns > MAX_COLUMNS {
@@ -315,7 +320,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Returns a description of the features for tables; empty for the present gauges alone.
+    /// Returns the features in words, for tables of results; empty if only the present gauges are used.
     pub fn describe(&self) -> String {
         let mut parts = Vec::new();
         for (at, Thresholds { f_th, t_th_secs }) in self.look_backs.iter().enumerate() {

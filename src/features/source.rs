@@ -1,8 +1,9 @@
-//! Source code of a feature block in exported programs: constants, memory, and the update in C, Rust, Python and MATLAB.
+//! Source code of a feature block in exported programs: constants, memory, and the update (statements for one sample) in C,
+//! Rust, Python and MATLAB.
 //!
-//! In an update, `row` starts with the present gauges minus their centre. The block writes its columns from index `next` on.
-//! Past gauges are written minus the present gauges. Python code appends to `row`. In MATLAB, `next` is the index of the last
-//! written column. The rest of the exported program declares constants and memory.
+//! In an update, the array `row` starts with the present gauges minus their centre, and the block writes its columns from
+//! index `next` on. Past gauges are written minus the present gauges. Python code appends to `row` instead. In MATLAB, `next`
+//! is the index of the last written column. Other code of the exported program declares constants and memory.
 //!
 //! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the
 //! number of the block's values. `auxiliary` holds the auxiliary channels of the sample. In C, an update has its own braces,
@@ -13,10 +14,10 @@ use serde::Serialize;
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 
-/// Description of the gauges and channels that a block's code processes.
+/// Gauges and auxiliary channels of a calibration, as the source code of a feature block needs them.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a> {
-    /// Scale of the gauges over the training recordings.
+    /// Shift and scale of the gauges over the training recordings.
     pub scale: &'a GaugeScale,
     /// Factor and constant of each gauge: `z = factor · (gauge − centre) + constant` is the standardised gauge.
     pub standardise: &'a [(f64, f64)],
@@ -25,7 +26,7 @@ pub struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Returns the numbers of [`Self::standardise`] as two lists with these names.
+    /// Returns the factors and constants of [`Self::standardise`] as two constants of the exported program with these names.
     pub fn standard(&self, [factor, constant]: [&'static str; 2]) -> [Constant; 2] {
         let pairs = self.standardise.iter();
         [
@@ -35,12 +36,12 @@ impl Rows<'_> {
     }
 }
 
-/// Source code of a feature block.
+/// Source code of a feature block in all languages of exported programs.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Source {
-    /// Numbers that the code reads.
+    /// Constants that the code reads, such as the time constants of creep.
     pub constants: Vec<Constant>,
-    /// Numbers that are kept between samples, initially zero.
+    /// Arrays that the code keeps between samples, initially zero.
     pub memory: Vec<Memory>,
     /// C code.
     pub c: Code,
@@ -53,7 +54,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// Creates the source of a block from its updates in C, Rust, Python and MATLAB.
+    /// Creates the source code of a feature block from its updates in C, Rust, Python and MATLAB.
     pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 4]) -> Self {
         let [c, rust, python, matlab] = updates.map(Code::update);
         Self { constants, memory, c, rust, python, matlab }
@@ -63,9 +64,9 @@ impl Source {
 /// Source code of a feature block in one language.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Code {
-    /// Functions that the update calls; in Rust and Python, methods of the state.
+    /// Functions that the update calls. In Rust and Python, they are methods of the program's state.
     pub functions: &'static str,
-    /// Statements that process a sample and write its columns.
+    /// Statements that process one sample and write the columns of the feature block.
     pub update: String,
 }
 
@@ -78,7 +79,7 @@ impl Code {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
-    /// Floating-point type of the exported program, which may have single precision.
+    /// Real number in the floating-point type of the exported program, which may have single precision.
     Real,
     /// Time (s), which a C program may count in ticks.
     Clock,
@@ -88,7 +89,7 @@ pub enum Precision {
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Constant {
-    /// Name of the constant, in lower case.
+    /// Name of the constant in the exported code, in lower case.
     pub name: &'static str,
     pub precision: Precision,
     pub numbers: Numbers,
@@ -100,26 +101,26 @@ impl Constant {
     }
 }
 
-/// Numbers of a constant.
+/// Values of a constant in an exported program.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Numbers {
     List(Vec<f64>),
-    /// One row for each value of the block, with one entry per gauge.
+    /// One row for each value of the feature block's setting, with one entry per gauge.
     Rows(Vec<Vec<f64>>),
 }
 
 /// Array that an exported program keeps between samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Memory {
-    /// Name of the array, in lower case.
+    /// Name of the array in the exported code, in lower case.
     pub name: &'static str,
     pub precision: Precision,
-    /// Number of entries, such as the number of the block's values.
+    /// Number of entries of the array, such as the number of values of the block's setting.
     pub sets: usize,
     /// True if each entry is an array with one number per gauge.
     pub of_gauges: bool,
-    /// Comment in the exported code.
+    /// Comment on the array in the exported code; may be empty.
     pub comment: &'static str,
 }
 

@@ -9,7 +9,7 @@
 //! | `F`, `loads`, `wrench`, `FT`, `reference` …, n × 6 | `Fx` to `Mz` (n × 3: the forces) |
 //! | `X`, any other, n × k | `X1` to `Xk` |
 //!
-//! For a path such as `run.S` or `run/S`, the last part selects the row of this table. The columns keep the first part:
+//! For a path such as `run.S` or `run/S`, the last part selects the row of this table. The columns keep the first part, as in
 //! `run.S1`. n is the number of samples: the length of the time array, or, without one, the number of rows that most values
 //! share. An array of k × n values is transposed.
 
@@ -21,12 +21,12 @@ use crate::formats::column_name::{is_gauge_name, is_one_of, is_time_name};
 use crate::recording::Axis;
 use crate::shown::joined;
 
-/// Names that mark an array as gauges, in lower case, besides the names of gauge columns.
+/// Names of arrays that hold gauges, in lower case, besides the names that columns of gauges have.
 const GAUGES: &str = "gauges channels strains sensors signals volts";
 const FORCES: &str = "f force forces forces_n f_n";
 const MOMENTS: &str = "m t moment moments torque torques moments_nm torques_nm";
 const LOADS: &str = "load loads wrench wrenches ft reference ref ati ground_truth";
-/// Names of an array that holds the times of a reference with its own clock, in lower case.
+/// Array names for the times of a reference that has its own clock, in lower case.
 const REFERENCE_TIMES: &str =
     "t_ref time_ref t_reference time_reference reference_time ref_time t_loads time_loads";
 
@@ -50,14 +50,14 @@ impl Entry {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Array {
     pub name: String,
-    /// Unit of the values; empty if the file gives no unit.
+    /// Unit of the array's values; empty if the file gives no unit.
     pub unit: &'static str,
-    /// Names of the columns; empty if the file gives no names.
+    /// Names of the array's columns; empty if the file gives no names.
     pub labels: Vec<String>,
     pub shape: Vec<usize>,
-    /// True if the values are stored column by column.
+    /// True if the values are stored column by column, as MATLAB does; false if row by row.
     pub is_by_column: bool,
-    /// Number to be added to each value.
+    /// Number to be added to each value, so that large whole numbers keep all digits.
     pub since: i64,
     pub values: Vec<f64>,
 }

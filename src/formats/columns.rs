@@ -1,8 +1,8 @@
-//! Columns of numbers, and rows of cells that are read in order.
+//! Columns of numbers from files that are not text, and rows of cells that are read in order from any file.
 
 use crate::recording::Day;
 
-/// Table of a file with several tables.
+/// One of the tables of a file with several tables, such as a sheet of a workbook.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
     /// Name by which a column map selects the table.
@@ -11,23 +11,24 @@ pub struct FilePart {
     pub is_used: bool,
 }
 
-/// Columns of numbers of a file that is not text.
+/// Columns of numbers that were read from a file that is not text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
     pub columns: Vec<Column>,
     pub is_named: bool,
     pub reference_time: Option<usize>,
     pub day: Option<Day>,
-    /// Names and kinds of the parts of the file that are not read.
+    /// Name and kind of each part of the file that is not read.
     pub left_out: Vec<String>,
     pub ends_early: bool,
     /// All tables of the file; empty if there is only one.
     pub parts: Vec<FilePart>,
-    /// True if the program chose among the tables because the user did not.
+    /// True if the file holds several tables and the program chose one, because the user did not.
     pub is_guessed_part: bool,
 }
 
-/// Column with its name as in a text header. Columns on another clock may have another length.
+/// Column of numbers, whose name is written as in the header of a text file. Columns on another clock may have another
+/// length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Column {
     pub name: String,
@@ -40,8 +41,8 @@ pub(crate) struct Column {
 /// Limit below which a 64-bit float represents every whole number exactly.
 const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
-/// Returns a whole number minus the origin of its column ([`Column::since`]). The first number of a column sets the origin: to
-/// itself if it exceeds [`EXACT`], else to zero.
+/// Returns a whole number minus the origin of its column ([`Column::since`]). The first number of the column sets the origin:
+/// to this number if it exceeds [`EXACT`], else to zero.
 pub(super) fn from_origin(number: i64, origin: &mut Option<i64>) -> f64 {
     let of_first = if number.unsigned_abs() > EXACT { number } else { 0 };
     number.saturating_sub(*origin.get_or_insert(of_first)) as f64
@@ -57,11 +58,11 @@ impl Columns {
     }
 }
 
-/// Sample of the rows of a file: the first rows, and a few rows from each of many places.
+/// Sample of the rows of a file: its first rows, and a few rows from each of many places of the file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sample<'a> {
     pub rows: Vec<Vec<Cell<'a>>>,
-    /// Index of the first row of each place.
+    /// Index in `rows` of the first row from each place of the file.
     starts: Vec<usize>,
 }
 
@@ -77,16 +78,17 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// Number of places, besides the start of the file, from which rows are sampled.
+/// Number of places of a file, besides its start, from which rows are sampled.
 pub(super) const PLACES: usize = 64;
 pub(super) const ROWS_AT_A_PLACE: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Cell<'a> {
-    /// Text as written, without quotes; may be empty.
+    /// Text of the cell as written, without quotes; may be empty.
     Text(&'a [u8]),
     Number(f64),
-    /// Whole number and remainder whose sum is the value, for times that are counted from long ago.
+    /// Whole number and remainder, whose sum is the value. Times that are counted from long ago, such as 1970, keep all
+    /// digits in this form.
     Since(i64, f64),
 }
 
@@ -126,7 +128,7 @@ impl<'a> Cell<'a> {
 }
 
 pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
-    /// Returns the next cell if it is a plain number. Otherwise returns `None` and does not advance.
+    /// Returns the next cell if it is a plain number. Otherwise returns `None` and stays before this cell.
     fn next_number(&mut self) -> Option<f64> {
         match self.clone().next()? {
             Cell::Number(number) => {
@@ -138,7 +140,7 @@ pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
     }
 }
 
-/// Row of a table of numbers. A column that has already ended gives an empty cell.
+/// Row of cells from columns of numbers. A column that has already ended gives an empty cell.
 #[derive(Clone, Debug)]
 pub(crate) struct NumberRow<'a> {
     columns: std::slice::Iter<'a, Column>,

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use crate::recording::Recording;
 
-/// Writer of comma-separated text without formulas for spreadsheets: a text that begins with `=`, `+`, `-`, `@`, a tab or a
-/// return gets a leading `'`. Spreadsheets hide this mark, and [`unguarded`] removes it from names.
+/// Writer of comma-separated text in which spreadsheets find no formulas: a cell that begins with `=`, `+`, `-`, `@`, a tab
+/// or a return gets a leading `'`. Spreadsheets hide this mark, and [`unguarded`] removes it from names.
 pub(crate) struct CsvWriter<W: Write>(csv::Writer<W>);
 
 impl<W: Write> CsvWriter<W> {
@@ -42,7 +42,7 @@ fn begins_a_formula(cell: &str) -> bool {
     cell.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
-/// Returns a cell without the leading `'` that [`CsvWriter`] adds.
+/// Returns a cell without the leading `'` with which [`CsvWriter`] prevents formulas.
 pub(crate) fn unguarded(cell: &str) -> &str {
     match cell.strip_prefix('\'') {
         Some(text) if begins_a_formula(text) => text,

@@ -5,19 +5,19 @@ use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::shown::{listed, shown};
 
-/// Reason why a file cannot be read as numbers.
+/// Reason why a file of numbers cannot be read.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
+#[expect(missing_docs, reason = "the message of each variant describes its fields")]
 pub enum FileError {
     #[error("this is a folder; name the recordings in it ({}), or several by a pattern such as {}", listed(files), pattern.display())]
     Folder { files: Vec<String>, pattern: PathBuf },
     #[error("this is a pipe or a device; save its output to a file and choose that file")]
     NotAFile,
-    #[error("cannot be read: {0}")]
+    #[error("the file cannot be read: {0}")]
     Io(io::Error),
-    #[error("the file is empty; choose another, or record it again")]
+    #[error("the file is empty; choose another file, or record the data again")]
     Empty,
-    #[error("not text but {what}; {instead}")]
+    #[error("the file is not text but {what}; {instead}")]
     NotText { what: &'static str, instead: &'static str },
     #[error(
         "a line is longer than {limit_bytes} bytes, so this is not a table with one row per line; choose a text file with one row per sample"
@@ -27,7 +27,7 @@ pub enum FileError {
     CutShort { what: String },
     #[error("{} is damaged: {}; save it again", shown(what), shown(why))]
     Damaged { what: String, why: String },
-    #[error("{} holds {}; save it as an array of plain numbers", shown(what), shown(kind))]
+    #[error("{} holds {} instead of numbers; save it as an array of plain numbers", shown(what), shown(kind))]
     NotNumbers { what: String, kind: String },
     #[error(
         "{} has the shape {}; save it with one row per sample and one column per channel",
@@ -46,23 +46,23 @@ pub enum FileError {
     )]
     UnpacksTooLarge { what: String, limit_bytes: u64 },
     #[error(
-        "a MATLAB 7.3 file that cannot be read ({}); save it with `save FILE -v7`, or export it as CSV",
+        "the file is a MATLAB 7.3 file that cannot be read ({}); save it with `save FILE -v7`, or export it as CSV",
         shown(why)
     )]
     Mat73 { why: String },
     #[error(
-        "an HDF5 file that is damaged or uses a feature that is not supported, such as soft links between groups ({}); in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
+        "the file is an HDF5 file that is damaged or uses a feature that is not supported, such as soft links between groups ({}); convert it in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
         shown(why)
     )]
     Hdf5 { why: String },
     #[error(
-        "there is no {} in this file, whose tables are {}; name one of these tables under \"parts\" in the column map, or remove \"parts\"",
+        "there is no table {} in this file, whose tables are {}; name one of these tables under \"parts\" in the column map, or remove \"parts\"",
         shown(part),
         listed(parts)
     )]
     NoSuchPart { part: String, parts: Vec<String> },
     #[error(
-        "the columns of {} and {} have different names, so they are not one table; choose one of the two",
+        "the columns of {} and {} have different names, so they cannot be joined to one table; choose one of the two",
         shown(first),
         shown(second)
     )]
@@ -79,7 +79,7 @@ pub enum FileError {
     )]
     Compression { what: String, codec: String, instead: &'static str },
     #[error(
-        "{what}, but this program was built without the feature `{feature}` that reads it; use a full build, or export the recording as CSV"
+        "the file is {what}, but this program was built without the feature `{feature}` that reads it; use a build of the program with all features, or export the recording as CSV"
     )]
     NotBuilt { what: &'static str, feature: &'static str },
     #[error("the file is damaged, and its reader failed: {}; save it again", shown(&.0.message))]
@@ -89,7 +89,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Returns the error for a part of a file that has fewer bytes than it declares.
+    /// Returns the error for a part of a file that ends before the length that it declares.
     pub(super) fn cut_short(what: &str) -> Self {
         Self::CutShort { what: what.to_owned() }
     }
@@ -115,8 +115,8 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Returns a function that turns an I/O error into a file error about `what`. An unexpected end becomes
-/// [`FileError::CutShort`].
+/// Returns a function that turns an I/O error into a file error. `what` names the part of the file; an unexpected end of the
+/// file becomes [`FileError::CutShort`].
 pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
         io::ErrorKind::UnexpectedEof => FileError::cut_short(what),

@@ -1,4 +1,4 @@
-//! Description of a file format, and of a file before its format reads it.
+//! Description of a file format, and of a file whose format is known but that is not yet read.
 
 use std::fs::File;
 use std::io;
@@ -8,32 +8,33 @@ use super::columns::Columns;
 use super::error::FileError;
 use crate::progress::Progress;
 
-/// Maximum number of columns of a table, which limits the memory for a damaged file. A sensor has far fewer columns.
+/// Maximum number of columns of a table, so that a damaged file cannot fill the memory. A sensor has far fewer columns.
 pub(super) const COLUMN_LIMIT: usize = 4096;
-/// Unpacked size that is allowed for a file of any packed size (bytes).
+/// Unpacked size that is always allowed, however small the packed file is (bytes).
 const UNPACKED_BYTES: u64 = 1 << 30;
-/// Maximum ratio of unpacked to packed bytes above [`UNPACKED_BYTES`]. Files of measured numbers have a far smaller ratio.
+/// Maximum ratio of unpacked to packed size of a file that unpacks to more than [`UNPACKED_BYTES`]. Files of measured numbers
+/// have a far smaller ratio.
 const UNPACKED_RATIO: u64 = 100;
 
-/// File format that can be read.
+/// File format that the program can read.
 #[derive(Debug)]
 pub struct Format {
     pub name: &'static str,
-    /// Extensions of file names, without the point.
+    /// Extensions of files in this format, without the point.
     pub endings: &'static [&'static str],
-    /// First bytes of a file of this format. A file that matches no format is text.
+    /// Byte strings, with one of which a file of this format begins. A file that matches no format is text.
     pub(super) signatures: &'static [&'static [u8]],
-    /// Reads a file; returns `None` if the file has another format, despite its first bytes.
+    /// Reads a file; returns `None` if the file has another format although its first bytes match.
     pub(super) read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
 }
 
-/// File with a known format, before reading.
+/// File whose format is known, before it is read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
     pub head: &'a [u8],
     pub n_bytes: u64,
-    /// Names of the tables that the user chose; empty for an automatic choice.
+    /// Names of the tables of the file that the user chose; empty if the program chooses.
     pub parts: &'a [String],
     pub progress: &'a Progress,
 }
@@ -44,7 +45,7 @@ impl Source<'_> {
     }
 }
 
-/// Memory that the contents of a file may still take.
+/// Limit of the memory that the contents of one file may take, and what is left of it (bytes).
 #[derive(Debug)]
 pub(super) struct Budget {
     left_bytes: u64,
@@ -57,8 +58,8 @@ impl Budget {
         Self { left_bytes: limit_bytes, limit_bytes }
     }
 
-    /// Takes the memory for `n_values` values of `what` from the budget, before the memory is allocated. The error is
-    /// [`FileError::UnpacksTooLarge`].
+    /// Takes the memory for `n_values` values out of the budget, before the memory is allocated. `what` names the part of the
+    /// file for the error [`FileError::UnpacksTooLarge`].
     pub fn take(&mut self, what: &str, n_values: u64, bytes_each: u64) -> Result<(), FileError> {
         let n_bytes = n_values.saturating_mul(bytes_each);
         self.left_bytes = self.left_bytes.checked_sub(n_bytes).ok_or_else(|| {

@@ -1,7 +1,8 @@
-//! Reads JSON lines (`.jsonl`, `.ndjson`) with one object per sample. The numbers become columns, named by their paths.
+//! Reads JSON lines (`.jsonl`, `.ndjson`): each line is the object of one sample. Its numbers become columns, which are named
+//! by the paths of keys to these numbers.
 //!
-//! Guarantees: rows keep their line numbers. A JSON document, such as a file of this program, is not read as JSON lines.
-//! Memory use is limited by the size of the file, even if every line has new keys.
+//! Guarantees: a row keeps the number of its line in the file. A JSON document, such as a file of this program, is not read
+//! as JSON lines. Memory use is limited by the size of the file, even if every line has new keys.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};
@@ -23,16 +24,16 @@ pub(super) const FORMAT: Format = Format {
 };
 
 const BLOCK_BYTES: usize = 1 << 18;
-/// Maximum length of the path of a value (bytes). A value with a longer path is skipped.
+/// Maximum length of the path of keys to a value (bytes). A value with a longer path is skipped.
 const NAME_LIMIT_BYTES: usize = 1 << 10;
 const VALUE_BYTES: u64 = size_of::<f64>() as u64;
 /// Number of first non-blank lines that decide whether a file holds JSON lines. At least two of these lines must be objects.
-/// In a JSON document over several lines, at most one line is an object.
+/// In a single JSON document over several lines, at most one line is an object.
 const CHECKED_LINES: usize = 3;
-/// Forms of a time in text that can be read in only one way.
+/// Forms of a time that are recognised in texts, since they can be read in only one way.
 const TIMES: [TimeForm; 2] = [TimeForm::Date(DateOrder::YearMonthDay), TimeForm::TimeOfDay];
 
-/// Reads the objects of a file as a table; returns `None` if the first lines are not objects.
+/// Reads the objects of a file as a table, one row per object; returns `None` if the first lines are not objects.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut blocks = Blocks::open(source.path, BLOCK_BYTES, None)?;
     let mut table = Table::of_bytes(source.n_bytes);
@@ -68,16 +69,17 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     Ok(Some(Columns { ends_early, ..columns }))
 }
 
-/// Key of each column of a table, by which the values of later lines are found.
+/// Key of each column of a table, by which the values of later lines find their column.
 #[derive(Debug)]
 pub(crate) struct LineKeys(Vec<Key>);
 
 impl LineKeys {
-    /// Reads the first lines of a stream as a table, with the column names of a file; `None` if no line is an object.
+    /// Reads the first lines of a stream as a table, with the column names that a file would have; `None` if no line is an
+    /// object.
     pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
         let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
         let n_rows = rows.len();
-        // A single row is added twice, because a list in a table of one row would be taken for a column.
+        // A single row is added twice: in a table of one row, a list of numbers would be taken for a column.
         rows.extend(rows.first().filter(|_| n_rows == 1).cloned());
         let mut table = Table::of_bytes(lines.iter().map(|line| line.len() as u64).sum());
         for row in rows {
@@ -108,20 +110,20 @@ impl LineKeys {
     }
 }
 
-/// Path of a value, and the index of the value if it is an element of a list.
+/// Path of keys to a value in a JSON object, and the index of the value if it is an element of a list.
 type Key = (String, Option<usize>);
 
-/// Number or time (s); NaN for a text or a missing value.
+/// Value in a JSON object: a number or a time (s); NaN for other text or a missing value.
 #[derive(Clone, Copy)]
 struct Value {
     number: f64,
-    /// True for a date (s since 1970) or a time of day (s).
+    /// True if the value was written as a date (s since 1970) or as a time of day (s).
     is_time: bool,
 }
 
 type Row = Vec<(Key, Value)>;
 
-/// Returns the values of a line; `None` if the line is not a JSON object.
+/// Returns the numbers and times of a line with their keys; `None` if the line is not a JSON object.
 fn row(line: &[u8]) -> Option<Row> {
     if !line.trim_ascii_start().starts_with(b"{") {
         return None;
@@ -135,7 +137,7 @@ fn row(line: &[u8]) -> Option<Row> {
         Some(row)
     };
     read(line).or_else(|| {
-        // Python writes these words for missing and infinite numbers.
+        // Python writes `NaN`, `Infinity` and `-Infinity`, which JSON does not allow.
         let line = std::str::from_utf8(line).ok()?;
         let line = line.replace("-Infinity", "null").replace("Infinity", "null");
         read(line.replace("NaN", "null").as_bytes())
@@ -160,11 +162,11 @@ impl Values<'_> {
         Ok(())
     }
 
-    /// Appends the index to the path, and returns the previous length of the path (bytes).
+    /// Appends the index of the present list element to the path, and returns the previous length of the path (bytes).
     fn enter(&mut self) -> usize {
         let n_bytes = self.path.len();
         if let Some(index) = self.index {
-            // Writing to a string cannot fail.
+            // Writing to a string cannot fail, so the result is not checked.
             let _ = write!(self.path, "[{index}]");
         }
         n_bytes
@@ -251,7 +253,7 @@ struct Table {
 #[derive(Default)]
 struct Channel {
     key: Key,
-    /// Values up to the last row with this key.
+    /// Values of the column, up to the last row that has its key.
     values: Vec<f64>,
     has_times: bool,
 }
@@ -288,13 +290,13 @@ impl Table {
         Ok(())
     }
 
-    /// Returns the columns with their keys. A list of numbers becomes several columns, named as for an array in other
-    /// formats.
+    /// Returns the columns of the table with their keys. A list of numbers becomes several columns, which are named as those
+    /// of an array in other formats.
     fn columns(mut self) -> Result<(Columns, Vec<Key>), FileError> {
         let missing = |channel: &Channel| (self.n_rows - channel.values.len()) as u64;
         let n_missing = self.channels.iter().map(missing).sum();
         self.budget.take("the table", n_missing, VALUE_BYTES)?;
-        // Each array has the values of one key, or of a list under one key.
+        // Each array collects the values of one key. If a key holds lists, its array has one column per element.
         let mut lists: Vec<(Array, Vec<Key>)> = Vec::new();
         for mut channel in self.channels {
             channel.values.resize(self.n_rows, f64::NAN);
@@ -327,7 +329,7 @@ impl Table {
         let mut left_out: Vec<String> =
             without.into_iter().map(|(own, _)| format!("{} (no numbers)", own.name)).collect();
         if self.has_more {
-            left_out.push(format!("more than {COLUMN_LIMIT} keys"));
+            left_out.push(format!("keys after the first {COLUMN_LIMIT} keys"));
         }
         let (arrays, keys): (Vec<_>, Vec<_>) = with.into_iter().unzip();
         Ok((arrays::columns(arrays, left_out), keys.concat()))

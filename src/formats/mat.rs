@@ -1,4 +1,5 @@
-//! Reads numeric matrices of MATLAB files (`.mat`, versions 4 and 5), also in structs and compressed; writes plain version 5.
+//! Reads numeric matrices of MATLAB files (`.mat`, versions 4 and 5), also compressed ones and those in structs. Writes
+//! version 5 without compression.
 //!
 //! **Source** MAT-File Format (The MathWorks). Level 5: a header of 128 bytes, then one element per variable: a kind, a
 //! length and that number of bytes. A matrix is an element made of elements: class, dimensions, name, numbers. Numbers may
@@ -25,7 +26,7 @@ pub(super) const FORMAT: Format = Format {
     signatures: &[
         b"MATLAB 5.0",
         NEWER,
-        // First integers of files of version 4.
+        // First bytes of files of version 4: the first integer in the header of a variable.
         b"\x00\0\0\0",
         b"\x01\0\0\0",
         b"\x02\0\0\0",
@@ -50,7 +51,7 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-/// Start of the header of a version 7.3 file, which is HDF5.
+/// First bytes of a file of version 7.3, which is HDF5.
 const NEWER: &[u8] = b"MATLAB 7.3";
 
 const HEADER_BYTES: usize = 128;
@@ -88,7 +89,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     };
     let is_big_endian = header.ends_with(b"MI");
     if !is_big_endian && !header.ends_with(b"IM") {
-        return Err(FileError::damaged(FILE, "its header does not give the order of bytes"));
+        return Err(FileError::damaged(FILE, "its header does not tell whether numbers are little-endian or big-endian"));
     }
     let mut variables = Elements { bytes: elements, is_big_endian };
     let (mut top, mut groups) = (Fields::default(), Vec::new());
@@ -143,7 +144,7 @@ struct OlderHeader {
 }
 
 impl OlderHeader {
-    /// Reads the header at the start of `bytes`, if there is one.
+    /// Reads the header of a variable of version 4 at the start of `bytes`; `None` if there is none.
     fn read(bytes: &[u8]) -> Option<Self> {
         const NUMBERS: [Number; 6] = [
             Number::Float(8),
@@ -192,7 +193,7 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             return Err(if rest.len() < HEADER_BYTES {
                 FileError::cut_short(FILE)
             } else {
-                FileError::damaged(FILE, "the data after a matrix are not a matrix")
+                FileError::damaged(FILE, "the data behind a matrix are not another matrix")
             });
         };
         let OlderHeader { shape, name, .. } = header;
@@ -247,13 +248,13 @@ impl Fields {
         self.left_out.push(format!("{name} ({what})"));
     }
 
-    /// Takes the day of the recording from a text, if the text names a day, and lists the text as left out.
+    /// Takes the day of the recording from a text variable, if the text gives a day. The variable is listed as left out.
     fn text(&mut self, name: &str, text: &str) {
         self.day = self.day.or(Day::in_header(&format!("{name}: {text}")));
         self.leave_out(name, "text");
     }
 
-    /// Returns the table of a file with these variables and with structs as groups.
+    /// Returns the table of a file: its variables form one group, and each struct forms another.
     fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
         let own = Group { arrays: self.arrays, ..Group::default() };
         let groups = std::iter::once(own).chain(structs).collect();
@@ -264,7 +265,7 @@ impl Fields {
 
 const DEPTH_LIMIT: usize = 8;
 
-/// Returns the fields of each element of a struct array. The unread bytes of `parts` begin after the name of the struct.
+/// Returns the fields of each element of a struct array. `parts` holds the bytes after the name of the struct.
 fn structs(
     mut parts: Elements<'_>,
     n_elements: usize,
@@ -283,7 +284,7 @@ fn structs(
         .map(|name| String::from_utf8_lossy(name).into_owned())
         .collect();
     let mut elements = Vec::new();
-    // The declared number of elements may be wrong: reading stops where the bytes end.
+    // The declared number of elements may be wrong, so reading also stops where the bytes end.
     while elements.len() < n_elements && !parts.bytes.is_empty() && !names.is_empty() {
         let mut fields = Fields::default();
         for name in &names {
@@ -314,8 +315,8 @@ fn structs(
     Ok(elements)
 }
 
-/// Adds a variable of a file to `into`, or the field of a struct whose name and depth are `field`. A struct is not added:
-/// its name and the fields of each of its elements are returned.
+/// Adds a variable of a file, or a field of a struct, to `into`. `field` is the name and depth of the struct's field, or
+/// `None`. A struct is not added: its name and the fields of each of its elements are returned.
 fn variable(
     bytes: &[u8],
     is_big_endian: bool,
@@ -327,7 +328,7 @@ fn variable(
     let flags = parts.uint32(flags).ok_or_else(|| FileError::cut_short(FILE))?;
     let class = flags & 0xff;
     if !(1..=15).contains(&class) {
-        // Objects and tables are stored in a form that is not documented.
+        // MATLAB stores objects and tables in a form that is not documented.
         let what = "an object, such as a table or timetable: save it as `S = table2struct(T, \"ToScalar\", true)`, or with writetable";
         match field {
             Some((name, _)) => into.leave_out(name, what),
@@ -364,7 +365,7 @@ fn variable(
         _ => {
             let (kind, numbers) = parts.next(&name)?;
             let values = values(kind, numbers, is_big_endian);
-            let unknown = || FileError::damaged(&name, "its numbers are of an unknown kind");
+            let unknown = || FileError::damaged(&name, "its numbers have an unknown data type");
             let values = values.ok_or_else(unknown)?;
             if n_declared != Some(values.len()) {
                 return Err(FileError::cut_short(&name));
@@ -418,11 +419,12 @@ impl<'a> Elements<'a> {
     fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
         let ends = || FileError::cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
-        // A small element holds up to four bytes of data in place of the length, which is then the upper half of the kind.
+        // A small element holds up to four bytes of data in place of its length. The length is then the upper half of the
+        // element's kind.
         if kind >> 16 != 0 {
             let n_bytes = (kind >> 16) as usize;
             let four = self.bytes.get(4..8).ok_or_else(ends)?;
-            let too_long = || FileError::damaged(what, "an element is too long");
+            let too_long = || FileError::damaged(what, "an element is longer than its space");
             let small = four.get(..n_bytes).ok_or_else(too_long)?;
             self.bytes = &self.bytes[8..];
             return Ok((kind & 0xffff, small));
@@ -437,7 +439,8 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// Writes each entry as a matrix. A list of texts becomes a matrix of characters, one row per text, padded with blanks.
+/// Writes each entry as a matrix of a MATLAB file. A list of texts becomes a matrix of characters, one row per text, padded
+/// with blanks.
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
     let title = concat!("MATLAB 5.0 MAT-file, written by LoopScope ", env!("CARGO_PKG_VERSION"));
     let mut header = title.as_bytes().to_vec();
@@ -454,7 +457,7 @@ pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()
 fn written(entry: &Entry) -> io::Result<Vec<u8>> {
     let (class, rows, columns, kind, data) = match entry {
         Entry::Numbers(Array { shape, values, .. }) => {
-            // A vector is written as one row.
+            // An array with one dimension is written as one row.
             let columns = shape.last().copied().unwrap_or(1);
             let rows = values.len().checked_div(columns).unwrap_or(0);
             let data = column_by_column(rows, columns, |row, column| {

@@ -1,7 +1,7 @@
 //! Reads files of numbers as named columns, and writes them. Each format has one source file.
 //!
-//! Guarantees: the first bytes of a file, never its name, select its format. Memory grows with the actual contents of a
-//! file, not with the size that it declares. A panic of a crate that reads a format becomes an error of the file.
+//! Guarantees: the first bytes of a file, never its name, select its format. Memory grows with the actual contents of a file,
+//! not with the size that it declares. If a crate that reads a format panics, the user gets an error about the file.
 //!
 //! A new format is one source file with a [`Format`] and one line in [`FORMATS`]. File dialogs, `--help`, the import window
 //! and the messages are made from this list.
@@ -49,7 +49,7 @@ pub(crate) use opened::{Opened, Part, open};
 
 use crate::shown::joined;
 
-/// All formats that can be read.
+/// All formats that the program can read.
 pub const FORMATS: &[Format] = &[
     text::FORMAT,
     npy::FORMAT,
@@ -63,7 +63,7 @@ pub const FORMATS: &[Format] = &[
     json_lines::FORMAT,
 ];
 
-/// Returns the extensions of recording files, without the point.
+/// Returns the extensions of files that may be recordings, without the point.
 pub fn endings() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().flat_map(|format| format.endings).copied()
 }

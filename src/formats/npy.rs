@@ -15,17 +15,18 @@ pub(super) const FORMAT: Format =
     Format { name: "NumPy array", endings: &["npy"], signatures: &[MAGIC], read: columns };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Maximum length of a header (bytes), which limits the memory for a damaged file. Usual headers have a few hundred bytes.
+/// Maximum length of a file's header (bytes), so that a damaged file cannot fill the memory. Usual headers have a few hundred
+/// bytes.
 const HEADER_LIMIT: usize = 1 << 16;
-/// Number of bytes read at a time; a record that is longer is read whole.
+/// Number of bytes that are read at a time. A longer record is read as a whole.
 const BLOCK_BYTES: usize = 1 << 16;
 const DEPTH_LIMIT: usize = 8;
 
-/// Contents of one element of an array: one number, or the fields of a record.
+/// Layout of one element of an array: one number, or the fields of a record.
 #[derive(Debug, Default)]
 struct Record {
     fields: Vec<Field>,
-    /// Names of fields without numbers.
+    /// Names of the fields that hold no numbers.
     left_out: Vec<String>,
     n_bytes: usize,
 }
@@ -40,7 +41,7 @@ struct Header {
 
 #[derive(Debug)]
 pub(super) struct Content {
-    /// The array, or one array per field of the records, named like the field.
+    /// The array of a file, or, if its elements are records, one array per field with the name of the field.
     pub arrays: Vec<Array>,
     pub is_records: bool,
     pub left_out: Vec<String>,
@@ -113,7 +114,7 @@ fn numbers(
     progress: &Progress,
 ) -> Result<Vec<FromOrigin>, FileError> {
     let at_a_time = (BLOCK_BYTES / record.n_bytes).max(1) * record.n_bytes;
-    // Memory grows with the bytes that are read, because the header may declare any size.
+    // Memory grows with the bytes that are read, because a wrong header may declare any size.
     let mut block = Vec::new();
     let mut values = vec![FromOrigin::default(); record.fields.len()];
     for start in (0..n_bytes).step_by(at_a_time) {
@@ -136,7 +137,7 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     let mut start = [0; 8];
     from.read_exact(&mut start).map_err(reading(name))?;
     if !start.starts_with(MAGIC) {
-        return Err(damaged("it does not start as a NumPy array"));
+        return Err(damaged("it does not start with the first bytes of a NumPy array"));
     }
     let mut length = [0; 4];
     let length_bytes = if start[6] == 1 { 2 } else { 4 };
@@ -152,18 +153,18 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     let (Some(mut descr), Some(order), Some(mut shape)) =
         (value("descr"), value("fortran_order"), value("shape"))
     else {
-        return Err(damaged("its header does not give the data type, order and shape"));
+        return Err(damaged("its header does not give data type, order of values and shape"));
     };
     let not_numbers =
         |kind: &str| FileError::NotNumbers { what: name.to_owned(), kind: kind.to_owned() };
-    // Python objects are pickled, so an array that contains them is refused.
+    // An array of Python objects is stored as a pickle, which is refused.
     if text.contains("'|O'") {
         return Err(not_numbers("Python objects"));
     }
-    let shape = shape.lengths().ok_or_else(|| damaged("its shape cannot be read"))?;
+    let shape = shape.lengths().ok_or_else(|| damaged("the shape in its header cannot be read"))?;
     let is_records = descr.0.trim_start().starts_with('[');
     let record =
-        descr.record(0).ok_or_else(|| damaged("its header gives no readable data type"))?;
+        descr.record(0).ok_or_else(|| damaged("the data type in its header cannot be read"))?;
     if record.fields.is_empty() {
         return Err(match (is_records, record.left_out.first()) {
             (false, Some(kind)) => not_numbers(kind),
@@ -173,11 +174,11 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     Ok(Header { record, is_records, is_by_column: order.0.trim_start().starts_with("True"), shape })
 }
 
-/// Python literal, from the next unread character on.
+/// Python literal of a file's header, from the next unread character on.
 struct Literal<'a>(&'a str);
 
 impl<'a> Literal<'a> {
-    /// Skips a mark and returns true, if the mark comes next.
+    /// Skips the character `mark` and returns true, if it comes next.
     fn has(&mut self, mark: char) -> bool {
         let rest = self.0.trim_start().strip_prefix(mark);
         self.0 = rest.unwrap_or(self.0);
@@ -208,7 +209,8 @@ impl<'a> Literal<'a> {
             .collect()
     }
 
-    /// Reads a kind, or a list of fields `(name, kind)` or `(name, kind, shape)`. The name may be `(title, name)`.
+    /// Reads a NumPy data type: a kind such as `<f8`, or a list of fields `(name, kind)` or `(name, kind, shape)`. The name
+    /// may be `(title, name)`.
     fn record(&mut self, depth: usize) -> Option<Record> {
         if !self.has('[') {
             return of_kind(self.text()?);
@@ -236,7 +238,7 @@ impl<'a> Literal<'a> {
                 if is_record { format!("{name}.{what}") } else { format!("{name} ({what})") }
             };
             if name.is_empty() {
-                // A field without a name is padding.
+                // A field without a name is padding between other fields.
             } else if n_each != 1 && is_record {
                 record.left_out.push(format!("{name} (lists of records)"));
             } else if n_each > 0 && record.fields.len() + inner.fields.len() <= COLUMN_LIMIT {
@@ -253,7 +255,7 @@ impl<'a> Literal<'a> {
     }
 }
 
-/// Returns the record of one element of this NumPy kind, without a field if the element is no number. Returns `None` if the
+/// Returns the layout of one element of this NumPy kind, without a field if the element is no number. Returns `None` if the
 /// size of the element is unknown.
 fn of_kind(kind: &str) -> Option<Record> {
     let is_big_endian = kind.starts_with('>');
@@ -272,7 +274,7 @@ fn of_kind(kind: &str) -> Option<Record> {
         _ if number.is_some() => None,
         'U' | 'S' => Some("texts".to_owned()),
         'c' => Some("complex numbers".to_owned()),
-        _ => Some(format!("numbers of the kind {kind}")),
+        _ => Some(format!("numbers of the data type {kind}")),
     };
     let field = number.map(|number| Field {
         name: String::new(),
@@ -290,7 +292,8 @@ fn of_kind(kind: &str) -> Option<Record> {
     })
 }
 
-/// Returns the file of one array: magic bytes, header padded to a multiple of 64 bytes, little-endian numbers or characters.
+/// Returns the bytes of a file with one array: magic bytes, header padded to a multiple of 64 bytes, little-endian numbers or
+/// characters.
 pub(super) fn written(entry: &Entry) -> Vec<u8> {
     let mut data = Vec::new();
     let (kind, shape) = match entry {

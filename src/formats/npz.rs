@@ -1,4 +1,5 @@
-//! NumPy's `.npz`: arrays in a zip archive, written without compression. An array of records is a table of its own.
+//! Reads and writes NumPy's `.npz`: arrays in a zip archive, written without compression. An array of records is a table of
+//! its own.
 
 use std::io::{self, BufReader, Cursor, Read as _, Write as _};
 
@@ -20,14 +21,14 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-/// First bytes of an archive without members.
+/// First bytes of a zip archive that contains no files.
 const EMPTY: &[u8] = b"PK\x05\x06";
 
-/// Maximum number of members that are read, which limits the time for a damaged archive.
+/// Maximum number of files in an archive that are read, so that a damaged archive cannot take endless time.
 const MEMBER_LIMIT: usize = 10_000;
 
-/// Reads the arrays of an archive as a table; `None` for an archive of another kind. A damaged archive is an error only if
-/// its first member is an array.
+/// Reads the arrays of an archive as a table; `None` for an archive without arrays, such as a workbook. A damaged archive is
+/// an error only if its first file is an array.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const ARCHIVE: &str = "the archive";
     if source.head.starts_with(EMPTY) {
@@ -83,7 +84,7 @@ pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()
     out.write_all(&zipped(CompressionMethod::Stored, files)?)
 }
 
-/// Returns an archive of files, each with its path and content. Equal files give equal archives.
+/// Returns a zip archive of files, each with its path and content. Equal files give equal archives, byte by byte.
 pub(crate) fn zipped(
     method: CompressionMethod,
     files: impl IntoIterator<Item = (String, impl AsRef<[u8]>)>,

@@ -3,7 +3,7 @@
 use super::arrays::Array;
 use super::columns::from_origin;
 
-/// Stored value of a missing NumPy time (NaT).
+/// Stored value that means a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// Returns the number of a NumPy kind (`f`, `i`, `u`) with this size (bytes), if there is one.
+    /// Returns the number type of a NumPy kind (`f`, `i`, `u`) with this size (bytes); `None` if there is no such type.
     pub const fn of_kind(kind: char, n_bytes: usize) -> Option<Self> {
         match (kind, n_bytes) {
             ('f', 2 | 4 | 8) => Some(Self::Float(n_bytes)),
@@ -41,7 +41,7 @@ impl Number {
         elements.map(|own| self.value(own, is_big_endian)).collect()
     }
 
-    /// Returns the stored value; a whole number is counted from the origin of its column.
+    /// Returns the value that these bytes store. Whole numbers are returned minus the origin of their column.
     fn value_since(self, bytes: &[u8], is_big_endian: bool, origin: &mut Option<i64>) -> f64 {
         let mut eight = [0; 8];
         let own = &mut eight[..bytes.len()];
@@ -79,7 +79,7 @@ fn half(bits: u16) -> f64 {
     sign * size
 }
 
-/// Field of the records of an array: one or more numbers of one kind.
+/// Field of an array's records: one or more numbers of one type.
 #[derive(Debug)]
 pub(super) struct Field {
     /// Name of the field; empty if the elements are not records.
@@ -87,16 +87,16 @@ pub(super) struct Field {
     pub number: Number,
     pub unit: &'static str,
     pub is_big_endian: bool,
-    /// Position in each record of the first of `n_each` numbers (bytes).
+    /// Position of the field's first number in each record (bytes). `n_each` numbers follow one another.
     pub offset: usize,
     pub n_each: usize,
 }
 
-/// Values of a field, and the origin from which whole numbers are counted.
+/// Values of a field minus the origin of its whole numbers, and this origin (`None` before the first whole number).
 pub(super) type FromOrigin = (Vec<f64>, Option<i64>);
 
 impl Field {
-    /// Appends the numbers of each record; panics if the field does not lie within it.
+    /// Appends the field's numbers of each record to `values`. Panics if the field does not lie within the record.
     pub fn append(&self, records: &[u8], record_bytes: usize, (values, origin): &mut FromOrigin) {
         let n_bytes = self.number.n_bytes();
         for record in records.chunks_exact(record_bytes) {

@@ -1,4 +1,4 @@
-//! Opened file, which looks the same to its readers whether it holds text or columns of numbers.
+//! Open file of any format. It looks the same to its readers whether it holds text or columns of numbers.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -14,11 +14,11 @@ use crate::panicked;
 use crate::progress::Progress;
 use crate::recording::Day;
 
-/// Number of first bytes that are read to find the format: the signature, and the name of an archive's first member.
+/// Number of first bytes that are read to detect the format: the signature, and the name of an archive's first file.
 const SIGNATURE_BYTES: u64 = 512;
-/// Number of first rows of a file of columns that are inspected.
+/// Number of first rows that are inspected in a file that holds columns of numbers instead of text.
 const HEAD_ROWS: usize = 200;
-/// Number of rows that are parsed at a time in a file of columns.
+/// Number of rows that are parsed at a time in a file that holds columns of numbers instead of text.
 const PART_ROWS: usize = 1 << 14;
 
 #[derive(Debug)]
@@ -49,8 +49,8 @@ pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file. At most `limit_bytes` of a text are read. If the file holds several tables, `parts` names the tables to
-/// read; an empty list means an automatic choice.
+/// Opens a file. Of a text, at most `limit_bytes` are read. If the file holds several tables, `parts` names the tables to
+/// read; with an empty list, the program chooses.
 pub(crate) fn open(
     path: &Path,
     block_bytes: usize,
@@ -58,7 +58,7 @@ pub(crate) fn open(
     parts: &[String],
     progress: &Progress,
 ) -> Result<Opened, FileError> {
-    // Checked before opening: opening a named pipe would block until its other end is opened.
+    // This is checked before opening, because opening a named pipe would block until its other end is opened.
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
         return Err(FileError::Folder { files: files_in(path), pattern: path.join("*.csv") });
@@ -134,7 +134,8 @@ impl Opened {
         }
     }
 
-    /// Returns the head of the table, if the layout fits the table. For columns of numbers, only the header flag matters.
+    /// Returns position and header of the table under this layout; `None` if the layout does not fit the table. For columns
+    /// of numbers, only the header flag of the layout matters.
     pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         let table = match &self.table {
             Table::Text(text) => return text.head(layout),
@@ -159,7 +160,7 @@ impl Opened {
         }
     }
 
-    /// Returns true if detection finds this same layout.
+    /// Returns true if automatic detection finds exactly this layout of the table.
     pub fn is_cut_by(&self, layout: &TextLayout) -> bool {
         match &self.table {
             Table::Text(text) => text.layout().as_ref() == Some(layout),
@@ -190,8 +191,8 @@ impl Opened {
         sample
     }
 
-    /// Passes the rows below a head to `parse`, several parts at a time. Passes the results to `take` in file order, with
-    /// the share of the file that they cover.
+    /// Passes the rows below the header to `parse`, several parts of the file at a time. Passes the results to `take` in file
+    /// order, with the share of the file that they cover.
     pub fn read<R: Send>(
         self,
         head: &Head,
@@ -216,7 +217,7 @@ impl Opened {
         Ok(())
     }
 
-    /// Returns the number of rows; for a text, an estimate from the length of the first rows.
+    /// Returns the number of rows of the table. For a text, it is estimated from the length of the first rows.
     pub fn about_rows(&self, head: &Head) -> u64 {
         match &self.table {
             Table::Text(text) => text.about_rows(head),

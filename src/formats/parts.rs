@@ -1,4 +1,4 @@
-//! Chooses among several tables of one file: topics of a recording, sheets of a workbook, groups of an archive, structs.
+//! Chooses among several tables of one file: topics of a ROS recording, sheets of a workbook, groups of an archive, structs.
 //!
 //! Guarantees: a table that the user names is read, or the error lists the existing tables. Without a choice of the user,
 //! the chosen table and its alternatives are reported.
@@ -16,7 +16,7 @@ pub(super) struct Part {
     pub columns: Columns,
 }
 
-/// Arrays of one group or struct. The group of the file itself has an empty name.
+/// Arrays of one group or struct of a file. Arrays outside of any group form a group with an empty name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Group {
     pub name: String,
@@ -36,8 +36,8 @@ pub(super) fn check_wanted<'a>(
     }
 }
 
-/// Returns the wanted tables joined to one. Tables whose column names differ are refused. Without a choice of the user,
-/// returns the table with the most kinds of columns (time, gauges, loads), then with the most rows.
+/// Returns the tables that the user wants, joined to one. Tables whose column names differ are refused. Without a choice of
+/// the user, returns the table with the most kinds of columns (time, gauges, loads), then with the most rows.
 pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
     check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
     if parts.len() <= 1 {
@@ -45,7 +45,7 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
     }
     let names = if wanted.is_empty() {
         let score = |part: &&Part| (n_kinds(&part.columns), part.columns.n_rows());
-        // `max_by_key` returns the last of equal elements.
+        // `max_by_key` returns the last of equal elements, so the order is reversed to get the first.
         parts.iter().rev().max_by_key(score).map(|part| part.name.clone()).into_iter().collect()
     } else {
         wanted.to_vec()
@@ -58,7 +58,7 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
     });
     let listed: Vec<FilePart> = listed.collect();
     let mut used = parts.into_iter().filter(is_used);
-    let mut table = used.next().expect("all wanted tables exist");
+    let mut table = used.next().expect("the tables that the user names exist");
     for next in used {
         let names = |part: &Part| -> Vec<String> {
             part.columns.columns.iter().map(|column| column.name.clone()).collect()
@@ -68,7 +68,7 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
         }
         let n_rows = table.columns.n_rows();
         for (column, more) in table.columns.columns.iter_mut().zip(next.columns.columns) {
-            // Pads a shorter column, so that its next values stay in their own rows.
+            // Pads a shorter column with NaN, so that its values from the next table stay in their own rows.
             column.values.resize(n_rows, f64::NAN);
             let later = (more.since - column.since) as f64;
             column.values.extend(more.values.into_iter().map(|value| value + later));
@@ -78,7 +78,7 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
     Ok(Columns { parts: listed, is_guessed_part: wanted.is_empty(), ..table.columns })
 }
 
-/// Returns how many of the kinds time, gauge and load the columns have.
+/// Returns the number of different kinds (time, gauge, load) among the columns of a table.
 fn n_kinds(columns: &Columns) -> usize {
     let kinds: HashSet<_> = columns
         .columns
@@ -89,8 +89,8 @@ fn n_kinds(columns: &Columns) -> usize {
     kinds.len()
 }
 
-/// Returns the table of a file of groups. Groups of equal length with at most one time column together form one table.
-/// Otherwise each group is a table.
+/// Returns the table of a file that consists of groups. Groups of equal length with at most one time column together form one
+/// table. Otherwise each group is a table.
 pub(super) fn of_groups(
     mut groups: Vec<Group>,
     separator: char,
@@ -108,7 +108,8 @@ pub(super) fn of_groups(
         let all = groups.into_iter().flat_map(|group| {
             let name = move |name: &str| match group.name.as_str() {
                 "" => name.to_owned(),
-                // The name of the only group carries no information, but a struct's name stays in front of its fields.
+                // The name of the only group carries no information and is left out. A struct's name stays in front of its
+                // fields.
                 _ if n_tables <= 1 && separator == '/' => name.to_owned(),
                 group => format!("{group}{separator}{name}"),
             };

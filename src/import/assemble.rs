@@ -1,4 +1,5 @@
-//! Turns the rows of a file into recordings: converts the times, reports irregularities, and cuts the rows into recordings.
+//! Turns the rows of a file into recordings: converts the times, reports irregularities, and starts a new recording after
+//! each long pause.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +17,7 @@ use crate::recording;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
-/// Maximum number of recordings in a file. With more recordings, the chosen time column cannot be a time.
+/// Maximum number of recordings in a file. With more recordings, the column that was chosen as time cannot hold times.
 const RECORDING_LIMIT: usize = 50_000;
 
 pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
@@ -36,7 +37,7 @@ pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     }
 }
 
-/// Converts the times to seconds. A unit that is derived from the values is reported.
+/// Converts the times of all rows to seconds. If their unit was derived from the values, this is reported.
 pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     let per_second = match plan.time_scale {
         TimeScale::ByValues => {
@@ -58,7 +59,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     if plan.is_time_of_day() {
         count_days(&mut rows.times);
     }
-    // Dividing by a number below one makes times larger, possibly too large for a number.
+    // Division by a number below one makes the times larger, possibly too large for a floating-point number.
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
@@ -73,7 +74,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Adds a day to times of day at each midnight, so that times (s) count from the first midnight.
+/// Adds a day to times of day (s) after each midnight, so that times count from the first midnight.
 fn count_days(times: &mut [f64]) {
     const DAY_SECS: f64 = 86_400.0;
     let mut midnight = 0.0;
@@ -87,7 +88,8 @@ fn count_days(times: &mut [f64]) {
     }
 }
 
-/// Replaces the samples of each burst by their mean. A burst is a run of samples with time steps of at most `within_secs`.
+/// Replaces the samples of each burst by one sample, their mean. A burst is a run of samples with time steps of at most
+/// `within_secs`.
 pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     let bursts = join::bursts(&rows.times, within_secs, &rows.group_changes());
     let (n_before, n_after) = (rows.times.len(), bursts.len());
@@ -111,7 +113,7 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Returns a recording without times for each load case, that is for the rows with one load.
+/// Returns one recording without times for each load case: all rows with the same load.
 pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
@@ -146,7 +148,8 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     (recordings, rows.findings)
 }
 
-/// Reports irregularities, and cuts the rows into recordings at time steps longer than `gap_secs`, or than the default gap.
+/// Reports irregularities of the rows, and starts a new recording after each time step longer than `gap_secs` (by default
+/// derived from the time steps).
 pub(super) fn recordings(
     table: Table,
     gap_secs: Option<f64>,
@@ -220,13 +223,14 @@ fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<R
         (part.gap_secs, part.zero_secs) = (Some(cuts.gap_secs), rows.zero_secs);
         part
     };
-    // The last recording is cut off first, so that at most one recording is in memory twice.
+    // The recordings are cut off from the end, the last one first, so that at most one recording is in memory twice.
     let mut recordings: Vec<Recording> = starts.iter().enumerate().rev().map(part).collect();
     recordings.reverse();
     recordings
 }
 
-/// Returns, for each recording and auxiliary channel, the intervals (s) in which the last measured value is too old.
+/// Returns, for each recording and auxiliary channel, the time intervals (s) in which the channel's last measured value is
+/// too old to be held.
 fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64, f64)>>> {
     let n_channels = plan.auxiliary_names.len();
     let mut parts = vec![vec![Vec::new(); n_channels]; starts.len() + 1];
@@ -252,10 +256,10 @@ fn recording(
     let (gauge_names, axes) = (plan.gauge_names.clone(), plan.axes.clone());
     let (names, units) = (plan.auxiliary_names.clone(), plan.auxiliary_units.clone());
     Recording::new(name, source, times, gauge_names, gauges, axes, loads)
-        .expect("rows are finite and of one width, and the times of a recording never go back")
+        .expect("all rows have finite numbers and equal length, and the times of a recording never go back")
         .with_gauge_units(plan.gauge_units.clone())
         .with_auxiliary(names, units, auxiliary)
-        .expect("missing values were held, so each row has a number for each channel")
+        .expect("missing values were replaced by the last ones, so each row has a number for each auxiliary channel")
 }
 
 #[cfg(test)]

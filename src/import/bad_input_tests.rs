@@ -84,12 +84,12 @@ fn a_few_zero_bytes_cost_only_their_rows() {
 fn rows_of_wrong_length_are_reported_with_both_lengths() {
     let text = "t,S1,Fx\n0,1,2\n1,1\n2,1,2,3\n3,1,2\n";
     assert_eq!(n_samples(text), 3);
+    assert!(messages(text).contains(
+        "run.csv, line 3: the row has 2 cells, but the table has 3 columns. Row skipped"
+    ));
     assert!(
         messages(text)
-            .contains("run.csv, line 3: 2 cells, but the table has 3 columns. Row skipped")
-    );
-    assert!(
-        messages(text).contains("run.csv, line 4: 4 cells, but the table has 3 columns. Extra")
+            .contains("run.csv, line 4: the row has 4 cells, but the table has 3 columns. Extra")
     );
 }
 
@@ -121,9 +121,11 @@ fn values_that_are_not_finite_are_never_kept() {
 fn repeated_names_are_refused_with_both_places() {
     assert!(
         messages("t,S1,S1\n0,1,2\n")
-            .contains("run.csv, line 1: columns 2 and 3 are both gauge S1. Rename")
+            .contains("run.csv, line 1: columns 2 and 3 are both read as gauge S1. Rename")
     );
-    assert!(messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both Fx. Rename"));
+    assert!(
+        messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both read as Fx. Rename")
+    );
 }
 
 #[test]
@@ -143,7 +145,7 @@ fn archives_and_binary_files_are_named() {
     ] {
         let messages = messages(content);
         assert!(
-            messages.contains(&format!("run.csv: not text but {kind}; unpack it")),
+            messages.contains(&format!("run.csv: the file is not text but {kind}; unpack it")),
             "{messages}"
         );
     }
@@ -178,7 +180,7 @@ fn folders_and_missing_files_are_reported() {
     assert!(of_path(folder.path()).contains("this is a folder; name the recordings in it"));
     let file = TestFile::new("t,S1\n0,1\n");
     fs::remove_file(&file.path).unwrap();
-    assert!(of_path(&file.path).contains("run.csv: cannot be read"));
+    assert!(of_path(&file.path).contains("run.csv: the file cannot be read"));
 }
 
 #[cfg(target_os = "linux")]
@@ -186,7 +188,9 @@ fn folders_and_missing_files_are_reported() {
 fn unreadable_files_are_reported() {
     assert!(of_path(Path::new("/dev/zero")).contains("/dev/zero: this is a pipe or a device"));
     // The file can be opened, but its first byte cannot be read.
-    assert!(of_path(Path::new("/proc/self/mem")).contains("/proc/self/mem: cannot be read"));
+    assert!(
+        of_path(Path::new("/proc/self/mem")).contains("/proc/self/mem: the file cannot be read")
+    );
 }
 
 mod mutations {

@@ -1,6 +1,7 @@
-//! Estimates the offset between two clocks from the measured values. The user accepts or rejects the estimate.
+//! Estimates the offset between the clocks of gauges and reference from the measured values. The user accepts or rejects the
+//! estimate.
 //!
-//! The gauges follow the load, so they explain most of the reference at the right offset. The measure is R²: the share of the
+//! The gauges follow the load, so at the right offset they explain most of the reference. The measure is R²: the share of the
 //! reference's variance that a linear combination of the gauges explains. [`scoring::lag`](crate::scoring::lag) measures lags
 //! of a fraction of a load cycle, and separates them from hysteresis. Here the clocks may be hours apart, and gauges and
 //! reference have different sample times.
@@ -12,35 +13,38 @@ use crate::dot::dot;
 use crate::min_max::MinMax;
 use crate::recording::gap::median_step;
 
-/// Minimum number of samples on each clock.
+/// Minimum number of samples of the gauges, and of the reference.
 const FEWEST_SAMPLES: usize = 16;
-/// Maximum number of points in the time that both series have in common, for the first, coarse search.
+/// Maximum number of evenly spaced points, in the time that gauges and reference have in common, for the first (coarse)
+/// search.
 const COARSE_POINTS: f64 = 1024.0;
-/// Maximum number of points in the common time for the second, fine search.
+/// Maximum number of evenly spaced points, in the time that gauges and reference have in common, for the second (fine)
+/// search.
 const FINE_POINTS: f64 = 16_384.0;
-/// Maximum offset that is tried, as a share of the time that both series have in common.
+/// Maximum clock offset that is tried, as a share of the time that gauges and reference have in common.
 const LARGEST_SHARE: f64 = 0.2;
-/// Difference in R² up to which two offsets count as equally good (or half of the unexplained share, if larger). Repeated
-/// loads fit nearly as well at many offsets, so the smallest of the equally good offsets is returned.
+/// Difference in R² up to which two clock offsets count as equally good; half of the unexplained share, if that is larger.
+/// Repeated loads fit nearly as well at many offsets, so the smallest of the equally good offsets is returned.
 const EXPLAINED_TOLERANCE: f64 = 0.01;
-/// Share of a gauge's variance, not explained by the other gauges, below which the gauge is left out.
+/// Minimum share of a gauge's variance that the other gauges do not explain. A gauge with a smaller share is left out.
 const SMALLEST_SHARE: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockOffset {
     /// Offset to be added to the reference's times (s).
     pub offset_secs: f64,
-    /// Mean R² over the axes with this offset, 0 to 1.
+    /// Mean over the load axes of R², the share of variance that the gauges explain, with this offset; 0 to 1.
     pub explained: f64,
-    /// Mean R² over the axes without an offset, 0 to 1.
+    /// Mean over the load axes of R², the share of variance that the gauges explain, without an offset; 0 to 1.
     pub explained_without: f64,
 }
 
-/// Estimates the offset to be added to the reference's times. Returns `None` if a time goes back, or a series is short or
-/// constant.
+/// Estimates the offset to be added to the reference's times. Returns `None` if a time goes back, or if gauges or reference
+/// have too few samples or are constant.
 ///
 /// If gauges and reference overlap by less than half of the shorter one, their starts are aligned first. Then offsets up to a
-/// fifth of the common time are tried. A gauge that lags behind its load looks like an offset, so the result is no proof.
+/// fifth of the common time are tried. A gauge that lags behind its load has the same effect as an offset, so the result is
+/// no proof of an offset.
 pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     let (of_gauges, of_reference) = (span(gauges.times)?, span(reference.times)?);
     let common = |later: f64| {
@@ -72,24 +76,25 @@ pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     })
 }
 
-/// Returns the first and the last time (s). `None` if there are too few times, or a time goes back.
+/// Returns the first and the last of these times (s); `None` if there are too few times, or a time goes back.
 fn span(times: &[f64]) -> Option<MinMax> {
     let (min, max) = (*times.first()?, *times.last()?);
     let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && max > min;
     is_usable.then_some(MinMax { min, max })
 }
 
-/// Gauges and reference at the same evenly spaced times.
+/// Gauges and reference, resampled at the same evenly spaced times.
 struct Grids {
-    /// Orthogonalised gauges, each with mean 0 and sum of squares 1, over the middle of the common time.
+    /// Orthogonalised gauges, each with mean 0 and sum of squares 1, over the middle of the time in common.
     gauges: Vec<Vec<f64>>,
-    /// Reference of each axis over the whole common time, which has `reach` more points than `gauges` on either side.
+    /// Reference load of each axis over the whole time in common, with `reach` more points than `gauges` on either side.
     axes: Vec<Vec<f64>>,
     reach: usize,
 }
 
 impl Grids {
-    /// Resamples both series. Returns `None` if the middle is too short, or all gauges or all axes are constant.
+    /// Resamples gauges and reference. Returns `None` if the middle of their common time is too short, or all gauges or all
+    /// axes are constant.
     fn new(
         gauges: Series,
         reference: Series,
@@ -129,7 +134,8 @@ impl Grids {
         })
     }
 
-    /// Returns the mean R² over the axes if the reference is shifted to `lag` steps later.
+    /// Returns the mean over the load axes of R² (explained variance) if the reference is shifted by `lag` steps to later
+    /// times.
     fn explained(&self, lag: isize) -> f64 {
         let start = self.reach.saturating_add_signed(-lag);
         let of_axis = |axis: &Vec<f64>| -> f64 {
@@ -142,7 +148,7 @@ impl Grids {
         self.axes.iter().map(of_axis).sum::<f64>() / self.axes.len() as f64
     }
 
-    /// Returns the smallest lag (steps) that is nearly as good as the best, moved to the nearest maximum of R².
+    /// Returns the smallest shift of the reference (steps) whose R² is nearly the best, moved to the nearest maximum of R².
     fn nearest_good_lag(&self) -> isize {
         let reach = self.reach as isize;
         let explained: Vec<f64> = (-reach..=reach).map(|lag| self.explained(lag)).collect();
@@ -156,7 +162,8 @@ impl Grids {
         lag
     }
 
-    /// Returns the maximum of the parabola through R² at the best lag and its neighbours, in steps from the best lag.
+    /// Returns the place of the maximum of a parabola through R² at the best shift and its neighbours, in steps from the best
+    /// shift.
     fn peak_beside(&self, best: isize) -> f64 {
         let [left, top, right] = [best - 1, best, best + 1].map(|lag| self.explained(lag));
         let curvature = left - 2.0 * top + right;
@@ -164,7 +171,7 @@ impl Grids {
     }
 }
 
-/// Subtracts the mean from the values, and returns the sum of squares of the results.
+/// Subtracts the mean from the values, and returns the sum of squares of the differences.
 fn centre(values: &mut [f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     for value in values.iter_mut() {
@@ -173,8 +180,8 @@ fn centre(values: &mut [f64]) -> f64 {
     dot(values, values)
 }
 
-/// Returns one column at `n` evenly spaced times: the mean of the samples around each time, or an interpolated value if there
-/// are few.
+/// Returns one column of a series at `n` evenly spaced times: the mean of the samples around each time, or an interpolated
+/// value if these samples are few.
 fn on_grid(series: Series, column: usize, start: f64, step: f64, n: usize) -> Vec<f64> {
     const FEWEST_FOR_MEAN: usize = 4;
     let value = |k: usize| series.values[k * series.width + column];

@@ -1,7 +1,8 @@
-//! Converts rows that devices print to lines of a table: plain numbers, `name:value` pairs, Teleplot, JSON without a time.
+//! Converts the rows that a measuring device prints into lines of a table with a time. The known forms of rows are plain
+//! numbers, `name:value` pairs, Teleplot, and JSON without a time.
 //!
-//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times from the rate or from this
-//! computer always increase. The text of a cell is not changed.
+//! Guarantees: each complete row of a device becomes one line of the table, in the order of arrival. Times that are computed
+//! from the sample rate or taken from this computer's clock always increase. The text of a cell is not changed.
 
 use std::path::Path;
 
@@ -11,20 +12,21 @@ use crate::formats::text::cells::Cells;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Delimiter, TextLayout, stamped};
 
-/// Number of lines at the start from which the form of the rows is guessed.
+/// Number of lines at the start of a live source from which the form of the rows is guessed.
 pub(super) const GUESSED_BY: usize = 10;
-/// Minimum number of rows in which the first column must increase to be taken for the time.
+/// Minimum number of rows with increasing numbers in the first column, for this column to be taken for the time.
 const ROWS_FOR_A_CLOCK: usize = 5;
-/// Time step (s) between rows that arrived at the same time.
+/// Minimum time step (s) between two rows. It is used for rows that arrive at the same clock reading.
 const LEAST_STEP_SECS: f64 = 1e-6;
 
-/// Name of the time column, in seconds.
+/// Header of the time column that is added to rows without a time.
 const SECONDS: &str = "time [s]";
 
-/// Source of live rows. Gauges and auxiliary channels are those of the calibration, in the calibration's order.
+/// Source of live rows, with the gauges and auxiliary channels that it must supply: those of the calibration, in the
+/// calibration's order.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSource<'a> {
-    /// Name of the source in messages.
+    /// Name by which messages call the source: the path of a file, or a name for the pipe.
     pub path: &'a Path,
     pub map: Option<&'a ColumnMap>,
     /// Sample interval of the recordings from which the calibration was made (s).
@@ -33,7 +35,8 @@ pub struct LiveSource<'a> {
     pub auxiliary: &'a [String],
     /// Form of the rows. `None` to guess the form from the first ten lines.
     pub form: Option<RowForm>,
-    /// Number of rows per second (Hz), for rows without a time. `None` to take times from the clock of this computer.
+    /// Sample rate (Hz) from which the times of rows without a time are computed. `None` to take these times from the clock
+    /// of this computer.
     pub rate_hz: Option<f64>,
 }
 
@@ -48,14 +51,19 @@ pub enum RowForm {
 }
 
 impl RowForm {
-    /// All forms, each with its name on the command line and its description. Pairs are the form of Arduino's serial plotter.
+    /// All forms of rows, each with its name as a value on the command line and its description. Pairs are what Arduino's
+    /// serial plotter reads.
     pub const ALL: [(Self, &'static str, &'static str); 6] = [
-        (Self::Table, "table", "a table with a header, or JSON lines, with a time"),
-        (Self::Numbers, "numbers", "numbers without a header: the gauges, then auxiliary channels"),
+        (Self::Table, "table", "a table with a header, or JSON lines, both with a time"),
+        (
+            Self::Numbers,
+            "numbers",
+            "numbers without a header: the gauges, then the auxiliary channels",
+        ),
         (
             Self::TimedNumbers,
             "timed-numbers",
-            "numbers without a header, the time before the gauges",
+            "numbers without a header: the time, the gauges, then the auxiliary channels",
         ),
         (Self::Pairs, "pairs", "name:value pairs"),
         (Self::Teleplot, "teleplot", "Teleplot lines, >name:time:value"),
@@ -71,7 +79,7 @@ impl RowForm {
         matches!(self, Self::Numbers | Self::TimedNumbers)
     }
 
-    /// Returns the form that most of these lines have. `None` if most lines have no known form.
+    /// Returns the form of rows that most of these lines have. `None` if most lines have no known form.
     pub(super) fn guess(lines: &[String], n_needed: usize) -> Option<Self> {
         let lines: Vec<&str> = lines.iter().map(|line| without_stamp(line).1).collect();
         let lines: Vec<&str> = lines.into_iter().filter(|line| !line.trim().is_empty()).collect();
@@ -108,7 +116,8 @@ fn delimiter(line: &str) -> Option<Delimiter> {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
         let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
-        // A single number has a comma as delimiter. Otherwise a comma would be read as a decimal point.
+        // A line with a single number counts as delimited by commas. With any other delimiter, a comma in the number would be
+        // read as a decimal point.
         let is_cut = *own == Comma || cells(line, *own).nth(1).is_some();
         is_cut && cells(line, *own).all(|cell| layout.number(cell).is_some())
     })
@@ -120,7 +129,7 @@ fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
     Cells::new(line.as_bytes(), delimiter)
 }
 
-/// Returns the numbers of a line. `None` if the line has other content.
+/// Returns the numbers of a line. `None` if a cell of the line is not a number.
 fn numbers(line: &str) -> Option<Vec<f64>> {
     let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
@@ -131,7 +140,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
         return None;
     }
     let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
-    // There may be a blank between colon and value.
+    // Some devices write a blank between the colon and the value of a pair.
     let mut joined: Vec<(&str, &str)> = Vec::new();
     for cell in cells {
         match (cell.split_once(':'), joined.last_mut()) {
@@ -146,7 +155,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
 /// Returns the name, the time (ms) and the value of a Teleplot line.
 fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
     let (name, rest) = line.trim().strip_prefix('>')?.split_once(':')?;
-    // A unit and flags may follow the value.
+    // After the value, a Teleplot line may have a unit (after `§`) and flags (after `|`).
     let rest = rest.split(['§', '|']).next()?;
     Some(match rest.split_once(':') {
         Some((time, value)) => (name, Some(time), value),
@@ -160,7 +169,8 @@ pub(super) struct DeviceRows {
     pub clock: &'static str,
     rate_hz: Option<f64>,
     delimiter: Delimiter,
-    /// Number of cells that a row of plain numbers needs.
+    /// Number of cells that a row of plain numbers must have for all channels of the calibration, and for its time if it has
+    /// one.
     n_cells: usize,
     n_rows: f64,
     last_secs: f64,
@@ -168,13 +178,13 @@ pub(super) struct DeviceRows {
     cycle: Vec<String>,
     /// Names and values of the Teleplot row that is not complete yet.
     pending: Vec<(String, String)>,
-    /// Column and text of the time of this row, if the device sends the time.
+    /// Name of the time column and text of the time of the pending row, if the device sends a time.
     pending_time: Option<(&'static str, String)>,
 }
 
 impl DeviceRows {
-    /// Creates the converter from the first lines. For plain numbers, also returns the column map of the table, because the
-    /// columns have no names. Returns [`TableError::FewNumbers`] if no line has a number for each channel.
+    /// Creates the converter from the first lines of the source. For plain numbers, also returns the column map of the table,
+    /// because the columns have no names. Returns [`TableError::FewNumbers`] if no line has a number for each channel.
     pub fn new(
         form: RowForm,
         lines: &[String],
@@ -218,12 +228,14 @@ impl DeviceRows {
         Ok((own, map))
     }
 
-    /// Returns the reason why no load can be computed for a line of plain numbers: fewer values than channels.
+    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, so that no load can be
+    /// computed from it.
     pub fn missing(&self, line: &str) -> Option<String> {
         let (_, row) = without_stamp(line);
         let n = cells(row, self.delimiter).filter(|cell| !cell.is_empty()).count();
         let needed = self.n_cells;
-        (self.form.is_numbers() && n < needed).then(|| format!("{n} of {needed} values"))
+        (self.form.is_numbers() && n < needed)
+            .then(|| format!("the line has {n} of the {needed} values that the calibration needs"))
     }
 
     fn without_further(&self, row: &str) -> String {
@@ -252,7 +264,8 @@ impl DeviceRows {
         }
     }
 
-    /// Converts a line that arrived at this time (s). Returns a line of the table, or `None` if its row is not complete yet.
+    /// Converts a line that arrived at this time (s). Returns a line of the table, or `None` if more lines of the device
+    /// belong to the same row.
     pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
         let (stamp, row) = without_stamp(line);
         match self.form {
@@ -278,8 +291,9 @@ impl DeviceRows {
         }
     }
 
-    /// Adds a Teleplot value to its row. A new row starts with the first gauge or a repeated name. A row ends when all
-    /// channels are there.
+    /// Adds a Teleplot value to the row that is being collected, and returns the row once it is complete. A new row starts
+    /// with the first gauge, or with a name that the row already has. A row is complete when it has all channels of the
+    /// calibration.
     fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
         let (name, time, value) = teleplot(row)?;
         let is_first = self.cycle.first().is_some_and(|first| first == name);
@@ -304,8 +318,8 @@ impl DeviceRows {
         object((name, &time), &values)
     }
 
-    /// Returns the time of the next row: its stamp, else the time by the rate, else the time of arrival. Rows that arrived at
-    /// the same time are 1 µs apart.
+    /// Returns the time of the next row: the time stamp of the line if there is one, else the row number divided by the
+    /// sample rate, else the time of arrival. Rows that arrived at the same time are 1 µs apart.
     fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
         let secs = match self.rate_hz {
             Some(rate_hz) => self.n_rows / rate_hz,
@@ -317,7 +331,7 @@ impl DeviceRows {
     }
 }
 
-/// Returns a JSON line with a time and these values, all as texts.
+/// Returns a JSON line with a time and these values. All values are written as texts.
 fn object(time: (&str, &str), values: &[(&str, &str)]) -> String {
     let text = |text: &str| serde_json::Value::from(text).to_string();
     let members = [time].into_iter().chain(values.iter().copied());

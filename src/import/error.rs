@@ -1,4 +1,4 @@
-//! Errors of reading a file. Each message names the place and a remedy.
+//! Errors that occur when a recording is read from a file. Each message names the place in the file and a remedy.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::progress::Cancelled;
 use crate::recording::TareError;
 use crate::shown::{listed, shown};
 
-/// Fault at a line of a table. Columns are counted from 1.
+/// Fault of a table because of which it cannot be read, at one line of the file. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error(
@@ -18,43 +18,43 @@ pub enum TableError {
     )]
     HeaderIsNumbers,
     #[error(
-        "no time column among {}. Name one t or time, with its unit, e.g. t_ms, or choose it in a column map",
+        "no time column among {}. Name one t or time, with its unit, e.g. t_ms, or choose the time column in a column map",
         listed(names)
     )]
     NoTime { names: Vec<String> },
     #[error(
-        "no gauge column among {}. Name the gauges S1, S2 and so on (also ch1, ai0, SG1, raw_1), or choose them in a column map",
+        "no gauge column among {}. Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised), or choose them in a column map",
         listed(names)
     )]
     NoGauges { names: Vec<String> },
     #[error("{count} gauge columns, but at most {limit} are supported: {}", listed(names))]
     TooManyGauges { count: usize, limit: usize, names: Vec<String> },
     #[error(
-        "columns {first} and {second} are both {}. Rename one of them, or give it another role in a column map",
+        "columns {first} and {second} are both read as {}. Rename one of the columns, or give it another role in a column map",
         shown(what)
     )]
     Twice { what: String, first: usize, second: usize },
     #[error("{column} has the unknown unit {}. Known units: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
-        "no reference load among {}. Name its columns Fx, Fy and so on, or choose them in a column map",
+        "no reference load among the columns {}. Name the load columns Fx, Fy and so on, or choose them in a column map",
         listed(names)
     )]
     NoLoads { names: Vec<String> },
     #[error(
-        "{column} cannot be an auxiliary channel: its name is used twice, or there are more than {limit}. Rename it, or make it \"ignore\" in the column map"
+        "{column} cannot be an auxiliary channel: another auxiliary channel has the same name, or there are more than {limit} auxiliary channels. Rename the column, or give it the role \"ignore\" in the column map"
     )]
     Auxiliaries { column: NamedColumn, limit: usize },
     #[error(
-        "this log of ATI's Net F/T holds the reference load but no gauges. Name it as \"reference\" in the column map of the file with the gauges"
+        "this log of ATI's Net F/T holds the reference load but no gauges. Name this file as \"reference\" in the column map of the file with the gauges"
     )]
     ReferenceAlone,
     #[error(
-        "{column} counts samples, but the sample rate is unknown. Set \"sample_rate_hz\" in the column map"
+        "{column} counts samples instead of giving times, and the sample rate is unknown. Set \"sample_rate_hz\" in the column map"
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "{column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, but in the nearest unit, {nearest}, the steps differ by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
+        "the time in {column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, but with {nearest} as the unit, which fits best, the time step differs from this by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -65,11 +65,11 @@ pub enum TableError {
         off: f64,
     },
     #[error(
-        "the column map is for files with {expected} columns, but this file has {actual}. Use another map, or none"
+        "the column map is for files with {expected} columns, but this file has {actual} columns. Use another column map, or none"
     )]
     MapShape { expected: usize, actual: usize },
     #[error(
-        "the column map is for another kind of file: the name of column {column} is {} instead of {}. Use another map, or none",
+        "the column map is for another kind of file: the name of column {column} is {} in this file, but {} in the map. Use another column map, or none",
         shown(actual),
         shown(expected)
     )]
@@ -77,13 +77,13 @@ pub enum TableError {
     #[error(transparent)]
     MapKey(#[from] KeyError),
     #[error(
-        "the reference's time goes back from {from_secs} s to {to_secs} s, so it cannot be joined to the gauges. Split both files at this time"
+        "the time of the reference load goes back from {from_secs} s to {to_secs} s, so the reference cannot be assigned to the gauge samples. Split the gauge file and the reference file at this time"
     )]
     ReferenceGoesBack { from_secs: f64, to_secs: f64 },
-    #[error("no rows follow the header")]
+    #[error("the table has a header, but no rows after it")]
     NoRows,
     #[error(
-        "{found} numbers in a row, but the calibration needs {needed}: the gauges in their order, then the auxiliary channels"
+        "the rows have at most {found} numbers, but {needed} are needed: the gauges in the order of the calibration, then its auxiliary channels"
     )]
     FewNumbers { found: usize, needed: usize },
     #[error(
@@ -93,7 +93,7 @@ pub enum TableError {
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
     #[error(
-        "{column} jumps, goes back or changes in {count} rows, and each would start a new recording. This is the first row. Give the column another role if its role is wrong"
+        "{column} jumps, goes back or changes in {count} rows, and each of these rows would start a new recording. This is the first of them. Give the column another role if its role is wrong"
     )]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
@@ -106,33 +106,33 @@ pub enum ReadError {
     File { path: PathBuf, source: FileError },
     #[error("{}, line {line}: {source}", path.display())]
     Table { path: PathBuf, line: u64, source: TableError },
-    #[error("{}: an array of {columns} columns without names. Give their roles in a column map", path.display())]
+    #[error("{}: the file holds an array of {columns} columns without names. Give the roles of the columns in a column map", path.display())]
     NoNames { path: PathBuf, columns: usize },
-    #[error("{}: no header: all lines are blank or comments (#). Name the columns, e.g. t,S1,S2,Fx", path.display())]
+    #[error("{}: no header with the names of the columns: all lines are blank or comments (#). Add a header, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },
     #[error(transparent)]
     Tare(#[from] TareError),
-    #[error("the column map: {0}")]
+    #[error("the column map cannot be used: {0}")]
     Map(#[from] MapError),
-    #[error("{}: the column map is for another kind of file: it expects {what}, but the start of this file has none. Use another map, or none", path.display())]
+    #[error("{}: the column map is for another kind of file: it expects {what} at the start of the file, but this file has none. Use another column map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file contains none of the mounts {}, or two of them. Name the file after one mount, or give a column the role mount", path.display(), listed(mounts))]
+    #[error("{}: the name of the file must contain one of the names listed under \"mounts\" in the column map ({}), but contains none or two of them. Rename the file, or give a column the role mount", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
-    #[error("{}: estimating a weight needs a pose and measured forces. Map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
+    #[error("{}: estimating a weight needs the pose of the sensor and measured forces. In a column map, choose the columns of the pose and of Fx, Fy and Fz. The centre of mass also needs Mx, My and Mz", path.display())]
     NothingToWeigh { path: PathBuf },
-    #[error("{}: gravity keeps its direction in the sensor's frame, so weight and offset cannot be separated. Turn the sensor during the recording", path.display())]
+    #[error("{}: gravity keeps its direction in the sensor's frame, so the weight cannot be separated from the offset of the reference. Turn the sensor during the recording", path.display())]
     NeverTurned { path: PathBuf },
-    #[error("{}: no sample has a reference. The gauges run from {} s to {} s, the reference in {} from {} s to {} s. If their clocks differ, enter the offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    #[error("{}: no gauge sample has a reference load at its time. The times of the gauges are {} s to {} s, those of the reference in {} are {} s to {} s. If the clocks differ, enter the clock offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,
         reference_path: PathBuf,
         gauges: (f64, f64),
         reference: (f64, f64),
     },
-    #[error("{first}. No other row is usable")]
+    #[error("{first}. No other row of the table is usable either")]
     NoUsableRow { first: Box<Finding> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped, mostly for this reason: {first}{}. Describe the layout of the table in a column map, or correct the file",
+        "{}: {skipped} of {rows} rows would be skipped. The most frequent reason is: {first}{}. Describe the layout of the table in a column map, or correct the file",
         .path.display(),
         if *are_largest { ". The skipped rows have the largest values, so the calibration would be wrong without them" } else { "" }
     )]
@@ -173,7 +173,7 @@ impl Advice for ReadError {
 }
 
 impl ReadError {
-    /// Returns true if a table that cannot be read without a column map may be read with one.
+    /// Returns true if the table could be read with a column map that gives the roles of its columns.
     pub fn wants_a_map(&self) -> bool {
         self.ways() == [Way::Columns]
     }

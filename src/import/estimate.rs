@@ -1,4 +1,4 @@
-//! Estimates an unknown weight from measured loads.
+//! Estimates an unknown weight that hangs from the sensor, from measured loads in known poses.
 
 use std::path::Path;
 
@@ -13,9 +13,10 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::recording::Axis;
 
-/// Estimates the weight that a sensor carries, from a recording of poses and measured loads on one clock. The method is least
-/// squares with an offset of the reference. `weight` in the map may set gravity and the convention of angles; its mass is not
-/// used. Returns [`ReadError`] if the map does not fit, a pose or forces are missing, or the sensor never turned.
+/// Estimates mass and centre of mass of the weight that a sensor carries, from a recording of poses and measured loads on one
+/// clock. The method is least squares with an unknown offset of the measured loads. `weight` in the map may set gravity and
+/// the convention of angles; its mass is not used. Returns [`ReadError`] if the map does not fit the file, a pose or forces
+/// are missing, or the sensor never turned.
 pub fn estimate_weight(
     path: &Path,
     map: &ColumnMap,

@@ -1,15 +1,15 @@
-//! Finds the files in a folder, or those whose names match a pattern.
+//! Finds the files of recordings in a folder, or the files whose names match a pattern.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::formats;
 
-/// Names of text files that are not recordings, though they often lie in the same folder.
+/// Names (without extension) of text files that are not recordings, though they often lie in the same folder.
 const BESIDE: [&str; 5] = ["readme", "license", "licence", "changelog", "notes"];
 
-/// Returns the files in a folder that have the extension of a recording, sorted by name. Hidden files and readmes are left
-/// out.
+/// Returns the files in a folder whose names have an extension of a recording format, sorted by name. Hidden files and
+/// readmes are left out.
 pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -30,8 +30,8 @@ pub fn is_pattern(path: &Path) -> bool {
     path.to_string_lossy().contains(['*', '?'])
 }
 
-/// Returns the files that match a pattern with `*` or `?`, sorted by name. `None` if no file matches, or if a file has the
-/// pattern itself as its name.
+/// Returns the files whose names match a pattern with `*` or `?`, sorted by name. `None` if no file matches, or if there is a
+/// file with exactly this name.
 pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
     if !is_pattern(pattern) || pattern.exists() {
         return None;

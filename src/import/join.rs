@@ -1,11 +1,11 @@
-//! Computes the reference at the times of the gauges if the two have different clocks. There is no value outside the
-//! reference's times, nor farther from the reference's samples than the limit.
+//! Computes the reference load at the times of the gauge samples if the two have different clocks. Outside the times of the
+//! reference, and farther from its samples than a limit, there is no value.
 
 use std::ops::Range;
 
 use super::map::JoinMethod;
 
-/// Rows of `width` values with their times (s), which never decrease.
+/// Rows of `width` values each, with the times (s) of the rows. The times never decrease.
 #[derive(Clone, Copy, Debug)]
 pub struct Series<'a> {
     pub times: &'a [f64],
@@ -13,11 +13,11 @@ pub struct Series<'a> {
     pub width: usize,
 }
 
-/// Returns the values of a reference at other times. `limit_secs` is the longest time step that is interpolated, the largest
-/// distance in time of the nearest sample, or the largest age of a held value.
+/// Returns the values of a reference at other times. What `limit_secs` limits depends on the method: the time step between
+/// two interpolated samples, the distance in time of the nearest sample, or the age of a held value.
 ///
-/// **Shapes** The first list has one entry for each time: true if there is a value. The second list has `width` values for
-/// each true entry.
+/// **Shapes** The first list has one entry for each of `times`: true if the reference has a value at this time. The second
+/// list has `width` values for each true entry.
 pub fn at_times(
     times: &[f64],
     reference: Series,
@@ -38,7 +38,8 @@ pub fn at_times(
                 };
                 values.extend(row(first).iter().zip(row(second)).map(between));
             }
-            // The difference of very large numbers may be infinite. Such a value is left out.
+            // Interpolation takes the difference of two values, which may be infinite for very large numbers. Such a result
+            // is left out.
             if values[n_before..].iter().any(|value| !value.is_finite()) {
                 values.truncate(n_before);
             }
@@ -48,7 +49,8 @@ pub fn at_times(
     (has_value, values)
 }
 
-/// Returns two samples of the reference, and the weight (0 to 1) of the second one in the value at this time.
+/// Returns the indices of the two samples of the reference between which the value at this time lies, and the weight (0 to 1)
+/// of the second one.
 fn blend_at(
     time: f64,
     known: &[f64],
@@ -75,8 +77,8 @@ fn blend_at(
     }
 }
 
-/// Divides the samples into bursts, in which time steps are at most `within_secs`. A burst also ends before each sample in
-/// `cuts`.
+/// Divides samples into bursts. In a burst, the time steps are at most `within_secs`. Each sample in `cuts` starts a new
+/// burst, too.
 pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {
@@ -93,7 +95,7 @@ pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usiz
     bursts
 }
 
-/// Replaces the rows (of `width` values) in each interval by one row with their means.
+/// Replaces the rows in each interval by one row with their mean values. A row has `width` values.
 pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) {
     for (at, interval) in intervals.iter().enumerate() {
         for column in 0..width {

@@ -26,15 +26,15 @@ use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, places};
 
-/// Maximum number of lines in which the columns must be found.
+/// Maximum number of lines at the start of a live source in which the columns must be found.
 const MAX_HEAD_LINES: usize = 200;
-/// Number of rows from whose median time step the unit of time is derived.
+/// Number of rows at the start of a live source. The unit of time is derived from their median time step.
 const ROWS_FOR_A_STEP: usize = 5;
 
-/// A table, and the rows that its first lines contain.
+/// Columns of a live source, and the rows in the lines by which the columns were found.
 pub type Begun = (LiveTable, Vec<LiveRow>);
 
-/// Reason why a line is not a usable row.
+/// Line of a live source that cannot be used, with the reason and the time of the row if it is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
     pub time: Option<f64>,
@@ -45,7 +45,7 @@ pub struct Rejected {
 #[derive(Debug)]
 pub struct LiveHead {
     lines: Vec<String>,
-    /// Time (s) of arrival of each line after `start`.
+    /// Time (s) between `start` and the arrival of each line.
     arrived_secs: Vec<f64>,
     start: Instant,
 }
@@ -61,7 +61,7 @@ impl LiveHead {
         self.lines.is_empty()
     }
 
-    /// Adds the next line, and returns the table once its columns are known. After an error, further lines are useless.
+    /// Adds the next line, and returns the table once its columns are known. After an error, no further lines may be added.
     pub fn push(
         &mut self,
         line: String,
@@ -80,7 +80,7 @@ impl LiveHead {
         }
     }
 
-    /// Returns the table of the lines so far. No further lines may follow.
+    /// Returns the table of the lines so far, after the source has ended.
     pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
         match self.of_device(source, true)? {
             Some(begun) => Ok(begun),
@@ -117,19 +117,19 @@ impl LiveHead {
     }
 }
 
-/// One live row. Values are in the order of the channels in [`LiveTable`].
+/// One row of a live source. Its values are in the order of the channels in [`LiveTable`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveRow {
     pub time: f64,
     pub gauges: Vec<f64>,
-    /// Value of each auxiliary channel. For a missing value, the last known value is repeated.
+    /// Value of each auxiliary channel. If the row has no value for a channel, the last known value is repeated.
     pub auxiliary: Vec<f64>,
-    /// For each auxiliary channel, the age of its value and the mean interval between its values (s).
+    /// For each auxiliary channel, the time (s) since its last value arrived, and the mean time (s) between its values.
     pub auxiliary_ages: Vec<(f64, f64)>,
     pub loads: Vec<f64>,
 }
 
-/// Indices of the calibration's channels in the rows of a table.
+/// Indices of the calibration's gauges and auxiliary channels in the rows of a [`LiveTable`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
     gauges: Vec<usize>,
@@ -145,8 +145,8 @@ impl Places {
         self.auxiliary.iter().map(|place| row.auxiliary[*place]).collect()
     }
 
-    /// Returns true if an auxiliary value of the row is older than a gap of this length (s), and older than a pause in its
-    /// channel.
+    /// Returns true if an auxiliary value of the row is too old: older than `gap_secs`, and older than a usual pause between
+    /// the values of its channel.
     pub fn is_held(&self, row: &LiveRow, gap_secs: f64) -> bool {
         let mut ages = self.auxiliary.iter().map(|place| row.auxiliary_ages[*place]);
         ages.any(|(age, step)| age > gap_secs.max(pause_by_step(step)))
@@ -159,21 +159,22 @@ pub struct LiveTable {
     plan: Plan,
     per_second: f64,
     assumed_unit: Option<TimeUnit>,
-    /// Keys of the columns, if the lines are JSON.
+    /// Keys of the JSON objects, if each line is a JSON object. The keys are the names of the columns.
     keys: Option<LineKeys>,
     n_rows: f64,
     held: Vec<Newest>,
-    /// Converter of a device's lines, and the time from which arrivals are counted.
+    /// Converter of the rows that a device prints, and the moment from which times of arrival are counted. `None` for a table
+    /// with its own times.
     device: Option<(DeviceRows, Instant)>,
 }
 
-/// Newest value of an auxiliary channel.
+/// Newest value of an auxiliary channel, and its age.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
-    /// Value; NaN if none has arrived.
+    /// Newest value; NaN if none has arrived.
     value: f64,
     secs: f64,
-    /// Time since the first value (s), and the number of values after the first.
+    /// Time (s) from the first to the newest value, and the number of values after the first one.
     since_first: (f64, u64),
 }
 
@@ -200,8 +201,8 @@ impl LiveTable {
         &self.plan.gauge_names
     }
 
-    /// Returns the indices of these channels in a row, or a message about missing channels. Gauges are found by name. If JSON
-    /// lines have one list of gauges, the order of the list is used instead.
+    /// Returns the indices of the calibration's channels in a row, or a message about missing channels. Gauges are found by
+    /// name. If the names differ, but JSON lines have one list of as many gauges, the order of this list is used instead.
     pub fn places(&self, gauges: &[String], auxiliary: &[String]) -> Result<Places, String> {
         let names = self.gauge_names();
         let has_list = self.keys.as_ref().is_some_and(LineKeys::have_list);
@@ -211,13 +212,13 @@ impl LiveTable {
         Ok(Places {
             gauges: found.ok_or_else(|| {
                 format!(
-                    "the rows have the gauges {}, but the calibration needs {}",
+                    "the live rows have the gauges {}, but the calibration needs the gauges {}",
                     names.join(" "),
                     gauges.join(" ")
                 )
             })?,
             auxiliary: places(auxiliary, self.auxiliary_names()).map_err(|missing| {
-                format!("the rows have no auxiliary channel {missing}, which the calibration needs")
+                format!("the live rows do not have the auxiliary channel {missing}, which the calibration needs")
             })?,
         })
     }
@@ -230,19 +231,24 @@ impl LiveTable {
         &self.plan.axes
     }
 
-    /// Returns the unit of the times, if it was assumed because the header has none. In this unit, the time step is nearest
-    /// to the calibration's.
+    /// Returns the unit of the times, if it was assumed because the header has none: the unit in which the time step is
+    /// nearest to that of the calibration's recordings.
     pub fn assumed_unit(&self) -> Option<&'static str> {
         self.assumed_unit.map(TimeUnit::symbol)
     }
 
-    /// Returns a description of a device's rows: their form, and where their times come from. `None` for a table.
+    /// Returns a description of the rows that a device prints: their form, and where their times come from. `None` for a
+    /// table with its own times.
     pub fn device(&self) -> Option<String> {
         let (device, _) = self.device.as_ref()?;
-        Some(format!("rows are {}; the times come from {}", device.form.words(), device.clock))
+        Some(format!(
+            "the rows of the device are {}; the times come from {}",
+            device.form.words(),
+            device.clock
+        ))
     }
 
-    /// Creates the table from the first lines. Returns `None` if more lines are needed.
+    /// Finds the columns of the table in the first lines. Returns `None` if more lines are needed.
     pub fn begin(lines: &[String], source: LiveSource<'_>) -> Result<Option<Begun>, ReadError> {
         let begun = Self::begun(lines, source, ROWS_FOR_A_STEP);
         match begun {
@@ -252,13 +258,13 @@ impl LiveTable {
         }
     }
 
-    /// Creates the table as [`begin`](Self::begin) does, when no further lines follow.
+    /// Finds the columns as [`begin`](Self::begin) does, when the source has ended, so that no further lines follow.
     pub fn of_all(lines: &[String], source: LiveSource<'_>) -> Result<Begun, ReadError> {
         Ok(Self::begun(lines, source, 0)?.expect("all rows are available"))
     }
 
-    /// Creates the table. Returns `None` if the unit of time must be derived from the time step, and there are fewer than
-    /// `n_needed` rows.
+    /// Finds the columns of the table. Returns `None` if the unit of time must be derived from the time step, and there are
+    /// fewer than `n_needed` rows.
     fn begun(
         lines: &[String],
         source: LiveSource<'_>,
@@ -306,7 +312,8 @@ impl LiveTable {
         };
         let head = opened.head(&map.table.text);
         let head = head.ok_or_else(|| ReadError::NoHeader { path: name.to_owned() })?;
-        // Only the gauges are read if the reference has another clock, because its values belong to other times.
+        // If the reference has another clock, only the gauges are read, because a reference value in the same row belongs to
+        // another time.
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None, false);
         let plan = plan.map_err(at(name, head.line))?;
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
@@ -316,7 +323,7 @@ impl LiveTable {
         Ok((plan, rows, keys))
     }
 
-    /// Reads one line. Returns `None` if the row is not complete yet.
+    /// Reads one line. Returns `None` if more lines belong to the same row.
     pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
         let Some((device, start)) = &mut self.device else {
             return self.table_row(line).map(Some);
@@ -345,7 +352,7 @@ impl LiveTable {
         let why = rows.findings.most_skipped().map(|(cause, _)| cause.clone());
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
-            // If rows are counted as time, an unusable row is counted too.
+            // If the row number gives the time, a row that cannot be used is counted, too.
             self.n_rows += f64::from(time.is_some());
             let why = match why {
                 Some(Cause::Cell { column, value, .. }) => format!("{} is {value:?}", column.name),
@@ -388,7 +395,8 @@ fn opened(lines: &[String], progress: &Progress) -> Result<Opened, FileError> {
     formats::open(&path, BLOCK_BYTES, None, &[], progress)
 }
 
-/// Returns the unit in which the time step is nearest to the calibration's. `None` if time does not pass.
+/// Returns the unit in which the time step of these times is nearest to `trained_secs`, the time step of the calibration's
+/// recordings. `None` if all times are equal.
 fn by_step_of(
     times: &[f64],
     trained_secs: f64,
@@ -407,10 +415,11 @@ fn by_step_of(
     median_step(times).map(unit).transpose()
 }
 
-/// Time until a file is checked again for new lines.
+/// Time after which a file without new lines is checked again.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
-/// Number of bytes that are read at a time. The last [`TAIL_BYTES`] are kept: if they change, the file was rewritten.
+/// Number of bytes of a growing file that are read at a time. The last [`TAIL_BYTES`] of them are remembered: if they change
+/// in the file, the file was rewritten.
 const READ_BYTES: usize = 1 << 16;
 const TAIL_BYTES: usize = 256;
 
@@ -443,7 +452,8 @@ impl GrowingFile {
         })
     }
 
-    /// Returns the next complete line. Without one, waits briefly and returns the reason.
+    /// Returns the next complete line. If there is none yet, waits briefly and returns [`Grown::Nothing`] or
+    /// [`Grown::Replaced`].
     pub fn look(&mut self) -> io::Result<Grown> {
         if let Some(line) = self.lines.next_line() {
             return Ok(Grown::Line(line));
@@ -544,7 +554,7 @@ mod tests {
         let refused = refused.to_string();
         assert!(
             refused.contains(
-                "log.csv, line 1: column 1 (time) has no unit, and no unit fits its time steps of 1.2"
+                "log.csv, line 1: the time in column 1 (time) has no unit, and no unit fits its time steps of 1.2"
             ),
             "{refused}"
         );

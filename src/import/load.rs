@@ -1,4 +1,5 @@
-//! Loads the recordings of a file: reads gauges and reference, checks both, joins both, and cuts the result into recordings.
+//! Loads the recordings of a file: reads gauges and reference load, checks both, assigns a reference to each gauge sample,
+//! and divides the samples into recordings.
 
 use std::path::Path;
 
@@ -18,25 +19,28 @@ use crate::import::{assemble, names, timeline, weigh};
 use crate::progress::Progress;
 use crate::recording::{Day, Recording};
 
-/// Number of bytes that are parsed at a time: few enough for a core's cache, and enough to make other costs small.
+/// Number of bytes of a file that are parsed at a time: few enough for the cache of a processor core, and enough to make the
+/// overhead of each block small.
 pub(super) const BLOCK_BYTES: usize = 1 << 18;
 
-/// Maximum number of rows of a table without times. A longer table is a recording whose time column has an unusual name.
+/// Maximum number of rows of a table that is read as load cases without times. A longer table is probably a recording whose
+/// time column has an unusual name.
 const LOAD_CASE_ROWS: u64 = 2000;
 
-/// Share of skipped rows above which a file is refused, because its layout was probably not understood.
+/// Share of skipped rows above which a file is refused, because the layout of its text was probably not understood.
 const SKIPPED_SHARE: f64 = 0.1;
 /// Minimum number of skipped rows for [`SKIPPED_SHARE`] to apply.
 const SKIPPED_ROWS: u64 = 10;
 
-/// Recordings of a file, with warnings.
+/// Recordings that were loaded from a file, with warnings about the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loaded {
     /// Recordings in the order of the file. There is at least one.
     pub recordings: Vec<Recording>,
-    /// Warnings, one for each kind, in the order of their first lines.
+    /// Warnings about the file, one for each kind of fault, in the order of their first lines.
     pub warnings: Vec<Finding>,
-    /// Minimum length of a gap (s), if it was derived because rows come in bursts.
+    /// Shortest pause in the rows (s) that starts a new recording, if it was derived from rows in bursts because the map sets
+    /// none.
     pub assumed_gap_secs: Option<f64>,
     /// Column map by which the file was read. `None` if the names of the columns gave the roles.
     pub map: Option<Box<ColumnMap>>,
@@ -46,17 +50,18 @@ pub struct Loaded {
 pub(super) struct Reading<'a> {
     pub progress: &'a Progress,
     pub block_bytes: usize,
-    /// Maximum number of bytes that are read of each file.
+    /// Maximum number of bytes that are read from the start of each file. `None` to read whole files.
     pub limit_bytes: Option<u64>,
 }
 
 #[derive(Debug)]
 pub(super) struct Sides {
     pub gauges: Table,
-    /// Reference. `None` if gauges and reference have the same clock.
+    /// Table of the reference load. `None` if gauges and reference have the same clock, so that both are in the table
+    /// `gauges`.
     pub reference: Option<Table>,
     map: ColumnMap,
-    /// Day of the recording, from the header of the file.
+    /// Date on which the recording was made, from the header of the file.
     day: Option<Day>,
 }
 
@@ -69,14 +74,15 @@ impl<'a> Reading<'a> {
         Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
 
-    /// Opens a file. If the file holds several tables, `parts` names those to read. Without names, one table is chosen.
+    /// Opens a file. If the file holds several tables, `parts` lists the names of the tables to read. If `parts` is empty,
+    /// the program chooses one table.
     pub fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
         let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
         let opened = formats::open(path, block_bytes, limit_bytes, parts, self.progress);
         opened.map_err(of_file(path))
     }
 
-    /// Reads a file by a column map. Without a map, the names of the columns give the roles.
+    /// Loads the recordings of a file as a column map describes. Without a map, the names of the columns give their roles.
     pub fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
         if map.is_none() {
@@ -192,7 +198,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Returns the map that the names of a file's columns give, and warnings about assumptions.
+/// Returns the column map that follows from the names of a file's columns, and warnings about what was assumed.
 pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Cause>), ReadError> {
     let no_header = || ReadError::NoHeader { path: path.to_owned() };
     let mut text = opened.layout().ok_or_else(no_header)?;
@@ -205,8 +211,8 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     }
     let sample = opened.sample(&text, &head);
     let mut guess = names::by_names(&text, &head, &sample.rows);
-    // The map does not declare decimal commas, so that their use is reported. Commas in quoted cells can only be decimal
-    // commas.
+    // Decimal commas are not declared in this map, so that each use of one is reported. Commas in quoted cells are an
+    // exception, because they can only be decimal commas.
     if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
         text.decimal = Decimal::Point;
     }
@@ -214,7 +220,7 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     Ok((map, guess.notes))
 }
 
-/// Returns warnings about parts of the file that are not read.
+/// Returns warnings about parts of the file that are missing or are not read.
 fn about(opened: &Opened) -> Vec<Cause> {
     let Some(columns) = opened.columns() else {
         return Vec::new();
@@ -236,7 +242,8 @@ fn about(opened: &Opened) -> Vec<Cause> {
 }
 
 impl Sides {
-    /// Returns an error if too many rows are skipped. Rows with NaN do not count, because NaN marks a missing value.
+    /// Returns an error if too many rows are skipped. Rows with NaN do not count as skipped here, because NaN marks a missing
+    /// value.
     fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
         let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);
@@ -253,7 +260,7 @@ impl Sides {
         })
     }
 
-    /// Joins the reference to the gauges' times, and cuts the result into recordings.
+    /// Assigns a reference load to each gauge sample, and divides the samples into recordings.
     pub fn joined(self) -> Result<Loaded, ReadError> {
         let Self { mut gauges, reference, map, day } = self;
         let is_static = gauges.plan.is_static;
@@ -274,7 +281,7 @@ impl Sides {
         let finished = |mut recording: Recording| {
             recording.file_day = day;
             match map.tare {
-                // Taring samples without times is an error.
+                // The tare interval is given in seconds, so taring samples without times is an error.
                 Some(tare) => Ok(recording.tared(tare)?.0),
                 None => Ok(recording),
             }

@@ -239,7 +239,7 @@ fn a_reference_file_is_joined_without_its_dropouts() {
     let [dropout] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
     let place = dropout.place.as_ref().unwrap();
     assert!(place.path.ends_with("a_ref.csv") && place.first_line == 2);
-    assert!(dropout.seen.contains("column 2 (Fx) contains -1, the mark of"), "{dropout}");
+    assert!(dropout.seen.contains("column 2 (Fx) contains -1, which marks"), "{dropout}");
     // The second file is counted too: progress reaches the total plus the size of the first file.
     progress.add_total(std::fs::metadata(folder.path("a.csv")).unwrap().len());
     assert_eq!(progress.fraction(), Some(1.0));
@@ -256,13 +256,15 @@ fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
     assert!(apart.contains("clock_offset_secs"), "{apart}");
     let back = messages("0,1\n1,2\n0.5,3\n");
     assert!(
-        back.contains("a_ref.csv, line 3: the reference's time goes back from 1 s to 0.5 s"),
+        back.contains(
+            "a_ref.csv, line 3: the time of the reference load goes back from 1 s to 0.5 s"
+        ),
         "{back}"
     );
     assert!(messages("0,-1\n1,-1\n").contains("a_ref.csv, line 1: column 2 (Fx) contains -1"));
     let folder = Folder::with(&[("a.csv", "0,1\n1,2\n")]);
     let gone = folder.read("a.csv", &map(TWO_FILES)).unwrap_err();
-    assert!(gone.to_string().contains("a_ref.csv: cannot be read"), "{gone}");
+    assert!(gone.to_string().contains("a_ref.csv: the file cannot be read"), "{gone}");
 }
 
 #[test]
@@ -319,7 +321,10 @@ fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
     assert_eq!(on_axis(2), [-2.0, -2.0, -2.0]);
     assert_eq!(on_axis(3), [1.0, 2.0, 3.0]);
     let [error] = &findings[..] else { panic!("{findings:?}") };
-    assert!(error.seen.contains("80000002, which reports an error"), "{error}");
+    assert!(
+        error.seen.contains("80000002, a status by which the device reports an error"),
+        "{error}"
+    );
     let alone = read(&folder.path("ati.csv"), None, &[], &progress).unwrap_err();
     assert!(
         matches!(alone, ReadError::Table { line: 7, source: TableError::ReferenceAlone, .. }),
@@ -339,11 +344,15 @@ fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
         ),
         ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, but this file has 1"),
         ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, but this file has 4"),
-        ("t,X,B\n0,1,2\n", named, "the column map needs a column A, but this file has t, X, B"),
-        ("t,A,C\n0,1,2\n", named, "column 3 is C instead of B"),
+        (
+            "t,X,B\n0,1,2\n",
+            named,
+            "the column map needs a column named A, but the columns of this file are t, X, B",
+        ),
+        ("t,A,C\n0,1,2\n", named, "the name of column 3 is C in this file, but B in the map"),
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),
-        ("# nothing\n", named, "the start of this file has none"),
-        ("t,A,B\n", named, "no rows follow"),
+        ("# nothing\n", named, "at the start of the file, but this file has none"),
+        ("t,A,B\n", named, "the table has a header, but no rows"),
         ("0;a;b;c\n", HEADERLESS, "run.csv, line 1: column 2 (Fz) contains \"a\", not a number"),
     ] {
         let error = read_one(content, parts).unwrap_err().to_string();
@@ -442,11 +451,11 @@ fn roles_that_exclude_each_other_are_named() {
     };
     let time = r#"{ "column": 1, "is": "time" }"#;
     let twice = with(&format!(r#"{time}, {{ "column": 2, "is": "time" }}"#));
-    assert!(twice.contains("columns 1 and 2 are both time"), "{twice}");
+    assert!(twice.contains("columns 1 and 2 are both read as time"), "{twice}");
     assert!(with(time).contains("no gauge column among 4 columns without names"));
     assert!(with(r#"{ "column": 1, "is": "gauge" }"#).contains("no time column"));
     let same = r#"{ "column": 2, "is": "gauge", "name": "a" }, { "column": 3, "is": "gauge", "name": "a" }"#;
-    assert!(with(&format!("{time}, {same}")).contains("columns 2 and 3 are both gauge a"));
+    assert!(with(&format!("{time}, {same}")).contains("columns 2 and 3 are both read as gauge a"));
     let unit = r#"{ "column": 2, "is": "gauge" }, { "column": 3, "is": "Fx", "unit": "kg" }"#;
     assert!(with(&format!("{time}, {unit}")).contains("column 3 (Fx) has the unknown unit kg"));
     let clock = r#"{ "column": 2, "is": "gauge" }, { "column": 3, "is": "time_reference" }"#;

@@ -146,7 +146,7 @@ fn the_overload_codes_of_meters_are_not_values() {
     let (recording, findings) =
         single("t_s,S1,Fz\n0,1,2\n1,9.9E+37,2\n2,2,-9.91e37\n3,3,4\n4,4,5\n");
     assert_eq!(recording.gauges(), [1.0, 3.0, 4.0]);
-    assert!(findings[0].to_string().contains("out of range"), "{findings:?}");
+    assert!(findings[0].to_string().contains("its range is exceeded"), "{findings:?}");
 }
 
 #[test]

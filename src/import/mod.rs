@@ -1,7 +1,8 @@
-//! Recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
+//! Reads recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
 //!
-//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its
-//! line. Rows of arrays count as lines. Wrong data never causes a panic. Text files are read in small blocks.
+//! Guarantees: all values of a recording are finite and in SI units. A row is either used completely, or skipped with a
+//! warning that gives its line. In files with arrays, rows count as lines. Wrong data never causes a panic. Text files are
+//! read in small blocks.
 //!
 //! | module | contents |
 //! |---|---|
@@ -201,7 +202,7 @@ mod tests {
                 "3: column 2 (S1) contains \"abc\", not a number. Row skipped (2 times, last on line 4)",
                 "5: column 2 (S1) is empty. Row skipped",
                 "6: column 3 (Fx) contains NaN, not a finite number. Row skipped (2 times, last on line 7)",
-                "8: 2 cells, but the table has 3 columns. Row skipped",
+                "8: the row has 2 cells, but the table has 3 columns. Row skipped",
             ]
         );
     }
@@ -218,7 +219,10 @@ mod tests {
     fn extra_cells_are_left_out_and_reported_once() {
         let reported = messages("t,S1\n0,1,9\n0.1,2\n0.2,3,\n");
         assert_eq!(reported.len(), 1);
-        assert!(reported[0].starts_with("2: 3 cells, but the table has 2 columns. Extra cells"));
+        assert!(
+            reported[0]
+                .starts_with("2: the row has 3 cells, but the table has 2 columns. Extra cells")
+        );
         assert!(reported[0].ends_with("(2 times, last on line 4)"));
     }
 
@@ -257,7 +261,7 @@ mod tests {
         assert!(culprit.contains("run.csv, line 1: gauge S2 (column 3) has no number in any row"));
         let first = error("t,S1,S2\n0,x,1\n1,2,y\n").to_string();
         assert!(first.contains("run.csv, line 2: column 2 (S1) contains \"x\""));
-        assert!(first.contains("No other row is usable"));
+        assert!(first.contains("No other row of the table is usable"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Roles of columns, derived from their names. The program that wrote the file makes no difference.
+//! Derives the roles of columns from their names. It does not matter which program wrote the file.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -19,11 +19,12 @@ const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
-    /// Index and rule of each column with a role.
+    /// Index and rule of each column that was given a role.
     pub rules: Vec<(usize, ColumnRule)>,
-    /// Warnings about assumptions, and about columns without a role.
+    /// Warnings about what was assumed, and about columns without a role.
     pub notes: Vec<Cause>,
-    /// Indices of columns whose unit or name is that of a load without an axis. Empty if other columns are loads.
+    /// Indices of columns whose unit or name is that of a load, but does not say of which axis. Empty if other columns are
+    /// loads.
     pub unnamed_loads: Vec<usize>,
 }
 
@@ -39,7 +40,8 @@ impl Guess {
         }
     }
 
-    /// Returns the map of the file. If gauges and loads are in separate rows, the file is also the reference's file.
+    /// Returns the column map of the file. If gauges and loads are in separate rows, the map names the same file as the file
+    /// with the reference.
     pub fn map(
         &mut self,
         text: &TextLayout,
@@ -65,7 +67,7 @@ impl Guess {
         }
     }
 
-    /// Returns true if each row has either gauges or loads, and both kinds of rows occur.
+    /// Returns true if each row has either gauges or loads, but not both, and both kinds of rows occur.
     fn is_turn_by_turn(&self, rows: &[Vec<Cell<'_>>]) -> bool {
         const FEWEST_ROWS: usize = 3;
         let columns = |is_it: fn(ColumnRole) -> bool| -> Vec<usize> {
@@ -90,7 +92,7 @@ impl Guess {
         counts.iter().all(|count| *count >= FEWEST_ROWS)
     }
 
-    /// Returns true if the column with this index has no role.
+    /// Returns true if the column with this index has no role yet.
     pub fn is_free(&self, index: usize) -> bool {
         self.rules.iter().all(|(own, _)| *own != index)
     }
@@ -100,12 +102,12 @@ impl Guess {
     }
 }
 
-/// Derives roles from the names in a header or a comment, and the form of times from the first rows.
+/// Derives the roles of columns from their names in a header or a comment, and the notation of times from the first rows.
 pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -> Guess {
     let names = if text.header { &head.names } else { &head.names_in_comment };
     let mut columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
     for (index, column) in columns.iter_mut().enumerate() {
-        // The unit may be in the row of units.
+        // Some files give the units in a row of their own below the header.
         let unit = column.unit.clone().or_else(|| head.unit(index));
         column.kind = column.kind.and_then(|kind| kind.with_unit(unit.as_deref()));
     }
@@ -177,8 +179,8 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     Guess { rules, notes, unnamed_loads }
 }
 
-/// If several topics or structs contain the same axis, keeps the loads of only one of them as the reference. Names such as
-/// `ref` come first, then the larger number of axes, then the order in the file.
+/// If several topics or structs of a log contain the same axis, keeps only the loads of one of them as the reference.
+/// Preferred are names such as `ref`, then the larger number of axes, then the first one in the file.
 fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     const REFERENCES: [&str; 7] =
         ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
@@ -203,7 +205,7 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     let calls_itself_so =
         |source: &str| source.split(['/', '_']).any(|word| REFERENCES.contains(&word));
     let rank = |(source, axes): &&(&str, Vec<Axis>)| (calls_itself_so(source), axes.len());
-    // Reversed, because `max_by_key` returns the last of equal elements.
+    // The order is reversed, because `max_by_key` returns the last of equal elements, and the first is wanted.
     let used = sources.iter().rev().max_by_key(rank)?.0.to_owned();
     let names = |is_used: bool| -> Vec<String> {
         let loads = columns.iter().filter(|column| axis_of(column).is_some());
@@ -220,8 +222,8 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     Some((cause, others))
 }
 
-/// Finds a time stamp in two columns, seconds and nanoseconds. Moves the seconds to the front of `times`, and returns the
-/// column with the nanoseconds.
+/// Finds a time stamp that is divided into two columns, seconds and nanoseconds. Moves the column with the seconds to the
+/// front of `times`, and returns the column with the nanoseconds.
 fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usize> {
     let first = *times.first()?;
     let is_pair = |secs: usize, rest: usize| columns[secs].is_completed_by(&columns[rest]);
@@ -235,8 +237,8 @@ fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usiz
     Some(rest)
 }
 
-/// Sets the roles of the columns in a log of ATI's Net F/T. The time is the count of samples, because the column "time" only
-/// tells when a row was written.
+/// Sets the roles of the columns in a log of ATI's Net F/T. The time is derived from the count of samples, because the column
+/// "time" only tells when a row was written.
 fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &Header<'_>) {
     rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
     let column = |name: &str| head.names.iter().position(|other| other.starts_with(name));
@@ -253,7 +255,8 @@ fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &He
     }
 }
 
-/// Sets the form of a time that is not a number, such as 10:22:01. For a time of day, also makes a column of dates the date.
+/// Sets the notation of times that are not numbers, such as 10:22:01. If they are times of day and a column holds dates, also
+/// gives that column the role of the date.
 fn settle_time_form(
     rules: &mut Vec<(usize, ColumnRule)>,
     keys: &Header<'_>,
@@ -283,7 +286,7 @@ fn settle_time_form(
     }
 }
 
-/// Returns a warning if day and month of the dates may be exchanged.
+/// Returns a warning if it is unclear whether day or month comes first in the dates.
 fn date_order(
     rules: &[(usize, ColumnRule)],
     names: &[String],
@@ -313,7 +316,7 @@ pub(super) fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<Tim
     TimeForm::of_all(written(rows, index)?.into_iter())
 }
 
-/// Returns the warnings about assumptions, and about columns without a role.
+/// Returns the warnings about what was assumed, and about columns without a role.
 fn notes(
     text: &TextLayout,
     rules: &[(usize, ColumnRule)],

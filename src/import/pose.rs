@@ -1,6 +1,6 @@
-//! Computes the load of a known weight from the pose of the sensor (the paper's "Calc."), and estimates a weight from poses
-//! and measured loads. An orientation that is not a rotation is never used. Without acceleration, the force never exceeds the
-//! weight.
+//! Computes the load of a known weight from the pose of the sensor ("Calc." in the paper of Koike et al., 2019). Also
+//! estimates a weight from poses and measured loads. Numbers that do not describe a rotation are never used as an
+//! orientation. Without acceleration, the computed force never exceeds the weight.
 
 use crate::dot::dot;
 use crate::import::map::{Angles, Attitude};
@@ -9,31 +9,33 @@ use crate::recording::kinetics::{
     rotation_from_roll_pitch_yaw, rotation_from_vector,
 };
 
-/// Maximum deviation of the dot products of a matrix's rows from those of a rotation.
+/// Maximum deviation of a matrix from a rotation matrix. It applies to each dot product of two rows, which is 1 or 0 for a
+/// rotation.
 const ROTATION_TOLERANCE: f64 = 0.02;
-/// Minimum number of poses in the smoothing time. The curvature of fewer positions is not determined.
+/// Minimum number of poses in the smoothing time from which an acceleration is computed. A parabola through fewer positions
+/// would follow their noise.
 const FEWEST_POSES: usize = 5;
-/// Variance of gravity's direction in the sensor's frame, above which a weight can be estimated.
+/// Minimum variance of the direction of gravity in the sensor's frame for which a weight can be estimated.
 const MIN_TURNING: f64 = 1e-3;
-/// Product of the variances along two directions, above which a centre of mass can be estimated.
+/// Minimum product of the variances of this direction along two axes for which a centre of mass can be estimated.
 const MIN_TURNING_TWICE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     pub rotation: Rotation,
-    /// Position in the world (m); zero if unknown.
+    /// Position of the sensor in the world (m); zero if unknown.
     pub position_m: [f64; 3],
 }
 
-/// Returns the rotation for numbers in the order of [`Attitude::parts`] (angles in rad). `None` if the numbers are no
-/// rotation.
+/// Returns the rotation (sensor to world) that these numbers describe. They are in the order of [`Attitude::parts`], angles
+/// in rad. `None` if the numbers do not describe a rotation.
 pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<Rotation> {
     let rotation = match (attitude, numbers) {
         (Attitude::Quaternion, &[w, x, y, z]) => rotation_from_quaternion([w, x, y, z])?,
         (Attitude::RotationVector, &[x, y, z]) => rotation_from_vector([x, y, z]),
         (Attitude::RollPitchYaw, &[roll, pitch, yaw]) => match angles {
             Angles::FixedXyz => rotation_from_roll_pitch_yaw(roll, pitch, yaw),
-            // A rotation about turned axes is the transpose of the rotation about fixed axes by the opposite angles.
+            // Rotations about turned axes give the transpose of the rotations about fixed axes by the opposite angles.
             Angles::IntrinsicXyz => {
                 let back = rotation_from_roll_pitch_yaw(-roll, -pitch, -yaw);
                 std::array::from_fn(|i| std::array::from_fn(|j| back[j][i]))
@@ -62,9 +64,9 @@ fn is_rotation(rotation: &Rotation) -> bool {
 
 /// Returns, for each pose, the acceleration of the weight's centre of mass in the world (m/s²).
 ///
-/// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose. The window ends where
-/// time goes back. It contains later poses, so the result is only for references. With fewer than five poses in the window,
-/// the acceleration is zero.
+/// A parabola is fitted to the path of the centre in a time window of `smoothing_secs` around each pose. The window ends
+/// where time goes back or the weight changes. The window contains later poses, so the result is only for reference loads.
+/// With fewer than five poses in the window, the acceleration is zero.
 pub fn accelerations(
     times: &[f64],
     poses: &[Pose],
@@ -98,12 +100,14 @@ pub fn accelerations(
     accelerations
 }
 
-/// Returns the second derivative of the least-squares parabola through the positions of a path.
+/// Returns the second derivative of the least-squares parabola through the positions of a path (m/s²); zero if the path has
+/// too few positions.
 fn second_derivative(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     if times.len() < FEWEST_POSES {
         return [0.0; 3];
     }
-    // `own` is t² minus its least-squares line, so the curvature follows from the positions and `own` alone.
+    // `own` is t² minus its least-squares line in t. It is orthogonal to lines, so the positions and `own` alone give the
+    // curvature.
     let n = times.len() as f64;
     let mean = times.iter().map(|t| t - now).sum::<f64>() / n;
     let t = |time: &f64| time - now - mean;
@@ -124,7 +128,8 @@ fn second_derivative(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     })
 }
 
-/// Returns the load (N, N·m) of a weight. Gravity and acceleration are in the world's axes (m/s²).
+/// Returns the load (N, N·m) of a weight on the sensor. Gravity and acceleration are along the axes of the world's frame
+/// (m/s²).
 pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64; 3]) -> [f64; 6] {
     let pull = std::array::from_fn(|i| gravity[i] - acceleration[i]);
     load_of_pull(&pose.rotation, weight, pull)
@@ -133,31 +138,32 @@ pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64;
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct WeightEstimate {
     pub mass_kg: f64,
-    /// Centre of mass in the sensor's frame (m). `None` without all moments, or if the sensor turned about only one axis.
+    /// Centre of mass in the sensor's frame (m). `None` if a moment was not measured, or if the sensor was turned about only
+    /// one axis.
     pub centre_m: Option<[f64; 3]>,
-    /// Force (N) that the reference shows without a load.
+    /// Offset (N): force that the reference shows when the sensor carries nothing.
     pub force_offset: [f64; 3],
-    /// Moment (N·m) that the reference shows without a load.
+    /// Offset (N·m): moment that the reference shows when the sensor carries nothing. `None` without a centre of mass.
     pub moment_offset: Option<[f64; 3]>,
-    /// Root mean square residual (N) of the forces over the three axes.
+    /// Root mean square (N) of the residuals of the forces, over the three axes and all samples.
     pub force_rms: f64,
     pub moment_rms: Option<f64>,
     pub n_samples: usize,
 }
 
 impl WeightEstimate {
-    /// Returns the estimate in words, one sentence for each quantity.
+    /// Returns the estimate in words: one sentence for each estimated quantity.
     pub fn sentences(&self) -> Vec<String> {
         let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
         let mut all = vec![
             format!("mass: {:.6} kg, from {} samples", self.mass_kg, self.n_samples),
             match self.centre_m {
                 Some(centre) => format!("centre of mass: {} m", list(centre)),
-                None => "centre of mass: not found; this needs Mx, My and Mz, and a sensor that is turned about two axes"
+                None => "centre of mass: unknown; to estimate it, measure Mx, My and Mz, and turn the sensor about two axes"
                     .to_owned(),
             },
             format!(
-                "offset of the reference force: {} N, residual {:.6} N RMS",
+                "offset of the reference force: {} N, RMS of the residuals {:.6} N",
                 list(self.force_offset),
                 self.force_rms
             ),
@@ -165,16 +171,16 @@ impl WeightEstimate {
         if let (Some(offset), Some(rms)) = (self.moment_offset, self.moment_rms) {
             let offset = list(offset);
             all.push(format!(
-                "offset of the reference moment: {offset} N·m, residual {rms:.6} N·m RMS"
+                "offset of the reference moment: {offset} N·m, RMS of the residuals {rms:.6} N·m"
             ));
         }
         all
     }
 }
 
-/// Estimates the weight by least squares, from one force and one moment for each rotation. Forces are `m Rᵀg` plus an offset,
-/// moments are `m c × Rᵀg` plus an offset. Returns `None` if gravity never turned in the sensor's frame, because weight and
-/// offset then cannot be separated.
+/// Estimates the weight by least squares, from one force and one moment for each orientation R of the sensor. The model of
+/// the forces is `m Rᵀg` plus an offset, that of the moments `m c × Rᵀg` plus an offset, with mass m, gravity g and centre of
+/// mass c. Returns `None` if gravity never turned in the sensor's frame, because weight and offset then cannot be separated.
 pub fn estimate_weight(
     rotations: &[Rotation],
     forces: &[[f64; 3]],
@@ -222,14 +228,15 @@ pub fn estimate_weight(
         moment_rms: None,
         n_samples: rotations.len(),
     };
-    // This is twice the sum of the products of variances along two directions. It is zero if gravity turned along one line.
+    // `twice` is twice the sum of the products of the variances along two axes. It is zero if the direction of gravity varied
+    // along only one line.
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments
         && twice > MIN_TURNING_TWICE * scale * scale
     {
-        // With means subtracted, moments are `M = d × p`, where `p` is gravity in the sensor's frame and `d = m c`. Least
-        // squares for `d`: `Σ (|p|² I − p pᵀ) d = Σ p × M`.
+        // After subtraction of the means, the moments are `M = d × p`, where `p` is gravity in the sensor's frame and `d = m
+        // c`. The normal equations for `d` are `Σ (|p|² I − p pᵀ) d = Σ p × M`.
         let moment_mean = mean(moments);
         let mut right = [0.0; 3];
         for (pull, moment) in pulls.iter().zip(moments) {
@@ -252,7 +259,7 @@ pub fn estimate_weight(
     Some(estimate)
 }
 
-/// Solves a linear system by Cramer's rule. The matrix must be symmetric and not singular.
+/// Solves a linear system of three equations by Cramer's rule. The matrix must be symmetric and not singular.
 fn solve(matrix: &Rotation, right: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = *matrix;
     let determinant = dot(&x, &cross(y, z));

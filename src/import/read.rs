@@ -8,20 +8,21 @@ use crate::progress::Progress;
 
 /// Reads one file of any known format. The first bytes of the file show the format; the name of the file does not matter.
 ///
-/// With a map, the file is read as the map describes. If the map names a file with the reference, this file is read too.
-/// Without a map, the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the reference load if
-/// there is one. Other columns are ignored. If the names do not suffice, the first map in `remembered` that fits is used.
-/// [`Loaded::map`] holds the used map. A pause or a step back in time starts a new recording.
+/// With a column map, the file is read as the map describes. If the map names a separate file with the reference load, this
+/// file is read, too. Without a map, the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the
+/// reference load if there is one. Other columns are ignored. If the names do not suffice, the first of the `remembered` maps
+/// that fits the file is used. [`Loaded::map`] holds the map that was used. A pause or a step back in time starts a new
+/// recording.
 ///
-/// `progress` counts bytes. The caller adds the size of the file to the total. The size of a second file, or of the same file
-/// if it is read twice, is added here.
+/// `progress` counts the bytes that were read. The caller adds the size of the file to the total of `progress`. If a second
+/// file is read, or the same file a second time, this function adds its size.
 ///
-/// **Units** are those of the map, else of the header. Without either, loads are in N and N·m, and the unit of times is
-/// derived from their values.
+/// **Units** of columns are those of the map, else those of the header. Without either, loads are taken to be in N and N·m,
+/// and the unit of times is derived from their values.
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, has no table or usable row, the map is for another kind of file, two clocks have
-/// no common time, or `progress` is cancelled.
+/// [`ReadError`] if the file cannot be read, it has no table or no usable row, the map is for another kind of file, the
+/// times of gauges and reference do not overlap, or `progress` is cancelled.
 pub fn read(
     path: &Path,
     map: Option<&ColumnMap>,

@@ -1,7 +1,7 @@
-//! Reads rows of numbers from parts of a file. Parts are independent, so they can be parsed in parallel.
+//! Reads rows of numbers from blocks of a file. The blocks are independent, so they can be parsed in parallel.
 //!
-//! Guarantees: every number that is kept is finite. A row is kept completely or not at all. The division of a file into parts
-//! does not change the result.
+//! Guarantees: every number that is kept is finite. A row is kept completely or not at all. The result does not depend on how
+//! the file is divided into blocks.
 
 mod held;
 mod values;
@@ -19,42 +19,45 @@ use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
-/// Rows of numbers, in SI units. Only the times stay in the unit of the file.
+/// Numbers of the rows of a file, in SI units. Only the times stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub times: Vec<f64>,
     pub gauges: Vec<f64>,
-    /// A missing value is NaN until [`Rows::hold_auxiliary`] replaces it.
+    /// Values of the auxiliary channels. A missing value is NaN until [`Rows::hold_auxiliary`] replaces it.
     pub auxiliary: Vec<f64>,
     pub loads: Vec<f64>,
-    /// Numbers of the poses, in the order of the plan. Empty after the loads are computed.
+    /// Numbers of the sensor's pose in each row, in the order of [`PosePlan`]. Empty after the loads were computed from them.
     pub poses: Vec<f64>,
     pub findings: Findings,
     pub n_lines: u64,
     pub n_skipped: u64,
-    /// For each column, the number of skipped rows without a finite number in the column.
+    /// For each column, the number of skipped rows in which this column has no finite number.
     pub bad_cells: Vec<u64>,
-    /// For each column, the smallest magnitude of an unreadable number; infinite if there is none.
+    /// For each column, the smallest magnitude that the digits of an unreadable number form; infinite if the column has no
+    /// unreadable number.
     pub least_bad: Vec<f64>,
-    /// Number of usable and unusable rows.
+    /// Number of rows of the table, whether they can be used or not.
     n_table_rows: u64,
-    /// True if the times are row numbers.
+    /// True if the times are row numbers, because no column gives the time.
     counts_rows: bool,
     /// Number of seconds that was subtracted from the times.
     pub zero_secs: f64,
     lines: Vec<LineRun>,
-    /// Rows in which the last auxiliary value is older than a gap, sorted by channel and row.
+    /// Rows in which the last value of an auxiliary channel is older than the longest allowed pause, sorted by channel and
+    /// row.
     pub held: Vec<HeldRows>,
 }
 
-/// Successive rows in which the last value of an auxiliary channel is older than a gap.
+/// Successive rows in which the last value of an auxiliary channel is older than the longest allowed pause.
 #[derive(Clone, Debug)]
 pub(super) struct HeldRows {
     pub channel: usize,
     pub rows: Range<usize>,
 }
 
-/// First of several rows of one group on successive lines: row `row` is on line `line` of the file.
+/// First of several rows that belong to one group and are on successive lines. Row number `row` of the table is on line
+/// `line` of the file.
 #[derive(Clone, Debug)]
 struct LineRun {
     row: usize,
@@ -77,7 +80,7 @@ impl Rows {
         Ok(rows)
     }
 
-    /// Parses the rows of a part of a file. Lines are counted from the start of the part. Rows of arrays count as lines.
+    /// Parses the rows of a block of a file. Lines are counted from the start of the block. Rows of arrays count as lines.
     pub fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
             bad_cells: vec![0; plan.uses.len()],
@@ -88,12 +91,13 @@ impl Rows {
         match part {
             Part::Lines(block) => {
                 let mut lines = lines(block).peekable();
-                // The number of rows is estimated from the length of the first line. A cell has at least two bytes.
+                // The number of rows is estimated from the length of the first line. A cell with its delimiter has at least
+                // two bytes.
                 let first_bytes = lines.peek().map_or(0, |line| line.len());
                 let line_bytes = first_bytes.max(2 * plan.uses.len());
                 rows.reserve(block.len() / line_bytes + 1, plan);
                 let mut rest = block;
-                // A text in quotes may contain line breaks.
+                // If an ignored column holds texts in quotes, these may contain line breaks.
                 let has_texts = plan.uses.contains(&Use::Ignored);
                 while let Some(line) = lines.next() {
                     let mut text = line;
@@ -125,8 +129,8 @@ impl Rows {
         rows
     }
 
-    /// Returns the time of the first row of a part, in the unit of the file, even if the row is unusable. Returns `count` if
-    /// rows are counted, and `None` if the row has no time.
+    /// Returns the time of the first row of a block, in the unit of the file, even if the row cannot be used. Returns `count`
+    /// if the row number gives the time, and `None` if the row has no time.
     pub fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
         let time = match part {
             Part::Lines(line) => Self::time_of(plan.text.row(line)?, plan),
@@ -135,7 +139,7 @@ impl Rows {
         plan.time_column.map_or(Some(count), |_| time)
     }
 
-    /// Returns the time of a row, in the unit of the file. `None` if the row has no time.
+    /// Returns the time of a row, in the unit of the file. `None` if its cells give no time.
     pub fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
         let cells = cells.zip(&plan.uses).enumerate();
         let own = cells.filter(|(_, (_, usage))| usage.is_time());
@@ -144,7 +148,7 @@ impl Rows {
         Some(first + own.sum::<Option<f64>>()?)
     }
 
-    /// Returns all lists of numbers, each with its number of values in a row.
+    /// Returns the lists of times, gauges, auxiliary values, loads and poses, each with its number of values per row.
     pub fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
         let n_rows = self.times.len();
         let lists = [
@@ -157,7 +161,7 @@ impl Rows {
         lists.map(|values| (values.len().checked_div(n_rows).unwrap_or(0), values))
     }
 
-    /// Keeps only these rows, in this order.
+    /// Keeps only the rows with these indices, in this order.
     pub fn arrange(&mut self, order: &[usize]) {
         self.keep_lines_of(order.iter().copied());
         for (width, values) in self.lists() {
@@ -166,9 +170,9 @@ impl Rows {
         }
     }
 
-    /// Sets [`Plan::since`] from the time of the first row, if times are counted from 1970.
+    /// Sets [`Plan::since`] from the time of the first row, if the times are counted from 1970.
     pub fn plan_zero<'a>(plan: &mut Plan, first: impl Iterator<Item = Cell<'a>>) {
-        /// Time (s) above which a clock counts from 1970, and not from the start of a computer.
+        /// Time (s) above which a clock is taken to count from 1970, and not from the start of a computer.
         const SET_SECS: f64 = 1e8;
         let Some(first) = Self::time_of(first, plan).filter(|first| *first < i64::MAX as f64)
         else {
@@ -183,7 +187,8 @@ impl Rows {
             }
         };
         if first / per_second >= SET_SECS {
-            // `since` is a whole number of seconds, so that the difference between two clocks has no rounding error.
+            // `since` is a whole number of seconds, so that the difference between gauge and reference clock has no rounding
+            // error.
             plan.since = ((first / per_second).floor() * per_second) as i64;
         }
     }
@@ -194,12 +199,12 @@ impl Rows {
         self.zero_secs = zero_secs;
     }
 
-    /// Appends the next parts, which cover this share of the file. The first call reserves memory for the whole file, because
-    /// lists that grow later are copied.
+    /// Appends the rows of the next blocks, which are this share of the file. The first call reserves memory for the whole
+    /// file, because lists that grow later would be copied.
     fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
         if self.times.is_empty() {
             let n_rows: usize = parts.iter().map(|rows| rows.times.len()).sum();
-            // Slightly more memory than estimated from the first rows.
+            // Slightly more memory is reserved than estimated from the first rows.
             let slack = if share < 1.0 { 1.02 } else { 1.0 };
             self.reserve((slack * n_rows as f64 / share) as usize, plan);
         }
@@ -265,8 +270,8 @@ impl Rows {
     }
 
     fn place_row(&mut self, row: usize, line: u64, group: &str) {
-        // Most files have no groups. Comparing two empty texts by a function call would take a quarter of the time of
-        // reading.
+        // Most files have no groups. Even then, comparing two empty texts by a function call would take a quarter of the
+        // reading time.
         let is_same = |own: &str| own.len() == group.len() && (group.is_empty() || own == group);
         let follows =
             |last: &LineRun| last.line + (row - last.row) as u64 == line && is_same(&last.group);
@@ -289,7 +294,7 @@ impl Rows {
         self.n_table_rows += 1;
     }
 
-    /// Appends the numbers of a row to the lists, and returns the value in the group column.
+    /// Appends the numbers of a row to the lists. Returns the value in the group column, which is empty without groups.
     fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<String, Unusable> {
         let mut group = String::new();
         let mut loads = [0.0; Axis::ALL.len()];
@@ -304,7 +309,8 @@ impl Rows {
                 }
                 Use::Gauge { .. } => self.gauges.push(value()?),
                 Use::Auxiliary { .. } => {
-                    // A slow channel has values only in some rows, so the row is usable with an empty cell.
+                    // An auxiliary channel that is sampled more slowly than the gauges has values only in some rows. So the
+                    // row can be used even if the cell is empty.
                     let cell = row.next().ok_or(Unusable)?;
                     let value = value_of(cell, *usage, index, plan);
                     self.auxiliary.push(value.map_or(f64::NAN, |(value, _)| value));
@@ -338,7 +344,7 @@ impl Rows {
         Ok(group)
     }
 
-    /// Reports why a row cannot be kept. Only the first reason becomes a warning, but all bad cells are counted.
+    /// Reports why a row cannot be kept. Only the first reason becomes a warning, but every cell without a number is counted.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
         let is_used = |(_, usage): &(Cell<'_>, &Use)| {
             !usage.is_time() && ![Use::Ignored, Use::Group].contains(usage)
@@ -375,7 +381,8 @@ impl Rows {
         }
     }
 
-    /// Returns true if all unreadable numbers in a column of a gauge or a load are larger than every readable number.
+    /// Returns true if the unreadable numbers in a column of a gauge or a load are all larger than every readable number of
+    /// the column.
     pub fn skips_largest(&self, plan: &Plan) -> bool {
         let mut gauge = 0;
         let mut columns = plan.uses.iter().zip(&self.least_bad);
@@ -417,7 +424,8 @@ impl Rows {
         self.arrange(&kept);
     }
 
-    /// Keeps only the lines and groups of these rows, in this order. The caller moves the numbers.
+    /// Keeps only the line numbers and groups of the rows with these indices, in this order. The caller does the same with
+    /// the numbers.
     pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
         let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
         let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
@@ -433,7 +441,8 @@ impl Rows {
     }
 }
 
-/// Returns the first row of a text and its number of lines, if a text in quotes makes the row longer than one line.
+/// Returns the first row of a text and its number of lines, if a cell in quotes contains line breaks. `first` is the length
+/// of the first line.
 fn whole_row(text: &[u8], first: usize) -> Option<(&[u8], usize)> {
     const LINES: usize = 10;
     let (mut end, mut n_lines) = (first, 1);

@@ -1,4 +1,4 @@
-//! Times of a file: the unit if the header has none, and the rows at which recordings start.
+//! Examines the times of a file: derives their unit if the header has none, and finds the rows at which recordings start.
 
 use super::rows::Rows;
 use super::warning::Cause;
@@ -6,50 +6,51 @@ use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pa
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// Minimum number of pauses in a file for rows in bursts, see [`bursts`].
+/// Minimum number of pauses from which the rows of a file are taken to come in bursts, see [`bursts`].
 const FEWEST_BURSTS: usize = 20;
-/// Maximum mean number of rows in a burst, see [`bursts`].
+/// Maximum mean number of rows between two pauses for which rows are taken to come in bursts, see [`bursts`].
 const STEPS_PER_BURST: usize = 50;
-/// Maximum pause (s) between bursts. A logger writes its rows at least once a second; the user makes longer pauses.
+/// Maximum median pause (s) for which rows are taken to come in bursts. A logger writes its rows at least once a second;
+/// longer pauses are made by the user.
 const LONGEST_BURST_PAUSE_SECS: f64 = 1.0;
-/// Minimum length of a gap (s) if rows come in bursts.
+/// Shortest pause (s) that starts a new recording if rows come in bursts.
 const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
-/// Maximum sample interval (s). A unit of time that gives a longer interval is wrong.
+/// Maximum plausible sample interval (s). A unit of time that gives a longer interval is not assumed.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// Median step from which whole numbers are taken for microseconds. For example, steps of 1000 are taken for 1000 µs (1 kHz),
-/// not for 1000 ms (1 Hz).
+/// Median time step from which whole numbers are taken for microseconds. For example, steps of 1000 are taken for 1000 µs (1
+/// kHz), not for 1000 ms (1 Hz).
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// Median step from which times are taken for nanoseconds. For example, steps of 333,000 are taken for nanoseconds (3 kHz),
-/// not for microseconds (3 Hz).
+/// Median time step from which times are taken for nanoseconds. For example, steps of 333,000 are taken for nanoseconds (3
+/// kHz), not for microseconds (3 Hz).
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Rows of a file at which recordings start, and rows that repeat a time.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Cuts {
-    /// First row of each recording, without the first recording.
+    /// First row of each recording, except the first recording.
     pub starts: Vec<usize>,
-    /// First and last row with the same time as the row before, and the number of rows with this property.
+    /// First and last row that has the same time as the row before, and the number of such rows.
     pub repeats: Option<(usize, usize, u64)>,
-    /// Minimum length of a gap (s), which ends a recording.
+    /// Shortest pause (s) that starts a new recording.
     pub gap_secs: f64,
-    /// Pauses between bursts of rows, which end no recording.
+    /// Pauses between bursts of rows. They do not start a new recording.
     bursts: Option<Bursts>,
 }
 
 /// Pauses between bursts of rows. Some loggers collect rows and write several at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bursts {
-    /// Row after the first pause, and row after the last pause.
+    /// Row after the first pause, and row after the last one.
     rows: (usize, usize),
     n_pauses: u64,
     pause_secs: f64,
 }
 
-/// Finds the rows at which recordings start: where time goes back, and after a gap. Without `gap_secs`, the length of a gap
-/// is derived from the times.
+/// Finds the rows at which recordings start: where time goes back, and after a pause of more than `gap_secs`. If it is
+/// `None`, this length is derived from the times.
 pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let mut cuts = Cuts::default();
     let gap = gap_secs.unwrap_or_else(|| {
@@ -78,8 +79,9 @@ pub(super) fn sort(rows: &mut Rows) {
     rows.arrange(&order);
 }
 
-/// Spreads rows with the same time stamp evenly up to the next stamp. The median step of the file is used for rows with the
-/// first stamp, which end at the second stamp, and for rows with the last stamp or before a pause.
+/// Spreads rows with the same time stamp evenly up to the next stamp. Three kinds of rows are spaced by the median time step
+/// of the file instead: rows with the first stamp, which then end at the second stamp, rows with the last stamp, and rows
+/// before a pause.
 pub(super) fn spread(times: &mut [f64]) {
     let stamps: Vec<(f64, usize)> =
         (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();
@@ -113,8 +115,8 @@ pub(super) fn longest_bridge(times: &[f64]) -> f64 {
     }
 }
 
-/// Returns the pauses between bursts of rows. `None` if there are too few pauses, bursts are too long, or the median pause is
-/// too long.
+/// Returns the pauses between bursts of rows. `None` if rows do not come in bursts: there are too few pauses, there are too
+/// many rows between them, or the median pause is too long.
 fn bursts(times: &[f64]) -> Option<Bursts> {
     let shortest = steps_of_a_pause(times);
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
@@ -130,13 +132,13 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
     })
 }
 
-/// Derives the unit of times from their values, which are counted from `since`. If the times are UNIX times of today in one
-/// unit, with plausible steps, it is this unit. Otherwise the median step decides. Whole numbers with a step of at least 2
-/// are milliseconds, with longer steps microseconds or nanoseconds. All other times are seconds.
+/// Derives the unit of times from their values, to which `since` is added. If one unit makes them UNIX times of today with
+/// plausible time steps, it is this unit. Otherwise the median step decides: whole numbers with a step of at least 2 are
+/// milliseconds, with longer steps microseconds or nanoseconds. All other times are seconds.
 pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
-        // UNIX times from the years 2001 to 2286.
+        // UNIX times (s) from the years 2001 to 2286.
         let is_epoch = |&time: &f64| (1e9..1e10).contains(&((since + time) / unit.per_second()));
         let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
         times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
@@ -150,8 +152,8 @@ pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     })
 }
 
-/// Returns the unit in which a time step is nearest to the time step of a calibration (s). If the ratio of both exceeds ten,
-/// returns unit and ratio as an error.
+/// Returns the unit in which the time step `step` is nearest to the time step of a calibration's recordings (s). If the two
+/// differ by a factor of more than ten, returns unit and factor as an error.
 pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
     let off = |unit: TimeUnit| {
         let times = step / unit.per_second() / trained_secs;
@@ -163,8 +165,8 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
     if off <= 10.0 { Ok(unit) } else { Err((unit, off)) }
 }
 
-/// Continues times (s) from a 32-bit counter that starts again from zero. Returns the first row after a restart, and the
-/// times before and after the restart.
+/// Makes times (s) increase that come from a 32-bit counter which starts again from zero. Returns the first row after the
+/// first restart, and the times before and after it.
 pub(super) fn unwrap_counters(
     times: &mut [f64],
     gap_secs: Option<f64>,
@@ -187,13 +189,13 @@ pub(super) fn unwrap_counters(
     first
 }
 
-/// Returns the number of samples for which a reference repeats each value, if this number is nearly constant. Equal rows in
-/// runs of nearly one length show that the reference is measured less often than it is written. With dead weights, runs are
-/// long and of many lengths. With a live signal, most runs have one row.
+/// Returns the number of samples for which a reference repeats each value, if this number is nearly constant. Then the
+/// reference is measured less often than it is written. With dead weights, loads are repeated often and for very different
+/// numbers of samples. With a continuously measured reference, most values are not repeated.
 pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
     const FEWEST_RUNS: usize = 30;
     const LONGEST_RUN: usize = 100;
-    /// Maximum number of rows that are inspected. The start of a file shows enough.
+    /// Maximum number of rows that are inspected. The start of a file suffices to see repeated values.
     const INSPECTED_ROWS: usize = 20_000;
     let mut runs = [0_usize; LONGEST_RUN + 1];
     let (mut n_runs, mut length) = (0, 1);
@@ -206,7 +208,7 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
             (n_runs, length) = (n_runs + 1, 1);
         }
     }
-    // The most frequent length is found together with its neighbours, because lengths vary by one row.
+    // The most frequent number of repetitions is counted together with its two neighbours, because the number varies by one.
     let near = |length: usize| -> usize { runs[length - 1..=length + 1].iter().sum() };
     let samples_each = (2..LONGEST_RUN).max_by_key(|&length| (near(length), runs[length]))?;
     let is_steady = near(samples_each) * 10 >= n_runs * 7 && runs[1] * 2 < n_runs;
@@ -214,14 +216,14 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
 }
 
 impl Cuts {
-    /// Reports the starts of recordings and the repeated times.
+    /// Adds warnings about the starts of recordings and about repeated times.
     pub fn note(&self, rows: &mut Rows) {
         let back = |row: &&usize| {
             let step = rows.times[**row] - rows.times[**row - 1];
             -self.gap_secs < step && step < 0.0
         };
         let mut late = self.starts.iter().filter(back);
-        // If more rows go back than one in four, the column is not a time.
+        // If the time goes back in more than a quarter of the rows, the column is not a time, so this warning would mislead.
         const LATE_SHARE: usize = 4;
         if let Some(&first) = late.next()
             && let count = 1 + late.count()
@@ -235,7 +237,7 @@ impl Cuts {
             rows.note_row(row, cause);
         }
         if let Some((first, last, count)) = self.repeats {
-            // The clock has a coarser resolution than the samples.
+            // If at least half of the rows repeat a time, the resolution of the clock is coarser than the sample interval.
             let is_coarse = 2 * count >= rows.times.len() as u64;
             let cause = if is_coarse {
                 Cause::CoarseStamps

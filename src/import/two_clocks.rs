@@ -1,5 +1,5 @@
-//! Joins gauges and reference with separate clocks to one table. Each gauge sample keeps its time, and gets a reference that
-//! is near in time. A sample without such a reference is left out and reported.
+//! Joins gauges and reference load with separate clocks to one table. Each gauge sample keeps its time, and is assigned a
+//! reference load that is near in time. If there is none, the sample is left out and reported.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::import::map::{ColumnMap, Join, ReferenceFile};
 use crate::import::timeline;
 use crate::recording::Day;
 
-/// Gauges, reference, or both, as read from one file. Times are in seconds.
+/// Gauges, reference load, or both, as read from one file. Times are in seconds.
 #[derive(Debug)]
 pub(super) struct Table {
     pub path: PathBuf,
@@ -28,7 +28,8 @@ pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf 
     path.with_file_name(reference.file.replace("{stem}", &stem))
 }
 
-/// Returns the file of a reference with its own clock, and the columns that are read from this file.
+/// Returns the path of the file that holds a reference with its own clock, and the choice of columns that are read from this
+/// file. `None` if gauges and reference have the same clock.
 pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Side)> {
     match &map.reference {
         Some(file) => Some((reference_path(path, file), Side::ReferenceFile)),
@@ -49,7 +50,7 @@ pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     }))
 }
 
-/// Adds the reference at the times of the gauges to the gauges' table.
+/// Computes the reference load at the times of the gauges, and adds it to the table of the gauges.
 pub(super) fn join(
     gauges: &mut Table,
     reference: &mut Table,

@@ -8,21 +8,23 @@ use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{counted, listed, shown};
 
-/// Fault or assumption of which the user is warned. Columns are counted from 1.
+/// Cause of a warning: a fault of a file, or an assumption that was made in reading it. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
     #[error("{column} {}. Row skipped", trouble.message(&shown(value)))]
     Cell { column: NamedColumn, value: String, trouble: Trouble },
-    #[error("{actual} cells, but the table has {expected} columns. Row skipped")]
+    #[error("the row has {actual} cells, but the table has {expected} columns. Row skipped")]
     TooFewCells { expected: usize, actual: usize },
-    #[error("{actual} cells, but the table has {expected} columns. Extra cells ignored")]
+    #[error(
+        "the row has {actual} cells, but the table has {expected} columns. Extra cells ignored"
+    )]
     TooManyCells { expected: usize, actual: usize },
     #[error("{column} contains {}. Its comma is read as a decimal point", shown(value))]
     DecimalComma { column: NamedColumn, value: String },
     #[error("column {column} (gauge {}) is {value} in every row. Is it connected?", shown(name))]
     ConstantGauge { column: usize, name: String, value: f64 },
     #[error(
-        "{}auxiliary {}) has no value in {}{}. The previous value is used there",
+        "{}auxiliary {}) has no value in {}{}. The previous value of the channel is used there",
         column.map_or_else(|| "a channel (".to_owned(), |column| format!("column {column} (")),
         shown(name),
         counted(*n_rows, "row"),
@@ -32,40 +34,40 @@ pub enum Cause {
     #[error("time jumps from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
     #[error(
-        "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. Times are continued"
+        "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. The later times are increased so that they continue the earlier ones"
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
     #[error(
         "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends a recording. To change this time, set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
-    #[error("time {time_secs} s repeats the time of the row before")]
+    #[error("the row has the same time as the row before, {time_secs} s")]
     RepeatedTime { time_secs: f64 },
     #[error(
-        "{count} rows have an earlier time than the row before, by less than a gap. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
+        "{count} rows have a time that is slightly earlier than that of the row before, so each starts a new recording. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
     )]
     LateRows { count: usize },
     #[error(
-        "most rows repeat the time of the row before. To spread them evenly up to the next time, set \"stamps\": \"spread\" under \"table\" in a column map"
+        "most rows repeat the time of the row before. To spread rows with the same time evenly up to the next time, set \"stamps\": \"spread\" under \"table\" in a column map"
     )]
     CoarseStamps,
     #[error(
-        "{column} has no unit and is read in {unit}, because its values suggest this unit. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
+        "the time in {column} has no unit and is read in {unit}, because its values suggest this unit. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
         unit = unit.symbol()
     )]
     AssumedTimeUnit { column: NamedColumn, unit: TimeUnit },
     #[error(
-        "the dates of {column} are read as {order}, but could also be {other}. If they are, set \"unit\": \"{other}\" in a column map"
+        "the dates of {column} are read as {order}, but could also be {other}. If {other} is right, set \"unit\": \"{other}\" in a column map"
     )]
     AssumedDateOrder { column: NamedColumn, order: &'static str, other: &'static str },
     #[error(
-        "several columns could be the time. Used: {}. Ignored: {}",
+        "several columns could be the time of the samples. Used: {}. Ignored: {}",
         shown(used),
         listed(others)
     )]
     SeveralTimes { used: String, others: Vec<String> },
     #[error(
-        "several columns could be the reference. Used: {}. Ignored: {}. To use others, choose them in a column map (\"is\": \"Fx\" and so on)",
+        "several columns could be the reference load. Used: {}. Ignored: {}. To use other columns, choose them in a column map (\"is\": \"Fx\" and so on)",
         listed(used),
         listed(others)
     )]
@@ -87,26 +89,29 @@ pub enum Cause {
         "the reference changes only every {samples_each} samples (sample-and-hold). So the reference lags behind the gauges by up to {samples_each} samples"
     )]
     HeldReference { samples_each: usize },
-    #[error("no reference at {time_secs} s on the gauges' clock. Sample skipped")]
+    #[error("no reference load near the time {time_secs} s of a gauge sample. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
     #[error(
-        "the pose is not a rotation: the quaternion has length zero, or the matrix is not orthogonal. Row skipped"
+        "the orientation in the pose is not a rotation: the quaternion has length zero, or the matrix is not orthogonal. Row skipped"
     )]
     NotARotation,
     #[error(
-        "the weight's own acceleration adds up to {percent:.1} % of the full scale of {}{}",
+        "the force that accelerates the weight amounts to up to {percent:.1} % of the full scale of {}{}",
         axis.symbol(),
         if *is_counted {
-            ". This part is only as accurate as the pose"
+            ". This part of the reference load is only as accurate as the pose"
         } else {
-            " and is not part of the load. Move more slowly, or set \"inertia\" under \"weight\" in the column map"
+            ", but is not part of the reference load. Move the sensor more slowly, or set \"inertia\" under \"weight\" in the column map"
         }
     )]
     Inertia { axis: Axis, percent: f64, is_counted: bool },
-    #[error("left out, because not part of the table: {}", listed(names))]
+    #[error(
+        "these data of the file are ignored, because they are not part of its table: {}",
+        listed(names)
+    )]
     LeftOut { names: Vec<String> },
     #[error(
-        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads within {} % are the same). Features with memory cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
+        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads that differ by at most {} % of the largest load count as the same). Features with memory cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
         100.0 * SAME_LOAD_SHARE
     )]
     LoadCases { n_rows: usize, n_cases: usize },
@@ -117,10 +122,12 @@ pub enum Cause {
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
     #[error(
-        "the file ends early, as if the logger was stopped while writing. The existing part is read"
+        "the file ends in the middle of the data, as if the logger was stopped while writing. All complete rows are read"
     )]
     EndsEarly,
-    #[error("{n_before} samples in bursts are averaged to {n_after}")]
+    #[error(
+        "{n_before} samples, which come in bursts, are averaged to {n_after} samples, one for each burst"
+    )]
     AveragedBursts { n_before: usize, n_after: usize },
 }
 
@@ -159,18 +166,18 @@ impl Cause {
         Finding { place: Some(place), ..found }
     }
 
-    /// Returns true if both causes belong to one warning.
+    /// Returns true if both causes are reported in one warning.
     fn is_of_kind(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Cell { trouble, .. }, Self::Cell { trouble: other, .. }) => trouble == other,
-            // Each column has its own warning.
+            // These causes are reported for each column separately.
             (Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. }, _) => false,
             _ => std::mem::discriminant(self) == std::mem::discriminant(other),
         }
     }
 }
 
-/// Reason why the row of a cell is skipped.
+/// Reason why a row is skipped because of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
     Empty,
@@ -184,7 +191,8 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Returns true if the row is skipped because the map requires it.
+    /// Returns true if the column map asks for rows with this cell to be skipped, so that the cell is not a fault of the
+    /// file.
     pub(super) const fn is_wanted(self) -> bool {
         matches!(self, Self::StatusError | Self::Dropout)
     }
@@ -194,21 +202,29 @@ impl Trouble {
             Self::Empty => "is empty".to_owned(),
             Self::NotANumber => format!("contains \"{value}\", not a number"),
             Self::NotFinite => format!("contains {value}, not a finite number"),
-            Self::Overload => format!("contains {value}, the code of a meter for out of range"),
-            Self::NotATime => format!("contains \"{value}\", not a time as in the other rows"),
-            Self::StatusError => format!("is {value}, which reports an error"),
-            Self::Dropout => format!("contains {value}, the mark of a missing value"),
-            Self::UnknownMount => format!("contains \"{value}\", not a mount of the column map"),
+            Self::Overload => {
+                format!("contains {value}, by which a meter reports that its range is exceeded")
+            }
+            Self::NotATime => format!(
+                "contains \"{value}\", which is not a time in the notation of the other rows"
+            ),
+            Self::StatusError => {
+                format!("is {value}, a status by which the device reports an error")
+            }
+            Self::Dropout => format!("contains {value}, which marks a missing value"),
+            Self::UnknownMount => format!(
+                "contains \"{value}\", which is not listed under \"mounts\" in the column map"
+            ),
         }
     }
 }
 
-/// Warnings about a part of a file, one for each kind, with lines but without the path of the file.
+/// Warnings about a block of a file, one for each kind of cause, with line numbers but without the path of the file.
 #[derive(Debug, Default)]
 pub(super) struct Findings(Vec<(Cause, Place)>);
 
 impl Findings {
-    /// Adds a cause. Of each kind, the first cause is kept, and later causes are only counted.
+    /// Adds a cause of a warning. If a cause of the same kind is already there, it is only counted.
     pub fn note(&mut self, line: u64, cause: Cause) {
         self.note_many(line, line, 1, cause);
     }
@@ -217,7 +233,7 @@ impl Findings {
         self.add(cause, Place { first_line, last_line, count, ..Place::default() });
     }
 
-    /// Appends the warnings about the next part of the file, which starts after `lines_before` lines.
+    /// Appends the warnings about the next block of the file. `lines_before` is the number of lines before this block.
     pub fn append(&mut self, later: Self, lines_before: u64) {
         for (cause, mut place) in later.0 {
             place.first_line += lines_before;
@@ -240,7 +256,7 @@ impl Findings {
         self.0.iter().filter(|(cause, _)| cause.id() == Id::RowsSkipped)
     }
 
-    /// Returns the number of skipped rows, without rows that have a NaN or an infinite number.
+    /// Returns the number of skipped rows. Rows that are skipped because of NaN or an infinite number are not counted.
     pub fn not_understood(&self) -> u64 {
         let is_nan =
             |cause: &Cause| matches!(cause, Cause::Cell { trouble: Trouble::NotFinite, .. });
@@ -257,7 +273,8 @@ impl Findings {
         self.0.iter().find(is_short).map_or(0, |(_, place)| place.count)
     }
 
-    /// Returns the minimum length of a gap (s), if it was derived because rows come in bursts.
+    /// Returns the shortest pause (s) that starts a new recording, if it was derived from rows in bursts because the map sets
+    /// none.
     pub fn assumed_gap_secs(&self) -> Option<f64> {
         self.0.iter().find_map(|(cause, _)| match cause {
             Cause::Bursts { gap_secs, .. } => Some(*gap_secs),
@@ -265,7 +282,7 @@ impl Findings {
         })
     }
 
-    /// Returns the findings about the file at `path`, in the order of their first lines.
+    /// Returns the warnings about the file at `path` as findings, in the order of their first lines.
     pub fn into_findings(mut self, path: &Path) -> Vec<Finding> {
         self.0.sort_by_key(|(_, place)| place.first_line);
         self.0.iter().map(|(cause, place)| cause.finding(place, path)).collect()

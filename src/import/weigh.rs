@@ -10,10 +10,11 @@ use crate::min_max::MinMax;
 use crate::recording::kinetics::{Rotation, Weight};
 use crate::recording::{Axis, full_scale_of};
 
-/// Share of full scale above which the load from the weight's acceleration is reported.
+/// Share of full scale above which the load from the acceleration of the weight is reported.
 const INERTIA_SHARE: f64 = 0.01;
 
-/// Computes the loads of a weight from the poses of a table. A table without poses is not changed.
+/// Computes the reference loads of a known weight from the poses in the rows of a table. A table without poses is not
+/// changed.
 pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
     let Some(plan) = table.plan.pose.clone() else {
         return Ok(());
@@ -53,7 +54,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     rows.poses = Vec::new();
     let share = |axis: usize| {
         let full_scale = full_scale_of(range[axis]);
-        // An axis without load has a full scale of zero.
+        // If there is no load on an axis, its full scale is zero.
         if full_scale > 1e-9 { inertia[axis] / full_scale } else { 0.0 }
     };
     let worst = (0..6).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0);
@@ -69,7 +70,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     Ok(())
 }
 
-/// Returns the orientation of the sensor in each row. Rows whose orientation is not a rotation are removed.
+/// Returns the orientation of the sensor in each row. Rows whose numbers do not describe a rotation are removed.
 pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
     let rows = &mut table.rows;
     let n_turns = plan.attitude.parts().len();
@@ -82,7 +83,8 @@ pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> 
     all.into_iter().flatten().collect()
 }
 
-/// Returns the weight of each row. The mount column or the name of the file selects one of several weights.
+/// Returns the weight that hangs from the sensor in each row. If the map lists several weights, the mount column or the name
+/// of the file selects one.
 fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight>, ReadError> {
     let known = map.weights();
     let all = |weight: Weight| vec![weight; table.rows.times.len()];
@@ -167,9 +169,13 @@ mod tests {
         for (actual, expected) in recording.loads().iter().zip(expected.as_flattened()) {
             assert!((actual - expected).abs() < 1e-12, "{:?}", recording.loads());
         }
-        assert!(messages.contains("run.csv, line 5: the pose is not a rotation"), "{messages}");
         assert!(
-            messages.contains("run.csv, line 6: column 7 (kind) contains \"c\", not a mount"),
+            messages.contains("run.csv, line 5: the orientation in the pose is not a rotation"),
+            "{messages}"
+        );
+        assert!(
+            messages
+                .contains("run.csv, line 6: column 7 (kind) contains \"c\", which is not listed"),
             "{messages}"
         );
     }
@@ -209,7 +215,7 @@ mod tests {
         let (loaded, _) = load(text, &map(columns, &weight("run"))).unwrap();
         assert_eq!(loaded.recordings[0].loads()[2], -STANDARD_GRAVITY);
         let error = load(text, &map(columns, &weight("left"))).unwrap_err().to_string();
-        assert!(error.contains("contains none of the mounts left"), "{error}");
+        assert!(error.contains("listed under \"mounts\" in the column map (left)"), "{error}");
     }
 
     /// A sensor swings by sin(2π t) rad about x with a weight at 1 m. At the ends the weight's own acceleration is 4π² m/s²,
@@ -228,15 +234,17 @@ mod tests {
             let t = f64::from(k) / 100.0;
             text.push_str(&format!("{t},{k},{},0,0\n", (std::f64::consts::TAU * t).sin()));
         }
-        for (inertia, word) in
-            [("false", "is not part of the load"), ("true", "only as accurate as the pose")]
-        {
+        for (inertia, word) in [
+            ("false", "is not part of the reference load"),
+            ("true", "only as accurate as the pose"),
+        ] {
             let weight = format!(
                 r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#
             );
             let (_, messages) = load(&text, &map(&columns, &weight)).unwrap();
             assert!(
-                messages.contains("the weight's own acceleration") && messages.contains(word),
+                messages.contains("the force that accelerates the weight")
+                    && messages.contains(word),
                 "{messages}"
             );
         }
@@ -250,13 +258,13 @@ mod tests {
         assert!(message(&map(&QUATERNION[..6], "{}")).contains("mass_kg or centre_m is missing"));
         let mut both = map(&QUATERNION[..6], whole);
         both.table.columns[1].is = ColumnRole::Load(Axis::Fz);
-        assert!(message(&both).contains("but a column is Fz as well"));
+        assert!(message(&both).contains("but a column with the role Fz"));
         let mut part = map(&QUATERNION[..6], whole);
         part.table.columns.pop();
-        assert!(message(&part).contains("no column \"pose_qz\""));
+        assert!(message(&part).contains("no z component of the quaternion"));
         let file = TestFile::new(text);
         let alone = map(&QUATERNION[..6], whole);
         let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();
-        assert!(error.to_string().contains("needs a pose and measured forces"));
+        assert!(error.to_string().contains("needs the pose of the sensor and measured forces"));
     }
 }

@@ -1,4 +1,4 @@
-//! Finds the auxiliary channels that a fit can use.
+//! Finds the auxiliary channels (such as temperature) that a fit can use.
 
 use std::sync::Arc;
 
@@ -8,12 +8,13 @@ use crate::recording::{Entry, Role, in_role};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AuxiliaryInputs {
     pub channels: Vec<AuxiliaryChannel>,
-    /// Sentences that say why a channel cannot be used.
+    /// For each auxiliary channel that the fit cannot use, a sentence with the reason.
     pub unused: Vec<String>,
 }
 
 impl AuxiliaryInputs {
-    /// Removes auxiliary channels that a recording lacks or that hardly vary in the training recordings. Afterwards all
+    /// Finds the auxiliary channels of the recordings that a fit can use, and removes the others from the recordings. A
+    /// channel is removed if a recording lacks it, or if it hardly varies in the training recordings. Afterwards all
     /// recordings have the same channels in the same order.
     pub fn prepare(entries: &mut [Entry]) -> Self {
         let mut inputs = Self::default();
@@ -34,7 +35,7 @@ impl AuxiliaryInputs {
             if let Some(entry) = lacks {
                 let of_unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
                 inputs.unused.push(format!(
-                    "{} has no {name}{of_unit}, so the fit cannot use this channel; record the channel everywhere, or close this recording",
+                    "the recording {} has no auxiliary channel {name}{of_unit}, so the fit cannot use this channel; record the channel in all recordings, or close this recording",
                     entry.recording.name(),
                 ));
                 continue;
@@ -244,7 +245,12 @@ mod tests {
         recordings[1] = bare.with_auxiliary_of(&only).unwrap();
         let analysis = fitted(&set(recordings), |_| {});
         let texts: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
-        assert!(texts.iter().any(|text| text.contains("r2 has no T in °C")), "{texts:?}");
+        assert!(
+            texts
+                .iter()
+                .any(|text| text.contains("the recording r2 has no auxiliary channel T in °C")),
+            "{texts:?}"
+        );
         assert!(analysis.calibration.features.auxiliary.is_empty());
     }
 

@@ -1,9 +1,10 @@
-//! Cross-validation of networks, kernels and hybrids: parts of the training recordings are left out in turn, and the complete
-//! fit is repeated without each part.
+//! Cross-validates networks, kernels and their combinations with a linear fit: parts of the training recordings are left out
+//! in turn, and the complete fit is repeated without each part.
 //!
-//! Guarantees: no fitted value depends on the left-out part: conventional calibration and look-back, linear stage and ridge,
-//! standardisation, landmarks, ridge strengths, early stopping, and the share of the second stage. Only the full scales, which
-//! belong to the sensor, are the same in every fit.
+//! Guarantees: no fitted value depends on the left-out part. This applies to the conventional calibration, the look-back
+//! (earlier gauge values), the linear fit with its ridge, the standardisation, the landmarks and ridge strengths of the
+//! kernel, early stopping, and the share with which the network or kernel is added. Only the full scales, which belong to the
+//! sensor, are the same in every fit.
 
 use std::borrow::Borrow;
 use std::ops::Range;
@@ -24,11 +25,11 @@ use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
-/// Ratio of the training time of two networks one after the other to the time of both at once.
+/// Ratio of two times: training two networks one after the other, and training both at once.
 const GAIN_OF_TWO: f64 = 1.8;
 
-/// Returns the approximate duration of the cross-validation, as a multiple of the duration of the fit; zero without
-/// cross-validation.
+/// Returns the approximate duration of the cross-validation, divided by the duration of the fit; zero if the settings ask for
+/// no cross-validation.
 pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     let samples = MOST_FITS as f64 - 1.0; // each fit uses four fifths of the samples
     match settings.regressor.learner() {
@@ -38,7 +39,7 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     }
 }
 
-/// Returns the approximate work of the cross-validation, in steps of the fit's progress.
+/// Returns the approximate number of steps that the cross-validation adds to the progress of the fit.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
     let training = data.training();
     let steps = match settings.regressor.learner() {
@@ -51,8 +52,8 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Returns, for each axis, the share of a network's output that gives the lowest error when added to the linear stage. Without
-/// any part, all shares are 1.
+/// Returns, for each axis, the share of the output of a network or kernel that gives the lowest held-out error when it is
+/// added to the linear fit. If there are no parts, the list is empty.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
@@ -62,8 +63,8 @@ pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     (0..n_axes).map(share).collect()
 }
 
-/// Returns the share of the second stage for each part and axis. If `has_shares` is true, the share of a part is chosen on the
-/// parts that other fits leave out. Otherwise all shares are 1.
+/// Returns, for each part and axis, the share of the output of the network or kernel that is added to the linear fit. If
+/// `has_shares` is true, the share for a part is chosen on the parts that other fits leave out. Otherwise all shares are 1.
 pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
     let of_folds: Vec<Vec<f64>> = (0..n.min(MOST_FITS))
@@ -79,7 +80,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// Returns the squared errors of the parts, with the shares from [`part_shares`].
+/// Returns the squared errors of the left-out parts, with the shares from [`part_shares`].
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
@@ -91,9 +92,10 @@ pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     }
 }
 
-/// Returns the residuals of each part, predicted by a fit to the other parts. The work counts as `steps` of `progress`.
+/// Returns the residuals of each part of the training recordings, predicted by a fit to the other parts. The whole work
+/// counts as `steps` steps of `progress`.
 ///
-/// Returns `None` after a cancellation, or if the other parts have too few samples for a fit.
+/// Returns `None` if the work was cancelled, or if the other parts have too few samples for a fit.
 pub(crate) fn cross_validated(
     data: &Dataset,
     calibration: &Calibration,
@@ -140,7 +142,7 @@ pub(crate) fn cross_validated(
         Ok::<_, AnalysisError>(scored)
     });
     let scored: Vec<_> = match scored.into_iter().collect::<Result<_, AnalysisError>>() {
-        // A cancelled training has no score.
+        // After a cancellation, the fits are incomplete and give no errors.
         _ if progress.is_cancelled() => return None,
         Ok(scored) => scored,
         Err(error) => {
@@ -162,8 +164,8 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings, with the left-out parts as test recordings. A recording with a left-out interval is cut
-/// into several recordings, each without history at its start.
+/// Returns the training recordings, with the left-out parts in the role of test recordings. A recording with a left-out
+/// interval is cut into several recordings. At the start of each, no earlier gauge values are known.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {
@@ -194,8 +196,8 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
 }
 
 impl Fold {
-    /// Fits the training recordings, and returns the residuals of each left-out part. Every `step`-th residual is kept in
-    /// memory.
+    /// Fits the training recordings, and returns the residuals of each left-out part. Their sums contain all samples, but
+    /// only every `step`-th residual is kept in memory.
     fn score(
         self,
         mut settings: FitSettings,
@@ -203,7 +205,7 @@ impl Fold {
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
     ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
-        // The caller counts the progress of all fits.
+        // The progress of this fit is not shown, because the caller counts the progress of all fits.
         let progress = &progress.part();
         let n_train = self.set.n_samples(Role::Train);
         settings.kernel.landmarks = settings.kernel.landmarks.min(n_train.max(1));

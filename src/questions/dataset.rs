@@ -1,7 +1,7 @@
-//! Cache of datasets. A dataset contains the recordings of a fit and the data that no feature block changes, such as
-//! conventional loads.
+//! Prepares datasets, and keeps them in a cache. A dataset contains the recordings of a fit, and results that do not depend
+//! on the features of the fit, such as the loads of the conventional calibration.
 //!
-//! Guarantees: a dataset never changes, so questions on several threads share it. Each dataset is prepared once.
+//! Guarantees: a dataset never changes, so requests that run on several threads share it. Each dataset is prepared only once.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -35,7 +35,7 @@ use crate::scoring::cross_validation::Folds;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
 
-/// Conventional and compensated RMSE of one recording, per axis.
+/// RMSE of the conventional and of the compensated calibration in one recording, for each axis.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
 
 #[derive(Clone, Debug)]
@@ -43,66 +43,70 @@ pub(crate) struct Key {
     pub recordings: Arc<RecordingSet>,
     pub offset: bool,
     pub decimation: usize,
-    /// Calibration that is applied instead of fitted.
+    /// Calibration that is applied to the recordings; `None` if one is fitted.
     pub calibration: Option<Arc<Calibration>>,
 }
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// Load above which the calibration is not valid, as a multiple of the largest training load. A rated load replaces this limit.
+/// Largest load for which a calibration is valid, as a multiple of the largest training load. If a rated load was entered, it
+/// is used instead.
 const BEYOND_TRAINING: f64 = 1.2;
 
-/// Look-back searches of all recordings, for one set of axis weights and one history step.
+/// Paths of the conventional loads of all recordings, in which the look-back searches earlier gauge values. They are for one
+/// set of axis weights and one history step.
 pub(crate) type Paths = Arc<Vec<LoadPath>>;
 
-/// Sums for the fit, one for each piece of each recording.
+/// Sums for the least-squares fit, one for each part of each recording that cross-validation can leave out.
 pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 
-/// Recordings after decimation, with their conventional loads.
+/// Recordings of a fit after decimation, with their conventional loads.
 #[derive(Debug)]
 pub(crate) struct Dataset {
     key: Key,
     pub entries: Vec<Entry>,
-    /// Groups of recordings, which cross-validation leaves out together.
+    /// Groups of recordings. Cross-validation leaves out whole groups.
     pub groups: Groups,
     pub folds: Folds,
     pub auxiliary: AuxiliaryInputs,
-    /// Conventional fit of the training recordings; `None` if a calibration is applied.
+    /// Conventional calibration, fitted to the training recordings; `None` if a calibration is applied instead of fitted.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
-    /// Conventional loads of each recording; `None` if they would need too much memory.
+    /// Loads by the conventional calibration for each recording; `None` if they would need too much memory.
     loads: Option<Vec<Arc<Vec<f64>>>>,
-    /// Full scale of each axis in the training recordings, for axes without a rated load.
+    /// Full scale of each axis, derived from the training loads. It is used for axes without a rated load.
     full_scale: Vec<f64>,
-    /// Largest magnitude of each axis in the training recordings.
+    /// Largest magnitude of the training loads on each axis (N, N·m).
     largest: Vec<f64>,
-    /// Minimum length of a pause that counts as a gap (s), from the training recordings; `None` if no recording determines this
-    /// length.
+    /// Shortest time (s) between two samples that counts as a pause, from the training recordings; `None` if no recording
+    /// determines it.
     gap_secs: Option<f64>,
     pub derived: Derived,
 }
 
-/// Results of a dataset that are computed at their first use.
+/// Results for a dataset that are computed when they are first needed.
 #[derive(Debug, Default)]
 pub(crate) struct Derived {
     coverage: OnceLock<Coverage>,
     rig: OnceLock<Option<RigReport>>,
     lag: OnceLock<Option<Finding>>,
-    /// Look-back searches of the newest question, with their axis weights and history step.
+    /// Paths for the look-back of the newest request, with the axis weights and the history step for which they were
+    /// computed.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
-    /// Sums of the newest fit as if no past sample were found, with the design of the fit at any thresholds.
+    /// Sums for the newest fit as if the look-back found no earlier sample, with the design of the features. They are the
+    /// same at all thresholds.
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of a dataset in the cache. The place is locked while the dataset is prepared.
+/// Place of one dataset in the cache. It is locked while the dataset is prepared, so that other threads wait.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
-/// Cache of datasets that questions about the same recordings share.
+/// Cache of the datasets that several requests about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
     /// Places of the datasets, newest first.
     places: Arc<Mutex<Vec<(Key, Place)>>>,
-    /// Faults of the recordings of the newest request.
+    /// Faulty samples of the recordings of the newest request.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
 }
 
@@ -119,16 +123,16 @@ impl FaultsOf {
     }
 }
 
-/// Maximum number of cached datasets: one for a fit, and one for an applied calibration.
+/// Maximum number of datasets in the cache: one for a fit, and one for an applied calibration.
 const KEPT: usize = 2;
 
-/// Interval at which a waiting thread checks whether the user has cancelled its question.
+/// Interval at which a waiting thread checks whether the user has cancelled its request.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
-/// Waits for data that another thread may be preparing.
+/// Waits until no other thread is preparing the shared data, and locks them.
 ///
 /// # Errors
-/// [`Cancelled`] if the question is cancelled before the data are ready.
+/// [`Cancelled`] if the request is cancelled before the data are ready.
 fn waited_for<'a, T>(
     shared: &'a Mutex<T>,
     progress: &Progress,
@@ -144,7 +148,8 @@ fn waited_for<'a, T>(
 }
 
 impl Datasets {
-    /// Returns the dataset of this key, and prepares it if needed. Other threads that need the same dataset wait for it.
+    /// Returns the dataset for this key, and prepares it if it is not in the cache. Other threads that need the same dataset
+    /// wait.
     pub(crate) fn get(
         &self,
         key: &Key,
@@ -161,7 +166,7 @@ impl Datasets {
 
     fn place(&self, key: &Key) -> Place {
         let mut kept = locked(&self.places);
-        // Old datasets are dropped first, because both may not fit in memory.
+        // Datasets of other recordings are dropped first, because both may not fit in memory.
         kept.retain(|(own, _)| Arc::ptr_eq(&own.recordings, &key.recordings));
         let newest = match kept.iter().position(|(own, _)| own == key) {
             Some(at) => kept.remove(at),
@@ -173,10 +178,11 @@ impl Datasets {
         place
     }
 
-    /// Returns the faults of each recording. One thread searches each recording once, and other threads wait.
+    /// Returns the faulty samples of each recording. They are searched only once: while one thread searches, other threads
+    /// wait.
     ///
     /// # Errors
-    /// [`Cancelled`] if the question is cancelled. Faults of the recordings searched until then stay in the cache.
+    /// [`Cancelled`] if the request is cancelled. Faults that were found until then stay in the cache.
     pub fn faults(
         &self,
         recordings: &RecordingSet,
@@ -189,7 +195,7 @@ impl Datasets {
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
         let are_known =
             before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
-        // The load cases of a table are judged together.
+        // Load cases without times are compared with each other, so all their recordings are searched together.
         let mut of_tables = match !are_known && all.iter().any(|own| own.is_static()) {
             true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
             false => Vec::new(),
@@ -289,7 +295,7 @@ impl Dataset {
         }
     }
 
-    /// Returns the dataset without stored conventional loads, as for recordings with many samples.
+    /// Returns the dataset without stored conventional loads, as if the recordings had too many samples to store them.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self { loads: None, ..self }
@@ -299,7 +305,7 @@ impl Dataset {
         self.loads.as_deref()
     }
 
-    /// Returns a dataset of every `each`-th sample, with the same conventional calibration and full scales.
+    /// Returns a dataset with only every `each`-th sample, but with the same conventional calibration and full scales.
     pub fn thinned(&self, each: usize) -> Self {
         let entries = decimated(&self.entries, each);
         let loads = entries.par_iter();
@@ -324,25 +330,26 @@ impl Dataset {
         self.derived.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// Returns the state of the test rig in the training recordings, such as changed zeros; `None` if no load changes.
+    /// Returns the report on the test rig in the training recordings, such as changed zeros of the gauges; `None` if no load
+    /// changes.
     pub fn rig(&self) -> Option<&RigReport> {
         let made = || RigReport::of(&self.training(), &self.full_scale, &Progress::default());
         self.derived.rig.get_or_init(|| made().ok().flatten()).as_ref()
     }
 
-    /// Returns the finding of a time lag between gauges and reference; `None` for a lag that does not matter.
+    /// Returns the finding of a time lag between gauges and reference; `None` if the lag is too small to matter.
     pub fn lag(&self, progress: &Progress) -> Result<Option<&Finding>, Cancelled> {
         let known = &self.derived.lag;
         if known.get().is_none() {
-            // Two threads that measure the lag at the same time find the same value.
+            // If two threads measure the lag at the same time, both find the same value, so no lock is needed.
             let found = lag(&self.training(), progress)?;
             known.get_or_init(|| found);
         }
         Ok(known.get().and_then(Option::as_ref))
     }
 
-    /// Returns the finding of a time lag if the features would describe the lag as hysteresis. A fixed-lag feature describes
-    /// the lag correctly.
+    /// Returns the finding of a time lag between gauges and reference if the features of the fit would describe the lag as
+    /// hysteresis. With a fixed-lag feature there is no finding, because this feature describes the lag correctly.
     pub fn lag_as_hysteresis(
         &self,
         features: &FeatureSettings,
@@ -385,7 +392,7 @@ impl Dataset {
             });
         }
         let mut features = match self.key.recordings.is_static() {
-            // Load cases without times have no past samples.
+            // Load cases without times have no earlier samples, so features that use them are removed.
             true => settings.features.without_history(),
             false => settings.features.clone(),
         };
@@ -407,7 +414,7 @@ impl Dataset {
         let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
         let history_step_secs = match settings.history_rate_hz {
             0.0 => history_step_by_rate(rate_hz),
-            // The step is a little shorter, so that rounded times do not drop a sample.
+            // The history step is a little shorter than the sample interval, so that rounded times do not skip a sample.
             rate_hz => (1.0 - 1e-6) / rate_hz,
         };
         let limits = self.largest.iter().enumerate();
@@ -464,7 +471,7 @@ impl Dataset {
             .collect()
     }
 
-    /// Scores a calibration sample by sample on the recordings with the same reference axes.
+    /// Computes the errors of a calibration by applying it sample by sample to the recordings with the same reference axes.
     pub fn score_applied(
         &self,
         past: &[Past],
@@ -518,7 +525,7 @@ impl Dataset {
     }
 }
 
-/// Largest magnitude of a gauge or load whose square can still be summed.
+/// Largest magnitude of a gauge value or a load that is accepted. The sums of squares of larger numbers would overflow.
 const LARGEST: f64 = 1e140;
 
 fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
@@ -556,8 +563,8 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
-/// Returns the range of each gauge, after the tare, in which no training recording was clipped; empty if clipped samples were
-/// not searched.
+/// Returns, for each gauge, the range of tared values in which no training recording was clipped; empty if clipped samples
+/// were not searched.
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
     for recording in training {

@@ -1,4 +1,4 @@
-//! Errors of questions.
+//! Errors that end a computation on recordings, such as an analysis or a search for thresholds.
 
 use crate::calibration::kernel::KernelError;
 use crate::calibration::network::NetworkError;
@@ -9,26 +9,26 @@ use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
+#[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
 pub enum AnalysisError {
     #[error(
-        "the recordings have no times, so there are no past samples; record each load over time, with a column t"
+        "the recordings have no times, so a look-back finds no earlier samples; record each load over time, with a time column t"
     )]
     NoTimes,
-    #[error("no recording is loaded; open a file or the built-in sensor")]
+    #[error("no recording is loaded; open a file or the built-in simulated sensor")]
     NoRecordings,
     #[error(
         "no recording is in the train role; give a recording the role Train, or open a calibration and apply it"
     )]
     NoTraining,
     #[error(
-        "{recording}: sample {sample} is {value:e}, which is too large for the fit; remove the row from the file, or use a larger unit"
+        "{recording}: sample {sample} has the value {value:e}, which is too large for the fit; remove the row from the file, or use a larger unit"
     )]
     TooLarge { recording: String, sample: usize, value: f64 },
     #[error("{given} full scales were entered for {axes} axes; enter one for each axis")]
     FullScales { given: usize, axes: usize },
     #[error(
-        "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; use fewer values of t_th or fewer \
+        "{t_ths} values of the time threshold t_th for {columns} features and {parts} cross-validation parts would fill the memory; use fewer values of t_th or fewer \
          features"
     )]
     MapTooLarge { t_ths: usize, columns: usize, parts: usize },

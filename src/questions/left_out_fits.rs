@@ -7,7 +7,8 @@ use crate::questions::errors::fit::Sums;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 
 impl Dataset {
-    /// Returns one fit without each part of the training recordings, with the features and the ridge of a linear calibration.
+    /// Returns one linear fit for each part of the training recordings, made without this part, with the features and the
+    /// ridge of `calibration`.
     pub fn fits_left_out(
         &self,
         calibration: &Calibration,
@@ -27,13 +28,14 @@ impl Dataset {
         Ok(fits.iter().map(|found| self.map_of(&design, found)).collect())
     }
 
-    /// Returns the linear map of the conventional coefficients plus these standardised coefficients.
+    /// Returns the linear map whose coefficients are the sum of the conventional coefficients and `coefficients`, which are
+    /// standardised.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
         LinearMap::new(design.columns(), self.map.corrected(design, coefficients))
     }
 }
 
-/// Returns the ridge for each axis and column, as a share of the column's squared length.
+/// Returns the ridge penalty for each axis and feature column, as a share of the column's squared length.
 fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Vec<Vec<f64>> {
     let quality = &calibration.quality;
     if quality.ridge_by_block.is_empty() {

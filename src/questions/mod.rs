@@ -1,8 +1,10 @@
-//! Questions about recordings. Each has a folder with its numbers, the question (`query.rs`), and its tables and figures
-//! (`shown.rs`). Code that several questions share lies beside the folders.
+//! Results that are computed from recordings, such as errors, loops, or the best model. Each kind of result has a folder with
+//! its numbers, the request (`query.rs`), and its tables and figures (`shown.rs`). Code that several kinds share lies beside
+//! the folders.
 //!
-//! A new question is a folder with one `mod` line here. Its pane is a file with a line in `ui/mod.rs` and in `ui/panes.rs`, and
-//! its job is a file with two lines in `cli.rs`. The engine needs no line.
+//! A new kind of result is a folder with one `mod` line here. Its pane is a file with a line in `ui/mod.rs` and in
+//! `ui/panes.rs`, and its batch job is a file with two lines in `cli.rs`. The engine, which computes requests in the
+//! background, needs no change.
 
 mod auxiliary_inputs;
 pub mod check;

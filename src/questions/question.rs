@@ -1,5 +1,5 @@
-//! Questions are pure functions of their inputs. The window answers them in the background, the command line waits for the
-//! answer.
+//! A question is a request for a result that takes time to compute, such as an analysis. The answer depends on nothing but
+//! the question. The window computes answers in the background, the command line waits for them.
 
 use std::time::Duration;
 
@@ -7,12 +7,13 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
 use crate::questions::loops::LookError;
 
-/// Maximum age of a computation that continues after a newer question has arrived, so that a moving slider shows results.
+/// Age up to which a running computation may finish although a newer question of the same type has arrived. A moving slider
+/// then still shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unanswered {
-    /// The user stopped the work.
+    /// The user stopped the computation before it had an answer.
     Cancelled,
     Because(String),
 }
@@ -23,28 +24,28 @@ impl From<Cancelled> for Unanswered {
     }
 }
 
-/// A question whose answer takes time to compute. Equal questions have equal answers.
+/// A request for a result that takes time to compute. Equal questions have equal answers.
 pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     type Answer: Send + 'static;
-    /// Data that a question keeps for the next question of its kind.
+    /// Data that a question keeps, so that the next question of the same type is answered faster.
     type Cache: Default;
 
-    /// Value of [`PATIENCE`] for a computation that has shown a partial answer.
+    /// Takes the place of [`PATIENCE`] for a computation that has already shown a partial answer.
     const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
 
-    /// Shortest interval between partial answers after the first.
+    /// Shortest time between two partial answers on screen. The first partial answer is shown at once.
     const PARTS_INTERVAL: Duration = Duration::from_secs(1);
 
-    /// First words of the notice about a failure, for work that the user starts. The status line shows this work. `None` if a
-    /// pane shows the failure.
+    /// First words of the notice that a computation failed, for computations that the user starts and the status line shows.
+    /// `None` if a pane of the window shows the failure instead.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
-    /// True if the question is about the newest analysis. The answer is then removed when there is no analysis any more.
+    /// True if the question is about the analysis on screen. The answer is removed when there is no analysis any more.
     const ON_ANALYSIS: bool = false;
 
     fn title(&self) -> String;
 
-    /// Returns true if the answer to `other` may stay on screen until this question is answered.
+    /// Returns true if the answer to the earlier question `other` may stay on screen until this question is answered.
     fn is_akin(&self, _other: &Self) -> bool {
         true
     }
@@ -56,7 +57,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
 pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
 
 pub struct Work<'a, Q: Query> {
-    /// Data that earlier questions of this kind have kept.
+    /// Data that earlier questions of the same type have kept.
     pub cache: &'a mut Q::Cache,
     pub progress: &'a Progress,
     pub show: &'a (dyn Fn(Q::Answer) + Sync),

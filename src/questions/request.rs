@@ -1,4 +1,4 @@
-//! Input that all questions share: recordings, and the settings of a fit.
+//! Inputs that all requests for a result share: the recordings, and the settings of the fit.
 
 use std::sync::Arc;
 
@@ -8,29 +8,31 @@ use crate::questions::errors::view::View;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// Request for an analysis.
+/// Inputs of an analysis: recordings, and either settings of a fit or a calibration to apply.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
     /// Settings of the fit.
     pub settings: FitSettings,
-    /// Recordings whose traces are requested.
+    /// Recordings whose loads are shown against time.
     pub view: View,
-    /// Calibration that is applied instead of a fit. Of `settings`, only the decimation is then used.
+    /// Calibration that is applied to the recordings instead of a new fit; of `settings`, only the decimation is then used.
+    /// `None` for a fit.
     pub calibration: Option<Arc<Calibration>>,
-    /// True if `calibration` was trained on these recordings, so that its own scores apply.
+    /// True if `calibration` was fitted to these recordings, so that the errors stored with it are the errors on them.
     pub trained: bool,
     /// Calibration of the sensor's manufacturer, for comparison.
     pub factory: Option<Arc<Calibration>>,
-    /// Cache that questions about the same recordings share.
+    /// Cache of prepared recordings, which all requests about the same recordings share.
     pub datasets: Datasets,
 }
 
 same_where!(Request: shared(recordings, calibration, factory) value(settings, view, trained) besides(datasets));
 
 impl Request {
-    /// Returns a request for the fit alone, without an applied calibration and without display choices.
+    /// Returns the request to fit the same recordings with the same settings, without an applied calibration and without a
+    /// choice of what is shown.
     pub(crate) fn plain(&self) -> Self {
         let fit = Self::fit(Arc::clone(&self.recordings), self.settings.clone());
         Self { datasets: self.datasets.clone(), ..fit }

@@ -1,4 +1,4 @@
-//! Runs several fits on two new threads. One fit of a network uses only one processor core.
+//! Runs several fits at the same time on two threads, because the fit of a neural network uses only one processor core.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,7 +8,8 @@ use crate::progress::Progress;
 
 const N_THREADS: usize = 2;
 
-/// Returns the results of the jobs `0..n`, in no particular order. After a cancellation no further job starts.
+/// Calls `job` with each number of `0..n` on two threads, and returns the results in no particular order. After a
+/// cancellation, no further job starts.
 pub(crate) fn side_by_side<T: Send>(
     n: usize,
     progress: &Progress,

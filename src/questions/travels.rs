@@ -1,22 +1,23 @@
-//! Range that a gauge has covered since the start of a recording, from which the state of a play operator becomes known.
+//! Range of readings that a gauge has covered since the start of a recording. Once it is large enough, the state of a play
+//! operator (hysteresis element) driven by the gauge is known.
 
 use crate::features::GaugeScale;
 use crate::min_max::MinMax;
 use crate::questions::dataset::Dataset;
 use crate::recording::Role;
 
-/// Maximum share of a group's samples in which the state of a play operator may be unknown.
+/// Maximum share of a group's samples in which the state of a play operator (hysteresis element) may be unknown.
 pub(crate) const MOST_UNKNOWN: f64 = 0.1;
 
-/// Range that each gauge has covered up to each sample.
+/// Range of readings that each gauge has covered from the start of a recording to each sample.
 pub(crate) struct Travels {
-    /// One list per group, with an entry for each recording and gauge: the range covered up to each sample (σ), and the weight
-    /// of the gauge.
+    /// One list per group of recordings, with an entry for each recording and gauge: the covered range up to each sample, in
+    /// standard deviations σ of the gauge, and the weight of the gauge.
     groups: Vec<Vec<(Vec<f32>, f64)>>,
 }
 
 impl Travels {
-    /// Measures the range of every gauge of the training recordings.
+    /// Measures the range that every gauge has covered up to each sample of the training recordings.
     pub fn of(data: &Dataset, scale: &GaugeScale) -> Self {
         let n_groups = data.groups.of.iter().max().map_or(0, |last| last + 1);
         let mut groups = vec![Vec::new(); n_groups];
@@ -40,8 +41,8 @@ impl Travels {
         Self { groups }
     }
 
-    /// Returns the share of samples before a gauge has covered this range (σ), in the group with the largest share. Gauges are
-    /// weighted by their motion.
+    /// Returns the share of samples at which a gauge has not yet covered the range `travel` (σ), for the group with the
+    /// largest share. Gauges are weighted by the sum of their squared deviations.
     pub fn unknown(&self, travel: f64) -> f64 {
         let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
             let (mut unknown, mut all) = (0.0, 0.0);

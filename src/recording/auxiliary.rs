@@ -6,7 +6,8 @@ use std::ops::Range;
 use crate::min_max::MinMax;
 use crate::recording::shared::Shared;
 
-/// Intervals (start and end in s) in which the last measured value of a channel is older than a gap.
+/// Intervals (start and end in s) in which the last measured value of an auxiliary channel is outdated: older than the
+/// minimum length of a pause in the recording.
 pub(crate) type Held = Vec<(f64, f64)>;
 
 /// Auxiliary channels of a recording.
@@ -15,7 +16,8 @@ pub struct AuxiliaryTable {
     names: Vec<String>,
     units: Vec<String>,
     values: Shared,
-    /// For each channel, the intervals with an outdated value, in order of time. The list may be empty.
+    /// For each channel, the intervals in which its value is outdated, in order of time. An empty list means that no value is
+    /// outdated.
     pub(crate) held: Vec<Held>,
 }
 
@@ -24,7 +26,8 @@ impl AuxiliaryTable {
         Self { names, units, values: values.into(), held: Vec::new() }
     }
 
-    /// Returns true if at least one channel was measured more than a gap before or after this time (s).
+    /// Returns true if, at this time (s), the value of at least one channel is outdated: measured earlier or later by more
+    /// than the minimum length of a pause.
     pub fn is_held_at(&self, secs: f64) -> bool {
         self.held.iter().any(|own| {
             let at = own.partition_point(|(_, to)| *to < secs);
@@ -44,7 +47,7 @@ impl AuxiliaryTable {
         &self.names
     }
 
-    /// Returns the unit of each channel; an unknown unit is empty. Temperatures are in °C, voltages in V.
+    /// Returns the unit of each channel; an unknown unit is empty. Temperatures are in °C, voltages in V, humidities in %.
     pub fn units(&self) -> &[String] {
         &self.units
     }
@@ -71,7 +74,7 @@ impl AuxiliaryTable {
         words.collect()
     }
 
-    /// Returns the table with only the named channels, or the first name that is not a channel.
+    /// Returns the table with only the named channels. The error is the first name that is not a channel.
     pub(super) fn picked<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
         let places = places(names, &self.names)?;
         let rows = self.values.chunks_exact(self.len().max(1));
@@ -82,7 +85,7 @@ impl AuxiliaryTable {
         Ok(Self { names: of(&self.names), units: of(&self.units), values, held })
     }
 
-    /// Returns the table with only these ranges of samples.
+    /// Returns the table with only the samples in these ranges.
     pub(super) fn rows(&self, ranges: &[Range<usize>]) -> Self {
         self.with_values(self.values.rows(ranges, self.len()))
     }
@@ -92,13 +95,14 @@ impl AuxiliaryTable {
     }
 }
 
-/// Returns the index in `among` of each name, or the first name that is missing.
+/// Returns the index of each of these names in `among`. The error is the first name that is missing there.
 pub(crate) fn places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
     let place = |name: &'a String| among.iter().position(|own| own == name).ok_or(&**name);
     names.iter().map(place).collect()
 }
 
-/// Returns a range with its unit, such as `21.5 to 24.0 °C`, or `5 V` for a single value. The two ends always look different.
+/// Returns a range of values with its unit as text, such as `21.5 to 24.0 °C`, or `5 V` for a single value. Enough digits are
+/// shown to distinguish the two ends.
 pub(crate) fn span(range: MinMax, unit: &str) -> String {
     let MinMax { min: low, max: high } = range;
     if low == high {

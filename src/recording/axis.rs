@@ -18,7 +18,7 @@ use strum::{Display, IntoStaticStr};
     Display,
     IntoStaticStr,
 )]
-#[expect(missing_docs, reason = "the names are the documentation")]
+#[expect(missing_docs, reason = "the names of the axes say everything")]
 pub enum Axis {
     Fx,
     Fy,
@@ -37,7 +37,7 @@ impl Axis {
         self.into()
     }
 
-    /// Returns the symbols of these axes.
+    /// Returns the symbols of these axes, such as `Fx`.
     pub fn symbols(axes: &[Self]) -> Vec<&'static str> {
         axes.iter().map(|axis| axis.symbol()).collect()
     }

@@ -1,4 +1,5 @@
 //! The day on which a recording was made, and the source of this date.
+//!
 //! Guarantees: a date that may mean two different days is rejected. A date is clear if the year comes first, the month is
 //! written as a word, or the day is above 12.
 
@@ -10,9 +11,9 @@ use jiff::civil::Date;
 use jiff::fmt::strtime::BrokenDownTime;
 use serde::{Deserialize, Serialize};
 
-/// Years that a date may have. Other numbers are not taken for years.
+/// Years that a date may have. A number outside this range is not read as a year.
 pub(super) const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
-/// Words before the date of the recording in a file header, in lower case and without punctuation.
+/// Words in a file header after which the date of the recording stands, in lower case and without punctuation.
 const KEYS: [&str; 25] = [
     "date",
     "datum",
@@ -46,10 +47,10 @@ const KEYS: [&str; 25] = [
 #[serde(into = "String", try_from = "String")]
 pub struct Day(Date);
 
-/// Source of a date. If several sources give a date, the first variant in this list is used.
+/// Source of a recording's date. If several sources give a date, the first of them in this list is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the names are the documentation")]
+#[expect(missing_docs, reason = "the names of the sources say everything")]
 pub enum DateSource {
     Entered,
     Header,
@@ -64,13 +65,13 @@ pub struct Dated {
 }
 
 impl DateSource {
-    /// Returns a description of the source.
+    /// Returns a description of the source for the user, such as `from the file header`.
     pub fn words(self) -> &'static str {
         match self {
             Self::Entered => "entered",
             Self::Header => "from the file header",
-            Self::Clock => "from the clock of the file, UTC",
-            Self::Name => "from the name",
+            Self::Clock => "from the time stamps in the file, in UTC",
+            Self::Name => "from the name of the file or folder",
         }
     }
 }
@@ -99,7 +100,8 @@ impl FromStr for Day {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let unclear = || format!("{text:?} is not a clear date; write it as 2024-05-03");
+        let unclear =
+            || format!("{text:?} is not a clear date; write the date in the form 2024-05-03");
         Self::in_text(text).ok_or_else(unclear)
     }
 }
@@ -132,7 +134,7 @@ impl Day {
     }
 }
 
-/// A run of digits or letters, and the characters before it.
+/// A run of digits or of letters in a text, and the characters between it and the run before.
 pub(super) struct Word<'a> {
     before: &'a str,
     pub text: &'a str,
@@ -153,7 +155,7 @@ impl Word<'_> {
         ["%B", "%b"].iter().find_map(|form| BrokenDownTime::parse(form, name).ok()?.month())
     }
 
-    /// Returns true if the word follows the word before after one separator of a date, such as `-`.
+    /// Returns true if exactly one separator of a date, such as `-`, stands between this word and the word before it.
     fn follows(&self) -> bool {
         matches!(self.before, "-" | "/" | "." | "_")
     }
@@ -173,7 +175,8 @@ pub(super) fn words(text: &str) -> Vec<Word<'_>> {
     words
 }
 
-/// Returns the date that starts at this word. If the word is the name of a month, the day may also stand before the word.
+/// Returns the date that starts at the word with index `at`. If this word is the name of a month, the day may also stand
+/// before it.
 fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
     let word = &words[at];
     let next = |by: usize| words.get(at + by);
@@ -181,7 +184,7 @@ fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
     if let Some(month) = word.month() {
         let before = at.checked_sub(1).map(|at| &words[at]);
         let (first, second) = (before.and_then(Word::part), next(1).and_then(Word::part));
-        // A number of a time of day, as in 10:22:01 May 3 2024, is not a day.
+        // A number that belongs to a time of day, such as 01 in 10:22:01 May 3 2024, is not the day of a date.
         let is_clock = |at: usize| {
             words[at].before.ends_with(':')
                 || words.get(at + 1).is_some_and(|own| own.before.starts_with(':'))

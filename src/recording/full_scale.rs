@@ -2,11 +2,11 @@
 
 use crate::min_max::MinMax;
 
-/// Ratio of the smaller to the larger extreme (in magnitude) below which a load counts as one-sided.
+/// Largest ratio of the smaller to the larger extreme of a load (in magnitude) at which the load counts as one-sided.
 const ONE_WAY: f64 = 0.1;
 
-/// Returns the full scale (N or N·m) of an axis whose load has this range: half the peak-to-peak load. For a one-sided load,
-/// as in a press, returns the largest magnitude. Returns 0 for a constant load.
+/// Returns the full scale (N or N·m) of an axis whose load has this range: half the peak-to-peak load. For a load in one
+/// direction only, as in a press, it is the largest magnitude. For a constant load, it is 0.
 pub fn full_scale_of(range: MinMax) -> f64 {
     let (up, down) = (range.max.max(0.0), (-range.min).max(0.0));
     let changes = range.max > range.min;

@@ -1,33 +1,35 @@
-//! Gaps: pauses between two samples that interrupt the history.
+//! Gaps: pauses between two samples of a recording that are so long that the samples before them (the history) are not used
+//! any more.
 //!
 //! When a file is read, a gap ends a recording. When a calibration runs on a robot, a gap means that samples are missing. All
-//! rules for the minimum length of a gap are in this file. Each calibration stores its value.
+//! rules for the minimum length of a gap are in this file. Each calibration stores the minimum length that it uses.
 
 use super::median::median;
 
 /// Minimum length of a pause, in median time steps. A shorter interruption counts as a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
-/// Minimum length of a gap (s) at any sample rate. A computer may write a single time stamp late, but a load cannot be
-/// removed and restored in a shorter time.
+/// Minimum length of a gap (s) at any sample rate. A shorter interruption may be a single time stamp that a computer wrote
+/// late, and a load cannot be removed and restored in so short a time.
 const SHORTEST_GAP_SECS: f64 = 0.2;
 const UNKNOWN_GAP_SECS: f64 = 1.0;
 
-/// Time step (s) from which a clock counts as faulty.
+/// Time step (s) from which the clock of a file counts as faulty.
 pub const LEAP_SECS: f64 = 86_400.0;
-/// Periods after which a 32-bit counter of microseconds or milliseconds starts again from zero (s).
+/// Periods (s) after which a 32-bit counter of microseconds or of milliseconds overflows and starts again from zero.
 pub const WRAPS_SECS: [f64; 2] = [4_294.967_296, 4_294_967.296];
 
-/// Returns the minimum length of a pause (s) between these times (s); infinite if the times do not increase.
+/// Returns the time step (s) from which an interruption between these sample times (s) counts as a pause; infinite if the
+/// times do not increase.
 pub fn steps_of_a_pause(times: &[f64]) -> f64 {
     median_step(times).map_or(f64::INFINITY, pause_by_step)
 }
 
-/// Returns the minimum length of a pause (s) of a channel with this sampling interval (s).
+/// Returns the minimum length of a pause (s) for a channel with this sampling interval (s).
 pub fn pause_by_step(step_secs: f64) -> f64 {
     PAUSE_IN_STEPS * step_secs
 }
 
-/// Returns the minimum length of a gap (s) in a recording with these times (s).
+/// Returns the minimum length of a gap (s) in a recording with these sample times (s).
 pub fn gap_by_steps(times: &[f64]) -> f64 {
     steps_of_a_pause(times).max(SHORTEST_GAP_SECS)
 }
@@ -41,7 +43,7 @@ pub fn median_step(times: &[f64]) -> Option<f64> {
     median(steps.filter(|step| *step > 0.0))
 }
 
-/// Returns the period (s) of a 32-bit counter that started again from zero within this step (s); `None` if no counter did.
+/// Returns the period (s) of the 32-bit counter that overflowed within this time step (s); `None` if no counter did.
 pub fn after_wrap(step: f64, gap_secs: f64) -> Option<f64> {
     let wraps = WRAPS_SECS.into_iter();
     let mut wrap = wraps.filter(|wrap| step < 0.0 && (0.0..=gap_secs).contains(&(step + wrap)));

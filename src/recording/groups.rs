@@ -1,8 +1,10 @@
-//! Groups of recordings that repeat one programme, day or mounting. Cross-validation leaves out a whole group at a time.
+//! Groups of recordings with the same load programme, day or mounting of the sensor. Cross-validation leaves out a whole
+//! group at a time.
 //!
-//! Guarantees: groups that the user set are always used. Groups found from names, folders, files and repeated loads are used
-//! only if there are at least three groups, and each axis is loaded in several groups. Otherwise each recording is its own
-//! group, and [`UnusedGroups`] gives the reason. Names with only a running number (`press_1` … `press_690`) give no groups.
+//! Guarantees: groups that the user set are always used. Groups that the program finds from names, folders, files and
+//! repeated loads are used only if there are at least three groups, and each axis is loaded in several groups. Otherwise each
+//! recording is its own group, and [`UnusedGroups`] gives the reason. Names with only a running number (`press_1` …
+//! `press_690`) give no groups.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -19,13 +21,15 @@ use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
 use crate::recording::shared::join;
 
-/// Minimum number of groups that are used without the user's choice. With two, half of the recordings would be left out.
+/// Minimum number of groups for which groups that the program finds are used. With two, half of the recordings would be
+/// missing in each fit of a cross-validation.
 const FEWEST_FOUND: usize = 3;
-/// Minimum share of its load range that each axis must keep when a group is left out of the fit. Below this share, the fit
-/// without the group would be for smaller loads.
+/// Minimum share of its load range that each axis must keep when cross-validation leaves out a group. Below this share, the
+/// fit without the group would be for smaller loads than those of the group.
 const KEPT_RANGE: f64 = 0.5;
 
-/// Words in names before the number or letter of a load programme. Of several words, the first in this list counts.
+/// Words in the names of recordings and folders that stand before the number or letter of a load programme, as in `path3`. If
+/// a name contains several, the first in this list counts.
 const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("path", GroupedBy::Path),
     ("trajectory", GroupedBy::Trajectory),
@@ -36,7 +40,7 @@ const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("sequence", GroupedBy::Sequence),
     ("pattern", GroupedBy::Pattern),
 ];
-/// Words in names before the number or letter of a day or a mounting.
+/// Words in these names that stand before the number or letter of a day or a mounting, as in `day2`.
 const SESSIONS: [(&str, GroupedBy); 8] = [
     ("day", GroupedBy::Day),
     ("tag", GroupedBy::Day),
@@ -47,7 +51,7 @@ const SESSIONS: [(&str, GroupedBy); 8] = [
     ("setup", GroupedBy::Setup),
     ("batch", GroupedBy::Batch),
 ];
-/// Words in names before the number of a repetition.
+/// Words in these names that stand before the number of a repetition, as in `run4`.
 const REPETITIONS: [&str; 12] = [
     "run",
     "rep",
@@ -71,12 +75,12 @@ const ROLES: [&str; 3] = ["train", "training", "test"];
 pub enum GroupedBy {
     #[default]
     Recording,
-    /// Equal load of samples without times, in one file or in several.
+    /// Samples without times that were taken under an equal load, in one file or in several.
     #[serde(rename = "load case")]
     #[strum(to_string = "load case")]
     LoadCase,
     Group,
-    /// Contiguous block of time, used if there are too few recordings to leave a whole recording out.
+    /// Contiguous block of samples, used if there are too few recordings to leave a whole recording out.
     Block,
     Path,
     Trajectory,
@@ -91,27 +95,27 @@ pub enum GroupedBy {
     Mount,
     Setup,
     Batch,
-    /// Name without the number of the repetition.
+    /// Name of the recording without the number of the repetition.
     Series,
     Folder,
     File,
 }
 
-/// Groups of the recordings of a set.
+/// Group of each recording in a set, and the criterion that gave the groups.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Groups {
-    /// Criterion of the grouping.
+    /// Criterion by which the recordings are grouped.
     pub by: GroupedBy,
-    /// Group number of each recording of the set.
+    /// Number of the group of each recording in the set.
     pub of: Vec<usize>,
     names: Vec<String>,
-    /// Groups that were found but are not used, with the reason.
+    /// Groups that the program found but does not use, with the reason.
     pub unused: Option<UnusedGroups>,
-    /// Group set by the user without which an axis is hardly loaded.
+    /// Group that the user set although, without it, an axis keeps less than half of its load range.
     pub lone: Option<LoneGroup>,
 }
 
-/// A group without which an axis keeps less than half of its load range.
+/// Group without which an axis keeps less than half of its load range.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoneGroup {
     pub group: String,
@@ -123,7 +127,8 @@ pub struct UnusedGroups {
     pub by: GroupedBy,
     /// Number of groups among the training recordings.
     pub n: usize,
-    /// Group without which an axis is hardly loaded; `None` if the groups are unused because there are too few.
+    /// Group without which an axis is hardly loaded, as the reason for not using the groups. `None` if the reason is that
+    /// there are too few groups.
     pub lone: Option<LoneGroup>,
 }
 
@@ -134,14 +139,15 @@ impl Groups {
         (self.by != GroupedBy::Recording).then(|| &*self.names[group])
     }
 
-    /// Returns the entry with the name of its group as the user's group. A subset of such entries keeps these groups.
+    /// Returns the entry as if the user had set its present group. A subset of such entries keeps these groups.
     pub fn with_group_name(&self, recording: usize, entry: &Entry) -> Entry {
         Entry { group: self.name_of(recording).map(str::to_owned), ..entry.clone() }
     }
 }
 
-/// Pattern for the group names of all recordings. `{file}`, `{folder}` and `{recording}` stand for the names of the file, the
-/// folder and the recording. Any other `{word}` stands for the number or letter that follows this word in one of these names.
+/// Pattern from which the group name of each recording is made. `{file}`, `{folder}` and `{recording}` stand for the names of
+/// the file, the folder and the recording. Any other `{word}` stands for the number or letter that follows this word in one
+/// of these names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct GroupPattern(String);
@@ -163,7 +169,7 @@ impl FromStr for GroupPattern {
             Ok(pattern)
         } else {
             Err(format!(
-                "the group pattern {text:?} is not valid; enter a name, which may contain {{file}}, {{folder}}, {{recording}} or a word of the file names in braces, such as {{mount}}"
+                "the group pattern {text:?} is not valid; enter a name, which may contain {{file}}, {{folder}}, {{recording}} or, in braces, a word that stands before a number in the file names, such as {{mount}}"
             ))
         }
     }
@@ -206,15 +212,16 @@ impl GroupPattern {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
     Named(String),
-    /// The recording with this index is its own group.
+    /// Group of the single recording with this index in the set.
     Own(usize),
 }
 
-/// A criterion of grouping, and the group name of each recording by this criterion.
+/// A possible criterion of grouping, and the name of the group that it gives to each recording.
 struct Way {
     by: GroupedBy,
     keys: Vec<Option<String>>,
-    /// True if the user is told when all recordings are in one group, because all of them then repeat one programme.
+    /// True if the user is told when this criterion puts all recordings in one group. All of them then repeat one load
+    /// programme.
     reports_single_group: bool,
 }
 
@@ -281,7 +288,8 @@ impl RecordingSet {
         Groups { unused, ..groups_from_keys(GroupedBy::Recording, own.collect(), None) }
     }
 
-    /// Returns the criteria that give a group to each training recording without a user's group, most likely first.
+    /// Returns the possible criteria of grouping, the most likely first. Each gives a group to every training recording
+    /// without a group set by the user.
     fn ways(&self, training: &[usize]) -> Vec<Way> {
         let entries = self.entries();
         let open: Vec<usize> =
@@ -324,7 +332,7 @@ impl RecordingSet {
     }
 }
 
-/// Returns the load case of each recording without times. A load case has the name of its first recording.
+/// Returns the load case of each recording without times, as its group. A load case has the name of its first recording.
 fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
     let is_one = |entry: &Entry| entry.recording.is_static() && entry.recording.has_reference();
     let axes = entries.iter().find(|entry| is_one(entry));
@@ -346,7 +354,7 @@ fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
     entries.iter().enumerate().map(key).collect()
 }
 
-/// Returns the index of the first part of the recording from which the recording at `at` was cut; `at` if it is uncut.
+/// Returns the index of the first segment of the recording from which the recording at `at` was cut; `at` if it is uncut.
 fn first_part(entries: &[Entry], at: usize) -> usize {
     let recording = &entries[at].recording;
     let Some(left_out) = recording.left_out() else {
@@ -359,7 +367,8 @@ fn first_part(entries: &[Entry], at: usize) -> usize {
     entries.iter().position(is_part).unwrap_or(at)
 }
 
-/// Returns the groups for these keys. Groups are numbered in the order in which they first occur.
+/// Returns the groups that these keys give: recordings with equal keys are one group. Groups are numbered in the order in
+/// which they first occur.
 fn groups_from_keys(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
     let mut names = Vec::new();
@@ -378,7 +387,7 @@ fn groups_from_keys(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> G
     Groups { by, of, names, unused: None, lone }
 }
 
-/// Returns the first group without which an axis keeps less than [`KEPT_RANGE`] of its range.
+/// Returns the first group without which an axis keeps less than the share [`KEPT_RANGE`] of its load range.
 fn lone_group(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup> {
     let axes = entries[*training.first()?].recording.axes();
     let mut ranges: BTreeMap<&Key, Vec<MinMax>> = BTreeMap::new();
@@ -403,7 +412,7 @@ fn lone_group(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<Lon
 }
 
 /// Returns the words and numbers in the names of a recording and its folder, in lower case. The words for a role (such as
-/// `train`) and the numbers of parts of a file are left out.
+/// `train`) and the numbers of the segments of a file are left out.
 fn words_of(recording: &Recording) -> Vec<String> {
     let name = recording.name();
     let name = name.split(" (").next().unwrap_or(name);
@@ -433,7 +442,7 @@ fn is_number(word: &str) -> bool {
     word.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// Returns true if the word can be the number or letter of the word before it.
+/// Returns true if the word can be the number or letter that belongs to the word before it, as in `path 3`.
 fn is_label(word: &str) -> bool {
     is_number(word) || word.chars().count() == 1
 }
@@ -448,20 +457,20 @@ fn plain(number: &str) -> &str {
     if digits.is_empty() && is_number(number) { "0" } else { digits }
 }
 
-/// Returns the number or letter after the first occurrence of `word`.
+/// Returns the number or letter that follows the first occurrence of `word`, such as `3` in `path3`.
 fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
     let pairs = words.windows(2);
     let mut named = pairs.filter(|pair| pair[0] == word && is_label(&pair[1]));
     named.next().map(|pair| plain(&pair[1]))
 }
 
-/// Returns the index of the last word for a repetition that is followed by a number or letter.
+/// Returns the index of the last word for a repetition, such as `run`, that is followed by a number or letter.
 fn repetition(words: &[String]) -> Option<usize> {
     let mut pairs = words.windows(2);
     pairs.rposition(|pair| REPETITIONS.contains(&&*pair[0]) && is_label(&pair[1]))
 }
 
-/// Returns the first date of the form 2024-05-01 or 20240501.
+/// Returns the first date in the words that has the form 2024-05-01 or 20240501.
 fn day(words: &[String]) -> Option<String> {
     let date = |year: &str, month: &str, day: &str| {
         let (year, month, day) = (year.parse().ok()?, month.parse().ok()?, day.parse().ok()?);
@@ -482,7 +491,8 @@ fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
     Some(([&words[..at], &words[at + 1..]].concat(), number))
 }
 
-/// Returns true if the last number in the names counts repetitions, and the other numbers name at least three series.
+/// Returns true if the last number in these recordings' names counts repetitions, while the other numbers name at least three
+/// series.
 fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     let (mut series, mut counted) = (BTreeSet::new(), BTreeSet::new());
     for &at in open {
@@ -500,8 +510,8 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
-/// Groups recordings that repeat one load programme. The group has the name of its first recording. Returns `None` if the
-/// training recordings run each programme less than twice on average.
+/// Groups recordings that repeat the same course of the load. The group has the name of its first recording. Returns `None`
+/// if the training recordings run each load programme less than twice on average.
 fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
     let mut programmes: Vec<&Recording> = Vec::new();
     let mut programme_of = |at: usize| {

@@ -1,5 +1,5 @@
 //! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard. [`Item`]
-//! describes each item once, for files, the window's form, exports and the report. All items are optional.
+//! describes each item once, for files, for the form in the window, for exports and for the report. All items are optional.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use strum::{EnumIter, EnumString, IntoEnumIterator as _, IntoStaticStr};
 use crate::recording::axis::Axis;
 use crate::small_file::{TomlError, read_toml};
 
-/// One item of a sensor's identity.
+/// One item of a sensor's identity, such as its serial number.
 #[derive(
     Clone,
     Copy,
@@ -27,7 +27,7 @@ use crate::small_file::{TomlError, read_toml};
 )]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
-#[expect(missing_docs, reason = "their labels describe them")]
+#[expect(missing_docs, reason = "the labels of the items describe them")]
 pub enum Item {
     Manufacturer,
     Model,
@@ -66,7 +66,7 @@ impl Item {
         }
     }
 
-    /// Returns the name of the item in files.
+    /// Returns the key under which files store the item, such as `serial`.
     pub fn key(self) -> &'static str {
         self.into()
     }
@@ -82,7 +82,7 @@ impl Item {
     }
 }
 
-/// Items that the user entered.
+/// Identity of a sensor: the items that the user entered.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Identity(BTreeMap<Item, String>);
 
@@ -105,12 +105,12 @@ impl Identity {
         self.0.is_empty()
     }
 
-    /// Returns the entered items in order.
+    /// Returns the items that the user entered, in the order in which they are shown.
     pub fn entered(&self) -> impl Iterator<Item = (Item, &str)> {
         self.0.iter().map(|(item, text)| (*item, text.trim()))
     }
 
-    /// Returns the items of both identities. If both have an item, the text of `other` is used.
+    /// Returns the items of both identities. If both contain an item, the text of `other` is used.
     pub fn with(&self, other: &Self) -> Self {
         let both = self.0.iter().chain(&other.0);
         Self(both.map(|(item, text)| (*item, text.clone())).collect())
@@ -156,7 +156,7 @@ impl<'de> Deserialize<'de> for Identity {
     }
 }
 
-/// Content of `sensor.toml`: identity and rated loads.
+/// Content of the file `sensor.toml`: the identity of the sensor, and its rated loads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorFile {
     pub identity: Identity,
@@ -165,13 +165,14 @@ pub struct SensorFile {
 }
 
 impl SensorFile {
-    /// Reads a TOML file like `serial = "FT-0042"`, `date = 2026-03-31`, `[rated_loads]`, `Fx = 100`.
+    /// Reads a TOML file with lines like `serial = "FT-0042"`, `date = 2026-03-31`, `[rated_loads]`, `Fx = 100`.
     pub fn read(path: &Path) -> Result<Self, TomlError> {
-        read_toml(path, "a description of a sensor", Self::from_toml)
+        read_toml(path, "a file that describes a sensor", Self::from_toml)
     }
 
     fn from_toml(text: &str) -> Result<Self, String> {
-        // The parser's message has several lines: first the place, last the fault.
+        // The parser's message has several lines, from the place of the fault to the fault itself. They are joined to one
+        // line.
         let in_words = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
         let mut table: toml::Table = toml::from_str(text).map_err(in_words)?;
         let rated = table.remove("rated_loads").map(toml::Value::try_into).transpose();
@@ -181,7 +182,7 @@ impl SensorFile {
         let is_wrong = |(_, load): &(&Axis, &f64)| !(load.is_finite() && **load > 0.0);
         if let Some((axis, load)) = rated_loads.iter().find(is_wrong) {
             return Err(format!(
-                "rated_loads: {load} of {axis} is not valid; enter a number above zero"
+                "rated_loads: the rated load {load} of {axis} is not valid; enter a number above zero"
             ));
         }
         let identity = toml::Value::Table(table).try_into().map_err(in_words)?;
@@ -189,7 +190,7 @@ impl SensorFile {
     }
 }
 
-/// Sets the full scale of each axis to its rated load, if the user entered none.
+/// Sets the full scale of each axis for which the user entered no full scale to the rated load of the axis.
 pub fn rate(rated_loads: &BTreeMap<Axis, f64>, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
     if axes.iter().any(|axis| rated_loads.contains_key(axis)) {
         full_scale.resize(axes.len(), None);

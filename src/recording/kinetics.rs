@@ -1,23 +1,24 @@
-//! Load of a weight hanging from a sensor, computed from the sensor's attitude (orientation). Attitudes are read in several
-//! notations. If the weight does not accelerate, the force never exceeds `m·g` except by rounding.
+//! Load of a weight that hangs from a sensor, computed from the sensor's attitude (orientation). The attitude is given as a
+//! quaternion, a rotation vector, or roll, pitch and yaw. If the weight does not accelerate, the force never exceeds `m·g`
+//! except by rounding.
 
 /// Standard gravity in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
-/// Attitude of a sensor: the rows of the rotation matrix from sensor to world coordinates. The world's z axis points up.
+/// Attitude R of a sensor: the rows of the rotation matrix from sensor to world coordinates. The world's z axis points up.
 pub type Rotation = [[f64; 3]; 3];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
     pub mass_kg: f64,
-    /// Centre of mass in the sensor's frame (m).
+    /// Centre of mass r of the weight in the sensor's frame (m).
     pub centre_m: [f64; 3],
 }
 
-/// Returns the load `[Fx, Fy, Fz, Mx, My, Mz]` (N, N·m) of a weight at rest, at the origin and in the axes of the sensor:
-/// `F = Rᵀ m g`, `M = r × F`.
+/// Returns the load `[Fx, Fy, Fz, Mx, My, Mz]` (N, N·m) of a weight at rest, at the origin and in the axes of the sensor: `F
+/// = m Rᵀ g`, `M = r × F`.
 ///
-/// **Source** Koike et al. 2019: the load of Eq. 1, computed from the robot's attitude as in section 4.1.2.
+/// **Source** Koike et al. 2019: the load L of Eq. 1, computed from the robot's attitude as in section 4.1.2.
 pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
     // Gravity points along −z of the world. In the sensor's axes, the world's z axis is the last row of R.
     let pull = -weight.mass_kg * STANDARD_GRAVITY;
@@ -31,7 +32,7 @@ pub fn load_of_pull(sensor_to_world: &Rotation, weight: &Weight, pull: [f64; 3])
     with_moments(force, weight)
 }
 
-/// Returns a vector, given in the world's axes, in the sensor's axes: `Rᵀ p`.
+/// Converts the vector `pull` from the world's axes to the sensor's axes: `Rᵀ pull`.
 pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = sensor_to_world;
     std::array::from_fn(|i| x[i] * pull[0] + y[i] * pull[1] + z[i] * pull[2])
@@ -46,7 +47,7 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Returns the attitude of a quaternion `[w, x, y, z]` of any length, or `None` if the length is zero.
+/// Returns the attitude that a quaternion `[w, x, y, z]` of any length describes, or `None` if its length is zero.
 pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
     let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
     if length <= 1e-9 || !length.is_finite() {
@@ -63,7 +64,7 @@ pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
 /// Returns the attitude after a rotation about a vector. The vector's length is the angle (rad).
 pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     let angle = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // For small angles, sin(angle / 2) / angle tends to one half.
+    // If the angle tends to zero, sin(angle / 2) / angle tends to one half.
     let share = if angle > 0.0 { (angle / 2.0).sin() / angle } else { 0.5 };
     let [x, y, z] = vector.map(|part| share * part);
     rotation_from_quaternion([(angle / 2.0).cos(), x, y, z]).unwrap_or([[f64::NAN; 3]; 3])
@@ -95,8 +96,9 @@ mod tests {
         }
     }
 
-    /// With `m g = W` and `r = (x, y, z)`: level, F = (0, 0, −W) and M = r × F = (−yW, xW, 0). Rolled by 90°, the y axis points
-    /// up: F = (0, −W, 0) and M = (zW, 0, −xW). Pitched by 90°, the x axis points down: F = (W, 0, 0) and M = (0, zW, −yW).
+    /// With `m g = W` and `r = (x, y, z)`: level, F = (0, 0, −W) and M = r × F = (−yW, xW, 0). Rolled by 90°, the y axis
+    /// points up: F = (0, −W, 0) and M = (zW, 0, −xW). Pitched by 90°, the x axis points down: F = (W, 0, 0) and M = (0, zW,
+    /// −yW).
     #[test]
     fn quarter_turns_give_known_loads() {
         let [x, y, z] = [0.02, 0.015, 0.03];

@@ -1,4 +1,4 @@
-//! Settings and results of leaving out samples that the data check found to be faulty.
+//! Samples that were left out of a recording because the data check found them faulty, and the limits that the check used.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,23 +8,24 @@ use crate::recording::tare::Tare;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ValidRange {
-    /// Minimum and maximum reading of a gauge, in the logger's unit. A reading at a limit is clipped.
+    /// Minimum and maximum reading of each gauge, in the logger's unit. A reading at a limit counts as clipped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gauges: Option<GaugeRange>,
     /// Rated load of each axis (N, N·m); `None` for an axis without an entered rated load.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<Option<f64>>,
-    /// Share of the rated load by which a load may exceed it. `None` means [`RATED_TOLERANCE`](Self::RATED_TOLERANCE).
+    /// Excess of a load over the rated load that is still allowed, as a share of the rated load. `None` means
+    /// [`RATED_TOLERANCE`](Self::RATED_TOLERANCE).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub overload_tolerance: Option<f64>,
 }
 
 impl ValidRange {
-    /// Default for [`overload_tolerance`](Self::overload_tolerance). References have errors, and rated loads are round
-    /// numbers.
+    /// Default for [`overload_tolerance`](Self::overload_tolerance). A small excess is no overload, because references have
+    /// errors and rated loads are round numbers.
     pub const RATED_TOLERANCE: f64 = 0.02;
 
-    /// Returns the magnitude (N or N·m) above which a load counts as overload.
+    /// Returns the magnitude (N or N·m) above which a load counts as overload, for an axis with this rated load.
     pub fn overload_above(&self, rated: f64) -> f64 {
         rated * (1.0 + self.overload_tolerance.unwrap_or(Self::RATED_TOLERANCE))
     }
@@ -34,9 +35,9 @@ impl ValidRange {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum GaugeRange {
-    /// The same limits for all gauges.
+    /// The same minimum and maximum for all gauges.
     All((f64, f64)),
-    /// Limits of each gauge; `None` for a gauge with unknown limits.
+    /// Minimum and maximum of each gauge; `None` for a gauge with unknown limits.
     Each(Vec<Option<(f64, f64)>>),
 }
 
@@ -48,7 +49,7 @@ impl GaugeRange {
         }
     }
 
-    /// Returns true if every minimum is below its maximum.
+    /// Returns true if every minimum is below the maximum of the same gauge.
     pub fn rises(&self) -> bool {
         let rises = |(low, high): &(f64, f64)| low < high;
         match self {
@@ -58,7 +59,7 @@ impl GaugeRange {
     }
 }
 
-/// Settings by which the data check judged a recording.
+/// Limits and tare with which the data check judged the samples of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Judged {
@@ -68,14 +69,14 @@ pub struct Judged {
     pub tared: Option<Tare>,
 }
 
-/// Samples that were left out of a recording.
+/// Description of the samples that were left out of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Name of the recording before samples were left out.
     pub of: String,
     pub judged: Judged,
     pub n_samples: usize,
-    /// Lower and upper reading at which each gauge is clipped; `None` for a limit that was not found.
+    /// Lower and upper reading at which the logger clips each gauge; `None` for a limit that was not found.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 

@@ -2,10 +2,12 @@
 
 use crate::recording::axis::Axis;
 
-/// Maximum difference between two loads that count as equal, as a share of the largest force or the largest moment.
+/// Maximum difference between two equal loads on an axis, as a share of the largest force (for a moment axis: the largest
+/// moment) in the table.
 pub const SAME_LOAD_SHARE: f64 = 0.005;
 
-/// Returns the number of each row's load case, counted from 0. Rows with equal loads on every axis have the same number.
+/// Returns for each row the number of its load case, counted from 0. Rows with equal loads on every axis have the same
+/// number.
 ///
 /// **Shapes** `loads`: one row of `axes.len()` loads for each sample.
 pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
@@ -27,7 +29,7 @@ pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
     .collect()
 }
 
-/// Returns the largest magnitude of a moment (N·m), then of a force (N), among rows of loads.
+/// Returns the largest moment (N·m) and the largest force (N), in this order, among rows of loads. Both are magnitudes.
 pub(super) fn largest_loads(loads: &[f64], axes: &[Axis]) -> [f64; 2] {
     [false, true].map(|is_force| {
         let all = loads.iter().zip(axes.iter().cycle());

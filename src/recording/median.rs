@@ -1,4 +1,5 @@
-/// Returns the median, or `None` without values. For an even number of values, it is the larger of the two middle values.
+/// Returns the median of the values; `None` if there are none. For an even number of values, it is the larger of the two
+/// middle values.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {
@@ -12,7 +13,7 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// Returns the standard deviation of the white noise in a signal that is otherwise smooth.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
-    // The median magnitude of normal noise is 0.6745 standard deviations. The variance of a second difference is six times
-    // that of the noise.
+    // In a smooth signal, second differences contain only noise. The median magnitude of normal noise is 0.6745 standard
+    // deviations, and the variance of a second difference is six times that of the noise.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
 }

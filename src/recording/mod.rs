@@ -13,7 +13,7 @@ mod left_out;
 mod load_cases;
 pub(crate) mod median;
 mod programme;
-#[expect(clippy::module_inception, reason = "the main type has the name of the module")]
+#[expect(clippy::module_inception, reason = "this module defines the type of the same name")]
 mod recording;
 pub(crate) mod set;
 mod shared;

@@ -19,7 +19,7 @@ use crate::recording::median::median;
 use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, join};
 use crate::recording::tare::Tare;
 
-/// Origin of a recording.
+/// Origin of a recording's samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A file.
@@ -41,7 +41,7 @@ impl Source {
 /// One uninterrupted run: times (s), gauge readings in the unit of the logger, and the reference load (N, N·m) if it is
 /// known.
 ///
-/// The loads of one sample are L in Eq. 1, its gauge readings S in Eq. 2.
+/// In the paper of Koike et al. (2019), the loads of one sample are L in Eq. 1, and its gauge readings are S in Eq. 2.
 ///
 /// **Shapes** gauges and loads have one row for each sample, with `n_gauges` and `n_axes` columns. Without a reference,
 /// `n_axes` is 0.
@@ -49,7 +49,7 @@ impl Source {
 pub struct Recording {
     name: String,
     source: Source,
-    /// True if the samples were taken under one load and have no times. `times` then only counts the rows.
+    /// True if the samples were taken under one constant load and have no times. `times` then only counts the rows.
     is_static: bool,
     times: Shared,
     gauge_names: Vec<String>,
@@ -60,16 +60,17 @@ pub struct Recording {
     pub(crate) auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
-    /// Whole seconds that were subtracted from the times of the file, on the file's clock.
+    /// Whole seconds that were subtracted from the times in the file. [`Self::clock_time`] adds them again.
     pub(crate) zero_secs: f64,
-    /// Minimum length of a gap (s) that was used when the file was read; `None` to compute the length from the times.
+    /// Minimum length of a pause that ends a recording (s), as used when the file was read. `None` to compute the length from
+    /// the times.
     pub(crate) gap_secs: Option<f64>,
-    /// Offset of each gauge that taring subtracted; empty without a tare.
+    /// Mean unloaded reading of each gauge that taring subtracted; empty without a tare.
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
     pub(crate) group: Option<String>,
     pub(crate) file_day: Option<Day>,
-    /// Day that the user entered.
+    /// Day of the recording that the user entered.
     pub(crate) entered_day: Option<Day>,
 }
 
@@ -77,20 +78,22 @@ pub struct Recording {
 pub enum RecordingError {
     #[error("{name}: no samples")]
     NoSamples { name: String },
-    #[error("{name}: no gauge channels")]
+    #[error("{name}: the recording has no gauge channels")]
     NoGauges { name: String },
     #[error("{name}: there are {actual} {what} values, but {expected} are needed")]
     Shape { name: String, what: &'static str, expected: usize, actual: usize },
-    #[error("{name}: the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
+    #[error(
+        "{name}: each load axis may occur once, and the axes must be in the order Fx Fy Fz Mx My Mz"
+    )]
     AxisOrder { name: String },
     #[error("{name}: sample {sample} has a {what} that is not a finite number")]
     NotFinite { name: String, what: &'static str, sample: usize },
-    #[error("{name}: time goes back at sample {sample}")]
+    #[error("{name}: sample {sample} has an earlier time than the sample before")]
     TimeGoesBack { name: String, sample: usize },
 }
 
 impl Recording {
-    /// Creates a recording from its parts. Returns [`RecordingError`] if a guarantee of this module does not hold.
+    /// Creates a recording. Returns [`RecordingError`] if a guarantee of this module does not hold.
     pub fn new(
         name: impl Into<String>,
         source: Source,
@@ -140,8 +143,8 @@ impl Recording {
         })
     }
 
-    /// Returns the recording with labels for the units of its gauges, such as `mV/V`; an unknown unit is empty. Without exactly
-    /// one label for each gauge, the recording is returned unchanged.
+    /// Returns the recording with labels for the units of its gauges, such as `mV/V`; an unknown unit is empty. Without
+    /// exactly one label for each gauge, the recording is returned unchanged.
     pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
         if units.len() == self.gauge_names.len() {
             self.gauge_units = units;
@@ -162,7 +165,8 @@ impl Recording {
         Ok(self)
     }
 
-    /// Returns the recording with only the named auxiliary channels, in this order, or the first name that is not a channel.
+    /// Returns the recording with only the named auxiliary channels, in this order. The error is the first name that is not a
+    /// channel.
     pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
         let mut picked = self.clone();
         if names != self.auxiliary.names() {
@@ -185,14 +189,14 @@ impl Recording {
         self
     }
 
-    /// Returns the recording as samples of one load, without times.
+    /// Returns the recording as samples without times that were all taken under one load.
     pub fn without_times(mut self) -> Self {
         self.is_static = true;
         self.rate_hz = None;
         self
     }
 
-    /// Returns the samples of several recordings without times as one recording. Panics if there is no recording.
+    /// Joins several recordings without times to one recording. Panics if there is no recording.
     pub(crate) fn table_of(cases: &[&Self]) -> Self {
         let all = |values: fn(&Self) -> &[f64]| -> Vec<f64> {
             let values = cases.iter().flat_map(|case| values(case));
@@ -210,7 +214,7 @@ impl Recording {
         first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
 
-    /// Returns true if the samples have no times, so that there are no loops, dwells or past samples.
+    /// Returns true if the samples have no times. The recording then has no loops, dwells or earlier samples for a look-back.
     pub fn is_static(&self) -> bool {
         self.is_static
     }
@@ -229,12 +233,13 @@ impl Recording {
         self.zero_secs + self.times[sample]
     }
 
-    /// Returns the minimum length of a gap (s): the value used when the file was read, else a multiple of the median step.
+    /// Returns the minimum length of a pause that ends a recording (s): the value used when the file was read, else a
+    /// multiple of the median time step.
     pub fn gap_secs(&self) -> f64 {
         self.gap_secs.unwrap_or_else(|| gap_by_steps(&self.times))
     }
 
-    /// Returns the tare of the gauges, or `None` if the readings are as measured.
+    /// Returns the interval by which the gauges were tared, or `None` if the readings are as measured.
     pub fn tare(&self) -> Option<Tare> {
         self.tare
     }
@@ -244,7 +249,7 @@ impl Recording {
         &self.name
     }
 
-    /// Returns the origin of the recording.
+    /// Returns the origin of the samples: a file, or the built-in simulated sensor.
     pub fn source(&self) -> &Source {
         &self.source
     }
@@ -312,7 +317,7 @@ impl Recording {
         (1e9..1e10).contains(&first).then_some(first)
     }
 
-    /// Returns the name of the group that the group column of the file gives.
+    /// Returns the name of the recording's group, if the file has a group column.
     pub fn group(&self) -> Option<&str> {
         self.group.as_deref()
     }
@@ -353,8 +358,8 @@ impl Recording {
         self.loads.ranges()
     }
 
-    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2). With a step of 0 or 1, or
-    /// for samples without times, all samples are returned.
+    /// Returns every `step`-th sample from the first, as in pattern B of Koike et al. (2019, section 4.2.2). With a step of 0
+    /// or 1, or for samples without times, all samples are returned.
     pub fn decimated(&self, step: usize) -> Self {
         if self.is_static || step <= 1 {
             return self.clone();
@@ -365,8 +370,8 @@ impl Recording {
         kept
     }
 
-    /// Splits the recording in time. The first part has `⌊fraction · n⌋` of the `n` samples. `None` for samples without times,
-    /// or if a part would be empty. Past samples are never taken across the cut.
+    /// Splits the recording in time. The first part has `⌊fraction · n⌋` of the `n` samples. `None` for samples without
+    /// times, or if a part would be empty. A look-back never takes earlier samples from beyond the cut.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
         if self.is_static() {
             return None;
@@ -381,13 +386,13 @@ impl Recording {
         })
     }
 
-    /// Returns a range of samples as a separate recording, without the samples before the range as past samples.
+    /// Returns a range of samples as a separate recording. A look-back cannot use the samples before the range.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
         self.picked(samples, self.name.clone())
     }
 
-    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. Past
-    /// samples are never taken across a cut.
+    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples. A
+    /// look-back never takes earlier samples from beyond a cut.
     pub fn segments(&self, count: usize) -> Vec<Self> {
         let n = self.n_samples();
         let at = |segment: usize| segment * n / count;
@@ -401,8 +406,8 @@ impl Recording {
         self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
-    /// Returns what remains of the recording without these samples, which must be in order. Where the remaining samples are a
-    /// gap apart, a new recording starts.
+    /// Returns the recording without the samples in these ranges, which must be in order. Where a long pause separates the
+    /// remaining samples, a new recording starts.
     pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
         let (times, gap_secs) = (self.times(), self.gap_secs());
         let mut parts: Vec<Vec<Range<usize>>> = Vec::new();
@@ -484,9 +489,10 @@ fn first_not_finite(values: &[f64]) -> Option<usize> {
     })
 }
 
-/// Maximum number of time steps for the sample rate. In longer recordings, evenly spread runs of steps are used.
+/// Maximum number of time steps from which the sample rate is computed. In longer recordings, runs of steps are used that are
+/// spread evenly over the recording.
 const RATE_STEPS: usize = 1 << 20;
-/// Number of time steps in a run. Loggers that write samples in bursts write fewer samples at once.
+/// Number of successive time steps in such a run. It is larger than the number of samples that a logger writes in one burst.
 const RATE_RUN: usize = 1 << 12;
 
 fn rate_hz(times: &[f64]) -> Option<f64> {

@@ -15,14 +15,14 @@ use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 use crate::shown::listed;
 
-/// Role of a recording.
+/// Role of a recording in the fit of a calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Role {
-    /// The calibration is fitted to the recording.
+    /// The recording trains: the calibration is fitted to it.
     Train,
-    /// The calibration is scored on the recording.
+    /// The recording tests: the errors of the calibration are measured on it.
     Test,
     /// The recording is shown, but neither fitted nor scored.
     #[default]
@@ -53,18 +53,19 @@ pub struct Entry {
     pub recording: Arc<Recording>,
     /// Role of the recording.
     pub role: Role,
-    /// Name of the group, from the user or from a column of the file; see [`RecordingSet::groups`].
+    /// Name of the recording's group, if the user or a column of the file gives it; see [`RecordingSet::groups`].
     pub group: Option<String>,
 }
 
 impl Entry {
-    /// Creates an entry with the role for the recording's name ([`Role::of_name`]). Without a reference, the role is off.
+    /// Creates an entry with the role that the recording's name gives ([`Role::of_name`]). Without a reference load, the role
+    /// is off.
     pub fn with_default_role(recording: Recording) -> Self {
         let role = Role::of_name(recording.name());
         Self::new(recording, role)
     }
 
-    /// Creates an entry with this role. Without a reference, the role is off.
+    /// Creates an entry with this role. Without a reference load, the role is off.
     pub fn new(recording: Recording, role: Role) -> Self {
         let role = if recording.has_reference() { role } else { Role::Off };
         let group = recording.group().map(str::to_owned);
@@ -80,7 +81,7 @@ pub fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     pub gauge_names: Vec<String>,
-    /// Empty until a recording with a reference is loaded.
+    /// Axes of the reference load; empty until a recording with a reference load is loaded.
     pub axes: Vec<Axis>,
 }
 
@@ -95,7 +96,7 @@ pub struct LayoutError {
     actual: String,
 }
 
-/// Loaded recordings, in the order of loading.
+/// The loaded recordings with their roles, in the order of loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordingSet {
     layout: Layout,
@@ -103,7 +104,7 @@ pub struct RecordingSet {
 }
 
 impl RecordingSet {
-    /// Returns the columns that all recordings share.
+    /// Returns the gauges and axes that all recordings of the set share.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
@@ -120,7 +121,7 @@ impl RecordingSet {
         &self.entries
     }
 
-    /// Returns the number of samples of the recordings in a role.
+    /// Returns the number of samples in all recordings with this role.
     pub fn n_samples(&self, role: Role) -> usize {
         in_role(&self.entries, role).into_iter().map(Recording::n_samples).sum()
     }
@@ -132,12 +133,12 @@ impl RecordingSet {
         !self.entries.is_empty() && !entries.any(is_read)
     }
 
-    /// Returns the median sample rate (Hz) of the recordings in a role, or `None` if no recording has a rate.
+    /// Returns the median sample rate (Hz) of the recordings with this role, or `None` if no recording has a rate.
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
         median(in_role(&self.entries, role).into_iter().filter_map(Recording::rate_hz))
     }
 
-    /// Returns true if a recording that trains or tests has no times, so that there are no past samples.
+    /// Returns true if a training or test recording has no times, so that a look-back finds no earlier samples.
     pub fn is_static(&self) -> bool {
         let mut used = self.entries.iter().filter(|entry| entry.role != Role::Off);
         used.any(|entry| entry.recording.is_static())
@@ -150,7 +151,8 @@ impl RecordingSet {
         tares.all(|tare| tare.is_some()).then_some(first)
     }
 
-    /// Appends a recording. If its columns differ, returns [`LayoutError`] and leaves the set unchanged.
+    /// Appends a recording. If its gauges or axes differ from those of the set, returns [`LayoutError`] and leaves the set
+    /// unchanged.
     pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
         let recording = &entry.recording;
         let axes = recording.axes();
@@ -185,14 +187,15 @@ impl RecordingSet {
         }
     }
 
-    /// Sets the group of a recording. With `None`, the file or the name gives the group. An unknown index changes nothing.
+    /// Sets the user's group of a recording. With `None`, the file or the name gives the group. An unknown index changes
+    /// nothing.
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
             entry.group = group.or_else(|| entry.recording.group().map(str::to_owned));
         }
     }
 
-    /// Sets the day of a recording. With `None`, the file gives the day. An unknown index changes nothing.
+    /// Sets the user's day of a recording. With `None`, the file gives the day. An unknown index changes nothing.
     pub fn set_day(&mut self, index: usize, day: Option<Day>) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.entered_day != day
@@ -201,7 +204,7 @@ impl RecordingSet {
         }
     }
 
-    /// Replaces a recording by one with other values. If the columns differ, nothing changes.
+    /// Replaces a recording by one with other values. If the gauges or axes differ, nothing changes.
     pub fn replace(&mut self, index: usize, recording: Recording) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.gauge_names() == recording.gauge_names()
@@ -222,11 +225,12 @@ impl RecordingSet {
         }
     }
 
-    /// Splits each recording with a role in time: the first part trains, the second part tests. Recordings that are off or too
-    /// short stay unchanged. Samples without times are not split in time: all samples of one load get the same role.
+    /// Splits each training or test recording in time: the first part trains, the second part tests. Recordings that are off
+    /// or too short stay unchanged. Samples without times are not split in time: all samples under one load get the same
+    /// role.
     pub fn split(&self, fraction: f64) -> Self {
         let cases = if self.is_static() { self.groups().of } else { Vec::new() };
-        // Training loads are spread evenly over the loads, because tables often list loads in increasing order.
+        // The loads for training are spread evenly over all loads, because tables often list loads in increasing order.
         let trains = |case: usize| {
             let before = |n: usize| (fraction * n as f64).floor();
             before(case + 1) > before(case)

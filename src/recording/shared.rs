@@ -10,7 +10,7 @@ use crate::min_max::MinMax;
 /// Number of samples that one thread processes at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 
-/// A part of a shared list of numbers.
+/// A part of a list of numbers that several recordings share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shared {
     all: Arc<Vec<f64>>,
@@ -26,7 +26,8 @@ impl Shared {
         }
     }
 
-    /// Returns these ranges of rows, each of `width` numbers. A single range is shared, several ranges are copied.
+    /// Returns the rows in these ranges; a row has `width` numbers. A single range is shared without a copy, several ranges
+    /// are copied.
     pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
         let numbers = |range: &Range<usize>| range.start * width..range.end * width;
         match ranges {
@@ -38,7 +39,7 @@ impl Shared {
         }
     }
 
-    /// Returns the numbers as a list. A part of a longer list is copied.
+    /// Returns the numbers as a list of their own. A part of a longer list is copied.
     pub fn whole(&self) -> Arc<Vec<f64>> {
         if self.own.len() == self.all.len() {
             Arc::clone(&self.all)
@@ -47,7 +48,7 @@ impl Shared {
         }
     }
 
-    /// Returns the numbers for writing. Numbers that others share are copied first.
+    /// Returns the numbers for changing them. Numbers that other recordings share are copied first.
     pub fn make_mut(&mut self) -> &mut Vec<f64> {
         if self.own.len() < self.all.len() {
             *self = self.to_vec().into();
@@ -77,7 +78,7 @@ impl PartialEq for Shared {
     }
 }
 
-/// Rows of numbers with the range (minimum and maximum) of each column. The ranges of a segment are computed on first use.
+/// Rows of numbers with the range (minimum and maximum) of each column. The ranges are computed when they are first needed.
 #[derive(Clone, Debug)]
 pub(super) struct Ranged {
     values: Shared,
@@ -122,7 +123,7 @@ impl PartialEq for Ranged {
     }
 }
 
-/// Extends the range of each column by the same column's range over other rows.
+/// Extends the range of each column in `all` by the range of the same column in `own`.
 pub(super) fn join(all: &mut [MinMax], own: &[MinMax]) {
     all.iter_mut().zip(own).for_each(|(all, own)| *all = all.joined(*own));
 }

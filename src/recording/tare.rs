@@ -3,11 +3,12 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Interval of a recording in which the sensor is unloaded. Taring subtracts the mean gauge readings of the interval.
+/// Interval of a recording in which the sensor is unloaded. Taring subtracts the mean gauge readings of this interval from
+/// the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tare {
-    /// First half second in which the gauges are quiet and the reference shows no load.
+    /// The first half second in which the gauges are quiet and the reference shows no load.
     Auto,
     /// Start and end of the interval, in seconds from the first sample of the recording.
     Interval(f64, f64),

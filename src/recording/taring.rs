@@ -12,15 +12,16 @@ use crate::recording::axis::Axis;
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
-/// Length of the intervals that are searched for a quiet one (s). The mean of a shorter interval is too noisy.
+/// Length of the intervals among which taring searches a quiet one (s). The mean of a shorter interval is too noisy.
 const QUIET_SECS: f64 = 0.5;
-/// Minimum number of samples in an interval. The range of fewer samples does not show whether the gauges are quiet.
+/// Minimum number of samples in such an interval. The range of fewer samples does not show whether the gauges are quiet.
 const FEWEST_SAMPLES: usize = 4;
-/// Maximum ratio of the gauge range in a quiet interval to the range in the quietest interval.
+/// Maximum gauge range in a quiet interval, as a multiple of the range in the quietest interval.
 const NEARLY_AS_QUIET: f64 = 2.0;
 /// Maximum gauge range in a quiet interval, as a share of the gauge's range in the whole recording.
 const LARGEST_SHARE: f64 = 0.02;
-/// Maximum mean reference load on an unloaded sensor, as a share of the largest force or moment in the recording.
+/// Maximum mean reference load in an interval that counts as unloaded, as a share of the largest force or moment in the
+/// recording.
 const UNLOADED_SHARE: f64 = 0.02;
 
 impl Advice for TareError {
@@ -39,7 +40,7 @@ pub enum TareError {
     )]
     NoSamples { name: String, from: f64, to: f64, duration_secs: f64 },
     #[error(
-        "{name}: taring is not possible, because the samples have no times; subtract the unloaded reading in the table, or fit with the offset"
+        "{name}: taring is not possible, because the samples have no times; subtract the unloaded readings in the table, or fit a calibration with an offset"
     )]
     NoTimes { name: String },
     #[error(
@@ -49,8 +50,8 @@ pub enum TareError {
 }
 
 impl Recording {
-    /// Subtracts the mean gauge readings of an interval. Returns the recording, and start and end of the interval (s from the
-    /// first sample).
+    /// Subtracts the mean gauge readings of an interval in which the sensor is unloaded. Returns the recording, and start and
+    /// end of the interval (s from the first sample).
     ///
     /// # Errors
     /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.
@@ -95,14 +96,14 @@ impl Recording {
             format!("{axis} {mean:.3} {}", axis.unit())
         });
         let seen = format!(
-            "{}: the mean reference load is not zero while taring, from {from:.3} s to {to:.3} s",
+            "{}: the mean reference load is not zero in the interval that was used for taring, {from:.3} s to {to:.3} s",
             self.name()
         );
         let means = means.collect::<Vec<_>>().join(", ");
         Some(Finding::new(Id::TaredUnderLoad, Verdict::Doubtful, seen).with(means))
     }
 
-    /// Returns the samples from one time to another, both included. Times are seconds from the first sample.
+    /// Returns the samples from the time `from` to the time `to`, both included (s from the first sample).
     fn samples_between(&self, from: f64, to: f64) -> Range<usize> {
         let times = self.times();
         times.partition_point(|time| time - times[0] < from)
@@ -136,11 +137,11 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError
     let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
     let mut quiet = intervals.into_iter().filter(|interval| interval.2 <= limit).peekable();
     let why = if quiet.peek().is_none() {
-        "there is no half second without movement"
+        "there is no half second without movement of the gauge readings"
     } else if recording.axes().is_empty() {
-        "there is no reference that shows when the sensor is unloaded"
+        "there is no reference load that shows when the sensor is unloaded"
     } else {
-        "the reference shows a load in every quiet half second"
+        "the reference shows a load in every half second in which the gauges are quiet"
     };
     quiet
         .map(|(start, end, _)| start..end)
@@ -148,7 +149,8 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError
         .ok_or_else(|| TareError::NeverUnloaded { name: recording.name().to_owned(), why })
 }
 
-/// Returns true if, on every axis, the mean reference load of these samples is near zero, or the reference reaches zero.
+/// Returns true if, on every axis, the mean reference load of these samples is near zero, or the reference reaches zero
+/// within them.
 fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     let (axes, loads) = (recording.axes(), recording.loads());
     let n_axes = axes.len();

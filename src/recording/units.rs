@@ -1,7 +1,7 @@
-//! Units in files, and their factors to SI units. An unknown spelling gives `None`. Upper and lower case are the same, except
-//! where they distinguish milli from mega.
+//! Units in files, and their factors to SI units. An unknown spelling of a unit gives `None`. Upper and lower case are the
+//! same, except where they distinguish milli from mega.
 
-/// These four lists are for messages about an unknown unit.
+/// Names of the known units, for the message about an unknown unit. The next three lists serve the same purpose.
 pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
 pub const MOMENT_UNITS: &str = "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
@@ -33,7 +33,7 @@ pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
         "nmm" | "mnm" => 1e-3,
         "ncm" => 1e-2,
         "knm" => 1e3,
-        // A pound multiplied by a length can only be a pound-force.
+        // A pound that is multiplied by a length can only be a pound-force, not a mass.
         "lbfin" | "inlbf" | "lbin" | "inlb" => POUND_FORCE * INCH,
         "lbfft" | "ftlbf" | "lbft" | "ftlb" => POUND_FORCE * FOOT,
         "ozfin" | "inozf" | "ozin" | "inoz" => POUND_FORCE / 16.0 * INCH,
@@ -62,8 +62,8 @@ pub fn length_in_metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// Returns the unit into which an auxiliary channel is converted, and the factor and summand of the conversion. Temperatures
-/// become °C, voltages V, humidities %. Values in any other unit are not converted.
+/// Returns the unit into which the values of an auxiliary channel are converted, and the factor and summand of the
+/// conversion. Temperatures become °C, voltages V, humidities %. Values in any other unit are not converted.
 pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     let (label, factor, shift) = match closed_up(unit).as_str() {
         "v" | "volt" | "volts" => ("V", 1.0, 0.0),
@@ -92,7 +92,8 @@ fn closed_up(unit: &str) -> String {
     unit.trim().to_lowercase().replace([' ', '_', '.'], "")
 }
 
-/// Returns the unit in lower case, without the signs between its factors, such as `·`. `None` if the prefix is mega.
+/// Returns the unit in lower case, without the signs between its factors, such as `·`. `None` if the prefix is mega, which
+/// lower case would turn into milli.
 fn plain(unit: &str) -> Option<String> {
     const BETWEEN: [char; 9] = ['·', '⋅', '∙', '•', '*', '.', '-', '_', ' '];
     let unit = unit.trim().replace(BETWEEN, "");
@@ -110,7 +111,7 @@ pub enum TimeUnit {
 
 impl TimeUnit {
     pub fn from_name(name: &str) -> Option<Self> {
-        // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
+        // Both micro signs are read as u: U+00B5, and the Greek letter that it becomes when text is normalised.
         let name = name.trim().to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
         Some(match name.as_str() {
             "s" | "sec" | "secs" | "second" | "seconds" => Self::Seconds,
@@ -126,7 +127,8 @@ impl TimeUnit {
         })
     }
 
-    /// Returns the number of units in one second. Dividing by it is more exact than multiplying by its inverse.
+    /// Returns the number of these time units in one second. Dividing by this number is more exact than multiplying by its
+    /// inverse.
     pub const fn per_second(self) -> f64 {
         match self {
             Self::Seconds => 1.0,

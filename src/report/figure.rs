@@ -1,4 +1,4 @@
-//! Figures as plain data, and as images.
+//! Figures as plain data (scales, lines, heat maps), and as SVG and PNG images.
 
 mod cloud;
 pub(crate) mod color;

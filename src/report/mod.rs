@@ -1,5 +1,5 @@
-//! Results as plain data. A [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
-//! report, clipboard and files.
+//! Results as plain data without a window. A [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by the
+//! window, the command line, the report, the clipboard and files.
 
 pub mod figure;
 pub(crate) mod table;

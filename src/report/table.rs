@@ -14,7 +14,7 @@ use crate::shown::printable;
 /// Rows and columns of numbers, texts, and reasons for missing numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Title; may be empty.
+    /// Title of the table; may be empty.
     pub title: String,
     /// Columns from left to right.
     pub columns: Vec<Column>,
@@ -36,59 +36,59 @@ pub enum Align {
 /// The head of a column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
-    /// Name and explanation of the original table, if the column comes from [`Table::beside`].
+    /// Name and explanation of the table from which the column comes, if [`Table::beside`] joined tables.
     pub group: Option<(String, String)>,
-    /// Short name.
+    /// Short name of the column.
     pub name: String,
-    /// Unit of the numbers; empty if each row has its own unit.
+    /// Unit of the numbers in the column; empty if each row has its own unit.
     pub unit: &'static str,
-    /// Alignment of the cells.
+    /// Alignment of the cells in the column.
     pub align: Align,
-    /// Explanation; may be empty.
+    /// Explanation of the column; may be empty.
     pub about: String,
-    /// Load that the numbers describe; `None` for other columns.
+    /// Load (reference, uncompensated, compensated, factory) that the numbers describe; `None` for other columns.
     pub trace: Option<Trace>,
 }
 
 impl Column {
-    /// Returns a column of words.
+    /// Returns the head of a column of words.
     pub fn words(name: impl Into<String>) -> Self {
         let name = name.into();
         Self { name, ..Self::default() }
     }
 
-    /// Returns a column of numbers.
+    /// Returns the head of a column of numbers.
     pub fn numbers(name: impl Into<String>) -> Self {
         Self { align: Align::Right, ..Self::words(name) }
     }
 
-    /// Returns a column of numbers that describe one load.
+    /// Returns the head of a column of numbers that describe one load, such as the compensated load.
     pub fn of(trace: Trace, unit: &'static str) -> Self {
         let head = Self { trace: Some(trace), ..Self::numbers(trace.label()) };
         head.unit(unit).about(trace.explanation())
     }
 
-    /// Returns the column with this unit.
+    /// Returns the head of the column with this unit.
     pub fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
-    /// Returns the column with this explanation.
+    /// Returns the head of the column with this explanation.
     pub fn about(self, about: impl Into<String>) -> Self {
         Self { about: about.into(), ..self }
     }
 
-    /// Returns a column of loads of this axis.
+    /// Returns the head of a column with loads on this axis.
     pub fn load(axis: Axis) -> Self {
         Self::numbers(axis.symbol()).unit(axis.unit())
     }
 
-    /// Returns a column of [changes](Cell::change) between the two columns to its left.
+    /// Returns the head of a column with the [change](Cell::change) between the two columns to its left.
     pub fn change() -> Self {
-        Self::numbers("change").about("From Uncompensated to Compensated")
+        Self::numbers("change").about("Change in percent from Uncompensated to Compensated")
     }
 
-    /// Returns the head as text: group, name and unit.
+    /// Returns the head of the column as text: group, name and unit.
     pub fn title(&self) -> String {
         let group =
             (self.group.as_ref()).map_or_else(String::new, |(group, _)| format!("{group} "));
@@ -108,16 +108,16 @@ pub enum Value {
     Number(f64),
     /// A missing number. The explanation of the cell is the reason.
     Missing,
-    /// Continuation of the cell to its left.
+    /// Empty cell, over which the cell to its left extends.
     Continued,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// Displayed text: a rounded number, or one or two words for the reason.
+    /// Displayed text: a rounded number or, for a missing number, one or two words in its place.
     pub text: String,
     pub value: Value,
-    /// Explanation of a value, or reason for a missing number; may be empty.
+    /// Explanation of a number or text, or the reason for a missing number; may be empty.
     pub about: String,
 }
 
@@ -135,7 +135,7 @@ impl Cell {
         Self::new(Value::Number(value), text, "")
     }
 
-    /// Returns a cell with a number, shown with these significant digits; a dash for `None`.
+    /// Returns a cell with this number, shown with `digits` significant digits; a dash for `None`.
     pub fn digits(value: Option<f64>, digits: usize) -> Self {
         value.map_or_else(Self::none, |value| Self::number(value, significant(value, digits)))
     }
@@ -155,7 +155,7 @@ impl Cell {
         Self::new(Value::Missing, word, reason)
     }
 
-    /// Returns the cell, or for `None` a dash with this reason.
+    /// Returns the cell. For `None`, returns a dash with this reason for the missing number.
     pub fn known(cell: Option<Self>, reason: impl Into<String>) -> Self {
         cell.unwrap_or_else(|| Self::missing("–", reason))
     }
@@ -182,12 +182,12 @@ impl Cell {
 pub struct Rows<R> {
     of: Vec<R>,
     table: Table,
-    /// For each row, the cell that replaces the remaining columns; `None` for a row with its own cells.
+    /// For each row, the cell that takes the place of all columns not yet added; `None` for a row with its own cells.
     instead: Vec<Option<Cell>>,
 }
 
 impl<R> Rows<R> {
-    /// Adds a column: its head, and the function that returns the cell of a row.
+    /// Adds a column. `head` is its head, and `cell` returns the cell of a row.
     pub fn column(mut self, head: Column, cell: impl Fn(&R) -> Cell) -> Self {
         self.table.columns.push(head);
         let rows = self.table.rows.iter_mut().zip(&self.of).zip(&mut self.instead);
@@ -213,7 +213,7 @@ impl<R> Rows<R> {
         self.column(Column::words(name), |row| Cell::words(text(row)))
     }
 
-    /// Adds a column of numbers with these significant digits; a missing number is a dash.
+    /// Adds a column of numbers with `digits` significant digits. A missing number is a dash.
     pub fn digits(
         self,
         name: impl Into<String>,
@@ -230,13 +230,13 @@ impl<R> Rows<R> {
         self
     }
 
-    /// Replaces all further columns by one cell, in the rows for which `cell` returns a cell.
+    /// Replaces all columns added later by a single cell, in the rows for which `cell` returns a cell.
     pub fn instead(mut self, cell: impl Fn(&R) -> Option<Cell>) -> Self {
         self.instead = self.of.iter().map(cell).collect();
         self
     }
 
-    /// Returns the table; title and note may be empty.
+    /// Returns the finished table; title and note may be empty.
     pub fn table(self, title: impl Into<String>, note: impl Into<String>) -> Table {
         Table { title: title.into(), note: note.into(), ..self.table }
     }
@@ -253,7 +253,7 @@ impl Table {
     /// Returns the text of a cell for screen readers: column, row, value and unit, or the reason for a missing number.
     pub fn spoken(&self, row: usize, column: usize) -> String {
         let cell = &self.rows[row][column];
-        // The name of a row consists of its first texts. An empty cell repeats the cell above.
+        // The name of a row consists of the texts in its first columns. An empty cell repeats the cell above.
         let is_named = |at: &usize| matches!(self.rows[row][*at].value, Value::Words);
         let name = |at: usize| {
             let mut texts = self.rows[..=row].iter().rev().map(|row| row[at].text.as_str());
@@ -285,7 +285,8 @@ impl Table {
         parts.join(" ")
     }
 
-    /// Joins tables with the same first column side by side. The other columns are grouped under the names of the tables.
+    /// Joins tables side by side that have the same first column. The other columns are grouped under the names of the
+    /// tables.
     pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
         let mut all = Self { title: title.to_owned(), ..Self::default() };
         for (name, table) in tables {
@@ -304,7 +305,7 @@ impl Table {
         all
     }
 
-    /// Returns the table with this number of decimals for loads and errors, for comparison with other tables.
+    /// Returns the table with this number of decimals for all loads and errors, so that it can be compared with other tables.
     pub fn with_decimals(mut self, decimals: usize) -> Self {
         for (at, column) in self.columns.iter().enumerate() {
             let cells = self.rows.iter_mut().map(|row| &mut row[at]);
@@ -339,14 +340,15 @@ impl Table {
         order
     }
 
-    /// Returns the table with its rows in this order.
+    /// Returns the table with its rows in the order of these indices.
     pub fn in_order(mut self, order: &[usize]) -> Self {
         let rows = order.iter().map(|at| std::mem::take(&mut self.rows[*at]));
         self.rows = rows.collect();
         self
     }
 
-    /// Returns aligned text for a terminal, with control characters escaped. A reason that fits into no cell follows its row.
+    /// Returns the table as aligned text for a terminal, with control characters escaped. A reason that is too long for its
+    /// cell stands below the row.
     pub fn text(&self) -> String {
         let width = |text: &str| text.chars().count();
         let titles: Vec<String> = self.columns.iter().map(Column::title).collect();
@@ -383,7 +385,7 @@ impl Table {
         lines.map(|line| format!("{line}\n")).collect()
     }
 
-    /// Returns the heads, then the rows, with exact numbers and full reasons.
+    /// Returns the heads of the columns, then the rows, with exact numbers and full reasons for missing numbers.
     fn records(&self) -> Vec<Vec<String>> {
         let mut records = vec![self.columns.iter().map(Column::title).collect()];
         for row in &self.rows {
@@ -401,7 +403,7 @@ impl Table {
         records
     }
 
-    /// Returns tab-separated text for the clipboard; tabs and line ends in a cell become blanks.
+    /// Returns the table as tab-separated text for the clipboard; tabs and line ends in a cell become blanks.
     pub fn tab_separated(&self) -> String {
         let lines: Vec<String> = self
             .records()
@@ -415,7 +417,7 @@ impl Table {
         lines.join("\n")
     }
 
-    /// Writes the table as comma-separated text. Numbers read back to the same value.
+    /// Writes the table as comma-separated text. Numbers that are read back have exactly the same value.
     ///
     /// # Errors
     /// The I/O errors of `out`.

@@ -1,15 +1,15 @@
-//! Names of the compared loads, and units of their errors.
+//! Loads that the program compares (reference, uncompensated, compensated, factory), and the units of their errors.
 
-/// Load that is compared with other loads.
+/// A course of the load that is compared with others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// Reference load.
     Calculated,
-    /// Uncompensated load, from the present gauges alone.
+    /// Uncompensated load, computed from the present gauge readings alone.
     Conventional,
-    /// Compensated load, from present and past gauges.
+    /// Compensated load, computed from present and earlier gauge readings.
     Compensated,
-    /// Load by the factory calibration.
+    /// Load that the factory calibration computes.
     Factory,
 }
 
@@ -22,7 +22,7 @@ impl Trace {
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
-    /// Outputs of the calibration, in the order used everywhere.
+    /// The two loads that a fitted calibration computes: first uncompensated, then compensated.
     pub const OUTPUTS: [Self; 2] = [Self::Conventional, Self::Compensated];
 
     /// Returns the name of the load.
@@ -35,17 +35,19 @@ impl Trace {
         }
     }
 
-    /// Returns a description of the inputs of the load.
+    /// Returns a description of what the load is computed from.
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Calculated => "The load that was applied (\"Calc.\" in the paper)",
+            Self::Calculated => {
+                "The load that was applied, given by the reference (\"Calc.\" in Koike et al., 2019)"
+            }
             Self::Conventional => {
-                "From the present gauges alone: the conventional calibration (Eq. 3-8; \"Conv.\" in the paper)"
+                "The load from the present gauge readings alone: the conventional calibration (Eq. 3-8, \"Conv.\" in Koike et al., 2019)"
             }
             Self::Compensated => {
-                "From the present gauges and the appended features, such as the past sample (Eq. 9-12; \"Comp.\" in the paper)"
+                "The load from present gauge readings and the added features, such as an earlier sample (Eq. 9-12, \"Comp.\" in Koike et al., 2019)"
             }
-            Self::Factory => "From the calibration that the sensor came with",
+            Self::Factory => "The load from the calibration that the sensor came with",
         }
     }
 }

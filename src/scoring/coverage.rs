@@ -9,11 +9,13 @@ use crate::scoring::loops::extents_of;
 
 /// Minimum difference of two loads on an axis at which they count as different, as a share of the axis' training range.
 const OTHER_LOAD: f64 = 0.02;
-/// Minimum difference of two loads that count as different, in standard deviations of the noise. The larger limit counts.
+/// The same minimum difference, in standard deviations of the load's noise. The larger of the two limits is used.
 const NOISE_OF_LOAD: f64 = 4.0;
-/// Upper bound of [`NOISE_OF_LOAD`], as a share of the range, because loads that change in jumps look like noise.
+/// Upper bound of the limit by [`NOISE_OF_LOAD`], as a share of the axis' training range. It is needed because loads that
+/// change in jumps look like large noise.
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
-/// Distance from the training range at which a test load counts as outside, as a share of the largest span in the same unit.
+/// Distance from the training range at which a test load counts as outside, as a share of the largest training range of all
+/// axes with the same unit.
 const OUTSIDE: f64 = 0.02;
 /// Share of test samples outside the training range above which a finding is reported.
 pub const OUTSIDE_SHARE: f64 = 0.05;
@@ -23,7 +25,7 @@ pub const OUTSIDE_SHARE: f64 = 0.05;
 pub struct Coverage {
     pub trained: Vec<MinMax>,
     pub outside: Vec<Option<Outside>>,
-    /// Number of changes to a different load in the training recordings, including each recording's first load.
+    /// Number of changes to a different load in the training recordings; each recording's first load counts as a change.
     pub n_moves: usize,
     pub cases: LoadCases,
 }
@@ -31,9 +33,9 @@ pub struct Coverage {
 /// Test loads of one axis outside the range of its training loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outside {
-    /// Share of the test samples that are outside.
+    /// Share of the test samples whose load is outside.
     pub share: f64,
-    /// Largest distance from the range, in the unit of the axis.
+    /// Largest distance of a test load from the training range, in the unit of the axis.
     pub farthest: f64,
 }
 
@@ -56,8 +58,8 @@ impl Coverage {
         Self { outside: outside.collect(), trained, n_moves, cases }
     }
 
-    /// Returns the number of independent load points that determine these columns. If a column holds past gauges, each change
-    /// of the load counts, else each different load.
+    /// Returns the number of independent load points that determine the coefficients of these columns. If a column holds
+    /// earlier gauge readings, every change of the load counts, otherwise every different load.
     pub fn n_cases(&self, columns: &[Column]) -> usize {
         let is_past = |column: &Column| matches!(column, Column::Past { .. });
         match columns.iter().any(is_past) {
@@ -71,7 +73,7 @@ impl Coverage {
     }
 }
 
-/// Returns the largest of the spans that have the unit of axis `of`.
+/// Returns the largest of the spans whose axes have the same unit as axis `of`.
 pub fn largest(axes: &[Axis], spans: &[f64], of: Axis) -> f64 {
     let all = axes.iter().zip(spans);
     let of_unit = all.filter(|(axis, _)| axis.is_force() == of.is_force());
@@ -97,19 +99,20 @@ fn outside<'a>(
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
-/// Different loads. Two loads differ if they differ by more than the tolerance on any axis.
+/// The different loads of recordings. Two loads differ if they differ by more than the tolerance on any axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadCases {
-    /// Tolerance of each axis, in its unit; infinite for an axis whose load never changes.
+    /// Difference of loads that is tolerated on each axis, in its unit; infinite for an axis whose load never changes.
     tolerances: Vec<f64>,
     /// Loads that differ from each other, `n × n_axes` row-major.
     loads: Vec<f64>,
-    /// Index of the loads by their cell: load divided by tolerance, on the first two axes that move.
+    /// Indices of the loads in each cell of a grid, for a fast search. The cell is the load divided by the tolerance, on the
+    /// first two axes that move.
     cells: HashMap<[i64; 2], Vec<u32>>,
 }
 
 impl LoadCases {
-    /// Returns the number of changes to a different load, including each recording's first load, and the different loads.
+    /// Returns the number of changes to a different load, where each recording's first load counts, and the different loads.
     fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
@@ -152,7 +155,7 @@ impl LoadCases {
         [(); 2].map(|()| moving().map_or(0, |(load, tolerance)| (load / tolerance).floor() as i64))
     }
 
-    /// Adds a load if it differs from all loads so far.
+    /// Adds a load to the different loads if it differs from all of them.
     fn take(&mut self, load: &[f64]) {
         let [a, b] = self.cell(load);
         let own = |at: u32| {
@@ -175,8 +178,8 @@ mod tests {
     use super::*;
     use crate::recording::Source;
 
-    /// Twenty poses, repeated three times with noise, and two more: one differs from the first by 1.5 % of the range, the other
-    /// by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
+    /// Twenty poses, repeated three times with noise, and two more: one differs from the first by 1.5 % of the range, the
+    /// other by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
     #[test]
     fn poses_that_repeat_within_the_noise_are_one_load_case() {
         let pose = |k: usize| [10.0 * (k as f64).sin(), 7.0 * (1.7 * k as f64).cos()];

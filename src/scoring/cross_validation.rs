@@ -1,10 +1,11 @@
 //! Cuts training recordings into parts that cross-validation leaves out in turn.
 //!
 //! Samples are never shuffled. Neighbouring samples are nearly equal, so the error on shuffled samples would be too low. The
-//! recordings of a group (see [`Groups`](crate::recording::Groups)) are left out together. A recording without group is a group
-//! of its own. Two groups are enough if there are at least three recordings: the fit to each group then predicts the other.
-//! With fewer than three training recordings, five contiguous blocks of samples take the place of groups. The look-back always
-//! uses the conventional calibration of *all* training recordings, because it only selects the past sample.
+//! recordings of a group (see [`Groups`](crate::recording::Groups)) are left out together. A recording without group is a
+//! group of its own. Two groups are enough if there are at least three recordings: the fit to each group then predicts the
+//! other. With fewer than three training recordings, five contiguous blocks of samples take the place of groups. The
+//! look-back always uses the conventional calibration of *all* training recordings, because it only selects the earlier
+//! sample.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -12,15 +13,16 @@ use std::sync::Arc;
 use crate::calibration::{CrossValidation, Piece};
 use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 
-/// Number of training recordings from which whole recordings are left out. With fewer, blocks of samples are left out.
+/// Minimum number of training recordings for leaving out whole recordings. With fewer, blocks of samples are left out.
 pub const FEWEST_RECORDINGS: usize = 3;
-/// Number of blocks of samples that take the place of recordings.
+/// Number of blocks of samples that take the place of recordings if there are too few recordings.
 pub const BLOCKS: usize = 5;
 
 /// Division of the training recordings into parts that cross-validation leaves out in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Folds {
-    /// Pieces of each recording, with the number of their part. A recording that is not used for training is one piece.
+    /// Pieces of each recording, each with the number of the part to which it belongs. A recording that is not used for
+    /// training is one piece.
     pub pieces: Vec<Vec<Piece>>,
     pub n_parts: usize,
     /// True if whole recordings are left out, false if blocks of samples are left out.
@@ -28,8 +30,9 @@ pub struct Folds {
 }
 
 impl Folds {
-    /// Divides recordings, given as number of samples and group (`None` if not used for training). Groups are numbered in their
-    /// order of appearance. Blocks have equal numbers of samples, or one more in the first blocks.
+    /// Divides recordings into parts. Each recording is given as its number of samples and its group (`None` if not used for
+    /// training). Groups are numbered in their order of appearance. Blocks have equal numbers of samples, or one more in the
+    /// first blocks.
     pub fn of(recordings: &[(usize, Option<usize>)]) -> Self {
         let mut groups: Vec<usize> = recordings.iter().filter_map(|(_, group)| *group).collect();
         let n_training = groups.len();
@@ -66,37 +69,40 @@ impl Folds {
     }
 }
 
-/// Recordings for one fit of a cross-validation.
+/// Recordings for one fit of a cross-validation, and the recordings that this fit leaves out.
 #[derive(Debug)]
 pub(crate) struct Fold {
-    /// Recordings to fit in the train role, and held-out recordings in the test role.
+    /// The recordings for the fit, with the role train, and the left-out recordings, with the role test.
     pub set: Arc<RecordingSet>,
-    /// Number of the part of each recording in the test role.
+    /// For each recording with the role test, the number of the part to which it belongs.
     pub parts: Vec<usize>,
 }
 
 impl Fold {
-    /// Creates a fold from recordings of one set. Held-out recordings have the number of their part.
+    /// Creates the set for one fit from recordings of one set. A recording that is left out is given with the number of its
+    /// part.
     pub fn of(recordings: impl Iterator<Item = (Entry, Option<usize>)>) -> Self {
         let (mut set, mut parts) = (RecordingSet::default(), Vec::new());
         for (entry, part) in recordings {
             let role = if part.is_some() { Role::Test } else { Role::Train };
             parts.extend(part);
-            set.push(Entry { role, ..entry }).expect("entries of one set fit in another");
+            set.push(Entry { role, ..entry })
+                .expect("recordings of one set have equal gauges and axes");
         }
         Self { set: Arc::new(set), parts }
     }
 }
 
-/// Maximum number of fits of a cross-validation if one fit per part would take too long.
+/// Maximum number of fits of a cross-validation if one fit for each part would take too long.
 pub(crate) const MOST_FITS: usize = 5;
 
-/// Returns the index of the fit that leaves out this part, if at most [`MOST_FITS`] fits are made.
+/// Returns the index of the fit that leaves out this part. If there are more than [`MOST_FITS`] parts, a fit leaves out
+/// several.
 pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
     part % n_parts.min(MOST_FITS)
 }
 
-/// Ridge strengths to try. The last one leaves only the conventional calibration.
+/// Strengths of the ridge that are tried. The last one is so large that only the conventional calibration is left.
 pub const RIDGE_STRENGTHS: [f64; 12] =
     [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
 

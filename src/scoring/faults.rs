@@ -4,7 +4,7 @@
 //! gauge from the other gauges if there is no reference. So a sensor at rest does not count as saturated, and a blow does not
 //! count as a spike.
 //!
-//! **Shapes** positions of samples count from the start of the recording.
+//! **Shapes** sample numbers count from the start of the recording.
 
 mod fault;
 mod watched;
@@ -17,14 +17,14 @@ use crate::recording::{Judged, LeftOut, Recording, ValidRange};
 pub use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::faults::watched::{Expected, Own, Watched, joined, push_runs};
 
-/// Maximum share of samples in which an auxiliary channel drops out. A channel with more is a switch.
+/// Maximum share of samples in which an auxiliary channel drops out. A channel that drops out more often counts as a switch.
 const DROPOUT_SHARE: f64 = 0.05;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// Faults in order of kind, channel and time.
+    /// All faults that were found, in order of kind, channel and time.
     pub found: Vec<Fault>,
-    /// Lower and upper limit of each saturated gauge, in the values of the logger.
+    /// Lower and upper reading at which the logger clips each gauge, before taring; `None` for an unknown limit.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 
@@ -63,8 +63,8 @@ impl Faults {
         words.collect()
     }
 
-    /// Returns the recording without its unusable samples: as several recordings if history must not cross a gap, as none if
-    /// no sample remains.
+    /// Returns the recording without its unusable samples. It is cut into several recordings where a look-back must not cross
+    /// a gap. There is none if no sample remains.
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
@@ -76,7 +76,7 @@ impl Faults {
     }
 }
 
-/// Returns the faults of each of these recordings. Successive load cases of one table are judged together.
+/// Returns the faults of each of these recordings. Successive load cases of one table are checked together.
 pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
     let of_table = |cases: &[&Recording]| {
         if let [recording] = cases {
@@ -134,7 +134,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         let channel = Watched { recording, own, expected: expected.as_ref() };
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
         channel.stuck(&mut found);
-        // Load cases have no order, so jumps mean nothing.
+        // Load cases have no order in time, so a jump from one to the next is no fault.
         if !recording.is_static() {
             channel.jumps(&mut found);
         }
@@ -162,7 +162,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     Faults { found, unclipped }
 }
 
-/// Finds dropouts of an auxiliary channel, which changes slowly and has no expected value.
+/// Finds the dropouts of an auxiliary channel, such as a temperature, which changes slowly and has no expected value.
 fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     let own = Own::of(recording, channel);
     let mut found = Vec::new();

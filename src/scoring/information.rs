@@ -1,4 +1,5 @@
-//! Information that recordings contain about the coefficients of a fit, and the loads that would add most.
+//! Information that recordings contain about the coefficients of a fit, and the loads whose recording would add most
+//! information.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
@@ -6,18 +7,20 @@ use faer::{Mat, Side};
 use crate::calibration::{NormalEquations, unit_gram};
 use crate::dot::dot;
 
-/// Term on the diagonal of the Gram matrix of unit columns that keeps the matrix invertible if columns are undetermined.
-/// [`fit`](crate::calibration::fit) drops a column of which a smaller share is unexplained.
+/// Number that is added to the diagonal of the Gram matrix of columns with unit length, so that the matrix stays invertible
+/// if columns are undetermined. [`fit`](crate::calibration::fit) drops a column if the share that the other columns do not
+/// explain is smaller.
 const NOTHING: f64 = 1e-12;
-/// Term on the same diagonal when loads are proposed. With this term, an undetermined coefficient has a finite variance.
+/// Number that is added to the same diagonal when loads are proposed, so that an undetermined coefficient has a finite
+/// variance.
 const PRIOR: f64 = 1e-6;
 
-/// Gram matrix of some columns, each scaled to unit length, by its eigenvalues and eigenvectors.
+/// Gram matrix of some feature columns, each scaled to unit length, given by its eigenvalues and eigenvectors.
 #[derive(Clone, Debug)]
 pub struct Information {
-    /// Indices of the columns. Columns that are zero in every sample are left out.
+    /// Indices of the columns in the Gram matrix. Columns that are zero in every sample are left out.
     columns: Vec<usize>,
-    /// Reciprocal length of each column.
+    /// Reciprocal length of each column before it is scaled to unit length.
     inverse_lengths: Vec<f64>,
     /// Eigenvalues in ascending order: the squared singular values of the columns.
     squares: Vec<f64>,
@@ -45,7 +48,7 @@ impl Information {
         })
     }
 
-    /// Reduces a row of all columns to the columns of this matrix, scaled like them.
+    /// Reduces a row of all feature values to the columns of this matrix, and scales it like them.
     fn scaled(&self, row: &[f64]) -> Vec<f64> {
         let columns = self.columns.iter().zip(&self.inverse_lengths);
         columns.map(|(column, factor)| row[*column] * factor).collect()
@@ -62,9 +65,9 @@ impl Information {
         solution
     }
 
-    /// Returns up to `count` of `rows` that should be recorded next, each in a dwell of `weight` samples. Each chosen row
-    /// increases the logarithm of the determinant of the Gram matrix most (greedy D-optimal design). `region` holds rows at
-    /// which the variance of predictions is compared.
+    /// Returns up to `count` loads that should be recorded next, each in a dwell of `weight` samples. `rows` holds the
+    /// feature values of the possible loads. Each chosen row increases the logarithm of the determinant of the Gram matrix
+    /// most (greedy D-optimal design). `region` holds the rows at which the variance of predictions is compared.
     pub fn next_best(
         &self,
         rows: &[Vec<f64>],
@@ -81,7 +84,8 @@ impl Information {
         let mut variances: Vec<f64> = rows.iter().map(variance).collect();
         let mut of_region: Vec<f64> = region.iter().map(variance).collect();
         let before: f64 = of_region.iter().sum();
-        // A chosen row x reduces the variance at u by `weight · (uᵀx)² / (1 + weight · v)` (Sherman and Morrison).
+        // With the inverse Gram matrix C and v = xᵀCx, a chosen row x reduces the variance uᵀCu at a row u by `weight ·
+        // (uᵀCx)² / (1 + weight · v)` (Sherman and Morrison).
         let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
         let mut found = Vec::new();
         for _ in 0..count {
@@ -116,13 +120,14 @@ impl Information {
     }
 }
 
-/// Row of a load that should be recorded next.
+/// A load that should be recorded next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextRow {
     pub at: usize,
-    /// Increase of the logarithm of the determinant of the Gram matrix by this row.
+    /// Increase of the logarithm of the Gram matrix's determinant if this load is recorded.
     pub gain: f64,
-    /// Share of the prediction variance over the region that remains after this row and the rows before it.
+    /// Share of the summed prediction variance in the region that remains after this load and the loads before it are
+    /// recorded.
     pub left: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Cross-validated linear fits: with one ridge for all columns, or with one for each feature block.
+//! Cross-validation of linear fits: with one ridge for all columns, or with one ridge for each block of feature columns.
 
 mod by_block;
 mod fits;

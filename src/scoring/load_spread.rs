@@ -5,9 +5,11 @@ use crate::min_max::MinMax;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadSpread {
     pub deviations: Vec<f64>,
-    /// Correlation of each pair of axes, `n_axes × n_axes`; `None` if the load of an axis is constant.
+    /// Correlation coefficient of the loads on each pair of axes, `n_axes × n_axes`; `None` if the load of an axis is
+    /// constant.
     pub correlations: Vec<Option<f64>>,
-    /// Variance of each axis divided by the part of it that the other axes do not explain. 1 for an independent axis.
+    /// Variance of the load on each axis, divided by the part of it that the loads on the other axes do not explain. It is 1
+    /// for an independent axis.
     pub inflations: Vec<Option<f64>>,
 }
 

@@ -1,37 +1,37 @@
-//! Mean hysteresis of the recordings, to which the paper's F_th is close.
+//! Mean hysteresis of the recordings. Koike et al. (2019) chose a force threshold F_th for the look-back that is close to it.
 //!
-//! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. Cycles and reversals are those
-//! of the [loops](crate::scoring::loops).
+//! Guarantees: hysteresis is measured on conventional loads. The look-back (search for an earlier load that differs by F_th)
+//! compares the same loads. Cycles and reversals are those of the [loops](crate::scoring::loops).
 
 use serde::Serialize;
 
 use crate::recording::Axis;
 use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
 
-/// Minimum number of reversals for a reliable mean.
+/// Minimum number of load reversals for a reliable mean hysteresis.
 pub const FEWEST_REVERSALS: usize = 10;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AxisHysteresis {
     pub axis: Axis,
-    /// Mean loop width over the full cycles, in the unit of F_th; `None` without a cycle.
+    /// Mean loop width over the full cycles, in the unit of the force threshold F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
     /// Number of full cycles, each with one reversal between its two branches.
     pub n_reversals: usize,
-    /// Reversal threshold, in the unit of the axis.
+    /// Smallest change of the load that counts as a reversal, in the unit of the axis.
     pub reversal_threshold: f64,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanHysteresis {
-    /// Mean of the loop widths over the axes with cycles, in the unit of F_th; `None` without any cycle.
+    /// Mean of the loop widths over the axes with cycles, in the unit of the force threshold F_th; `None` without any cycle.
     pub value: Option<f64>,
     pub n_reversals: usize,
-    /// Hysteresis of each axis whose load is compared with F_th.
+    /// Hysteresis of each axis whose load is compared with the force threshold F_th.
     pub axes: Vec<AxisHysteresis>,
 }
 
-/// Loads of one recording; `reference` is `n × n_axes`, row-major.
+/// Loads of one recording whose hysteresis is measured; `reference` is `n × n_axes`, row-major.
 #[derive(Clone, Copy)]
 pub struct HysteresisRun<'a> {
     pub reference: &'a [f64],
@@ -48,14 +48,14 @@ pub struct HysteresisRun<'a> {
 /// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. The paper
 /// does not define the average, so this definition is ours. If several axes are loaded at once, crosstalk adds to the width.
 ///
-/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th. The factor is zero for an axis
-/// that is not compared with F_th; see [`Distance::weights`](crate::features::Distance::weights).
+/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of the force threshold F_th. The factor
+/// is zero for an axis that is not compared with F_th; see [`Distance::weights`](crate::features::Distance::weights).
 pub fn mean_hysteresis(
     runs: &[HysteresisRun<'_>],
     axes: &[Axis],
     weights: &[f64],
 ) -> MeanHysteresis {
-    assert_eq!(axes.len(), weights.len(), "one weight per axis");
+    assert_eq!(axes.len(), weights.len(), "each axis has one weight");
     let counted = axes.iter().zip(weights).enumerate();
     let axes: Vec<AxisHysteresis> = counted
         .filter(|(_, (_, weight))| **weight > 0.0)
@@ -109,7 +109,7 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 impl MeanHysteresis {
-    /// Returns true if the reversals are too few for a reliable mean.
+    /// Returns true if there are fewer reversals than a reliable mean hysteresis needs.
     pub fn rests_on_few(&self) -> bool {
         self.n_reversals < FEWEST_REVERSALS
     }

@@ -3,17 +3,18 @@
 use crate::calibration::NormalEquations;
 use crate::recording::Axis;
 
-/// Returns the RMSE per axis of a linear fit on the samples in `sums` (from Eq. 8); `None` without samples.
+/// Returns the RMSE per axis of a linear fit on the samples in the normal equations `sums`; `None` without samples. This is
+/// the error that Eq. 8 of Koike et al. (2019) minimises.
 pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
     root_mean(&sums.squared_residuals(coefficients), sums.n_samples())
 }
 
-/// Returns the root mean squares from sums of squares over `n` samples; `None` if `n` is zero.
+/// Returns the root mean square of each column from its sum of squares over `n` samples; `None` if `n` is zero.
 pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
     (n > 0).then(|| squares.iter().map(|square| (square / n as f64).sqrt()).collect())
 }
 
-/// Returns the RMSE per axis of predicted loads. Predicted and reference loads are `n × n_axes`, row-major.
+/// Returns the RMSE per axis of predicted loads against the reference loads `truth`. Both are `n × n_axes`, row-major.
 pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<Vec<f64>> {
     let mut squares = vec![0.0; n_axes];
     for (predicted, truth) in predicted.chunks_exact(n_axes).zip(truth.chunks_exact(n_axes)) {
@@ -37,7 +38,7 @@ impl Group {
         axis.is_force() == (self == Self::Force)
     }
 
-    /// Returns the root mean square of the RMSE of the group's axes; `None` if no axis belongs to the group.
+    /// Returns the root mean square of the RMSE of all force axes or all moment axes; `None` if there is no such axis.
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
         let own = axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis));
         let squares: Vec<f64> = own.map(|(_, value)| value * value).collect();
@@ -46,7 +47,7 @@ impl Group {
     }
 }
 
-/// Returns the change from `from` to `to` in percent; `None` if `from` is zero.
+/// Returns the change from `from` to `to` in percent of `from`; `None` if `from` is zero.
 pub fn percent_change(from: f64, to: f64) -> Option<f64> {
     (from > 0.0).then(|| 100.0 * (to / from - 1.0))
 }

@@ -1,4 +1,5 @@
-//! Parts of the analysis that several questions share: cross-validation, loops, dwells, lag, faults of the rig, traces to draw.
+//! Computations that several kinds of results need: cross-validation, loops, intervals of constant load, lag, faults of the
+//! rig, traces to draw.
 
 pub(crate) mod coverage;
 pub(crate) mod cross_validation;
@@ -22,5 +23,6 @@ mod straight_lines;
 
 pub(crate) use series::Series;
 
-/// Maximum number of samples whose loads are kept in memory. The loads of more samples are computed again at each use.
+/// Maximum number of samples whose computed loads are kept in memory. With more samples, the loads are computed again at each
+/// use.
 pub const MANY_SAMPLES: usize = 2_000_000;

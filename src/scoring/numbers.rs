@@ -35,21 +35,21 @@ pub fn round_step(step: f64) -> f64 {
     let power = step.log10().floor() as i32;
     let candidates = (power..=power + 1).flat_map(|power| {
         [1.0, 2.0, 2.5, 5.0].map(|digit| {
-            // Parsed, because the product 5 · 10⁻² differs from 0.05 in the last digit.
+            // The number is parsed from text, because the product 5 · 10⁻² differs from 0.05 in the last digit.
             format!("{digit}e{power}").parse().unwrap_or(step)
         })
     });
     candidates.into_iter().find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9)).unwrap_or(step)
 }
 
-/// Returns the number of decimals that a number needs.
+/// Returns the number of decimals with which a number is written exactly.
 pub fn decimals(value: f64) -> usize {
     let text = value.to_string();
     text.split_once('.').map_or(0, |(_, after)| after.len())
 }
 
-/// Returns the distance between ticks, a [`round_step`] of at least `least`, and the ticks within the range. Without a valid
-/// `least`, the distance is zero and there are no ticks.
+/// Returns the distance between the ticks of a plot axis, and the ticks within its range. The distance is a [`round_step`] of
+/// at least `least`. If `least` is not positive and finite, the distance is zero and there are no ticks.
 pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     if !(least > 0.0 && least.is_finite()) {
         return (0.0, Vec::new());
@@ -58,7 +58,8 @@ pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     (step, multiples((low, high), step))
 }
 
-/// Returns the result of [`ticks`], or if fewer than three are within the range, ticks at least `closest` apart.
+/// Returns the ticks of [`ticks`]. If fewer than three of them are within the range, it returns closer ticks, which are at
+/// least `closest` apart.
 pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, Vec<f64>) {
     let coarse = ticks((low, high), least);
     if coarse.1.len() >= FEWEST_TICKS || !(coarse.0 > 0.0 && closest > 0.0) {

@@ -1,9 +1,9 @@
-//! Squared errors on held-out parts, by which models of any kind are compared.
+//! Squared errors on the held-out parts of a cross-validation. Models of any kind are compared by them.
 
 use crate::scoring::left_out::summed_by_target;
 use crate::scoring::metrics::root_mean;
 
-/// Squared errors on each part of a cross-validation, of the fit to the other parts. The parts are the same for all models.
+/// Squared errors on each part of the data, by the fit to all other parts. All models use the same parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartSquares {
     pub part_samples: Vec<u64>,

@@ -1,6 +1,6 @@
-//! Distances between drawings in pixels, for tests.
+//! Distances between drawings in pixels, for tests of reduced drawings.
 
-/// Returns the distance from a point to the nearest segment.
+/// Returns the distance from a point to the nearest of these line segments, in pixels.
 pub(crate) fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
     let from = |[a, b]: &[[f64; 2]; 2]| {
         let way = [b[0] - a[0], b[1] - a[1]];
@@ -13,7 +13,7 @@ pub(crate) fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
     steps.iter().map(from).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the largest distance from one polyline to the other. Both have rising x.
+/// Returns the largest distance from a point of one polyline to the other polyline, in pixels. Both have rising x.
 pub(crate) fn farthest(of: &[[f64; 2]], to: &[[f64; 2]]) -> f64 {
     let mut worst = 0.0_f64;
     for step in of.windows(2) {
@@ -22,7 +22,7 @@ pub(crate) fn farthest(of: &[[f64; 2]], to: &[[f64; 2]]) -> f64 {
         for k in 0..=n as usize {
             let share = k as f64 / n;
             let place = [0, 1].map(|i| step[0][i] + share * (step[1][i] - step[0][i]));
-            // Only segments within two pixels horizontally can be the nearest.
+            // Only segments within two pixels of the point horizontally are tried.
             let first = to.partition_point(|other| other[0] < place[0] - 2.0).saturating_sub(1);
             let end = (to.partition_point(|other| other[0] <= place[0] + 2.0) + 1).min(to.len());
             let near: Vec<_> = to[first..end].windows(2).map(|w| [w[0], w[1]]).collect();

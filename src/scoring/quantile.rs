@@ -1,4 +1,4 @@
-//! Quantiles of numbers.
+//! Quantiles of a list of numbers.
 
 /// Returns the smallest value that at least a `share` of the values do not exceed; `None` without values. A share of 0.5 gives
 /// the lower median, a share of 1 the maximum. The values are reordered.

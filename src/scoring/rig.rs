@@ -1,8 +1,8 @@
 //! Zero and sensitivity of each gauge in each recording, and the single fault that best explains why recordings disagree.
 //!
-//! The model is `gauge = zero + sensitivity · (A · load)`, with A fitted to the other recordings. One pass over the samples
-//! gives the sums of contiguous parts of each recording (units). Each possible fault is then fitted to these sums, corrected
-//! for the fault.
+//! The model of a gauge is `gauge = zero + sensitivity · (A · load)`. The matrix A is fitted to the other recordings. One
+//! pass over the samples gives sums of products over contiguous parts of each recording, called units. Each possible fault is
+//! then corrected in these sums, and the model is fitted again.
 
 mod cause;
 mod chance;
@@ -20,28 +20,30 @@ pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
 pub use crate::scoring::rig::columns::NoGauge;
 use crate::scoring::rig::fits::{Forward, Moments, Shape};
 
-/// Minimum number of units in all recordings together. The scatter between units shows which differences arise by chance.
+/// Minimum number of units (contiguous parts of recordings) in all recordings together. The scatter between units shows which
+/// differences arise by chance.
 const UNITS: usize = 12;
-/// Maximum number of runs. If there are more recordings, consecutive recordings are combined into one run.
+/// Maximum number of runs. A run is one recording; with more recordings than this, consecutive recordings are combined into
+/// one run.
 const RUNS: usize = 24;
-/// Number of samples that are collected before their products are added to the sums. Large blocks are faster.
+/// Number of samples that are collected before their products are added to the sums of a unit. Large blocks are faster.
 const BLOCK: usize = 128;
 
-/// Sums of one contiguous interval of samples: products of `[1, time, gauges, loads]`.
+/// Sums of products of `[1, time, gauges, loads]` over one contiguous interval of samples.
 #[derive(Clone, Debug)]
 struct Unit {
     run: usize,
     sums: Mat<f64>,
 }
 
-/// Sums of the recordings of one sensor, in order of time.
+/// Sums of products over the recordings of one sensor, in order of time. Faults of the measuring rig are found from them.
 #[derive(Debug)]
 pub struct Rig {
     units: Vec<Unit>,
     shape: Shape,
-    /// For each run, the positions of its recordings in the list given to [`Rig::of`].
+    /// For each run, the indices of its recordings in the list given to [`Rig::of`].
     runs: Vec<Vec<usize>>,
-    /// Mean and scale of each gauge. The sums contain gauges minus the mean, divided by the scale.
+    /// Mean and scale (standard deviation) of each gauge. The sums contain gauges minus this mean, divided by this scale.
     scales: Vec<(f64, f64)>,
     /// Largest minus smallest value of each gauge, divided by the gauge's scale.
     spans: Vec<f64>,
@@ -52,20 +54,20 @@ pub struct Rig {
 /// Zero and sensitivity of the gauges in one recording, or in consecutive recordings combined.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// Positions of the run's recordings in the list given to [`Rig::of`].
+    /// Indices of the run's recordings in the list given to [`Rig::of`].
     pub recordings: Vec<usize>,
     /// Difference between each gauge's zero in this run and in the fit to the other runs, as a share of the gauge's range,
     /// with its standard error.
     pub zeros: Vec<Option<(f64, f64)>>,
     /// Ratio of each gauge's sensitivity in this run to that in the fit to the other runs, with its standard error.
     pub sensitivities: Vec<Option<(f64, f64)>>,
-    /// Held-out error over all axes, as a share of full scale.
+    /// Held-out error of this run's loads over all axes, as a share of full scale.
     pub error: f64,
 }
 
 impl Rig {
-    /// Creates the sums of recordings that have the same gauges and axes. Returns `None` if no load moves, or if there are no
-    /// gauges.
+    /// Creates the sums of products over recordings that have the same gauges and axes. Returns `None` if no load moves, or
+    /// if there are no gauges.
     pub fn of(recordings: &[&Recording], full_scale: &[f64]) -> Option<Self> {
         let first = recordings.first()?;
         let n_gauges = first.n_gauges();
@@ -126,7 +128,7 @@ impl Rig {
         Some(rig)
     }
 
-    /// Returns the positions of the recordings of a run in the given list.
+    /// Returns the indices of a run's recordings in the list given to [`Rig::of`].
     pub fn recordings(&self, run: usize) -> &[usize] {
         &self.runs[run]
     }
@@ -162,8 +164,8 @@ impl Rig {
     pub fn table(&self) -> Vec<Run> {
         let n_gauges = self.shape.n_gauges;
         let errors = fits::left_out(&self.units, &self.shape);
-        // For each run and gauge: zero and sensitivity with their weights. `scatter` holds the squared deviations of the
-        // units.
+        // For each run and gauge: zero and sensitivity with their weights. `scatter` holds the squared deviations of single
+        // units from their run.
         let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
         let mut estimates = Vec::new();
         for run in 0..self.n_runs() {
@@ -198,7 +200,8 @@ impl Rig {
             }
             estimates.push(lines);
         }
-        // Returns zeros (0) or sensitivities (1) with standard errors, divided by a scale for each gauge.
+        // Returns the zeros (`at` = 0) or sensitivities (`at` = 1) of a run with standard errors, divided by a scale for each
+        // gauge.
         let known = |lines: &[[(f64, f64); 2]], at: usize, scale: &dyn Fn(usize) -> f64| {
             let of_gauge = |(gauge, line): (usize, &[(f64, f64); 2])| {
                 let ((value, weight), (squares, freedom)) = (line[at], scatter[gauge][at]);
@@ -218,7 +221,7 @@ impl Rig {
     }
 }
 
-/// Returns the positions of recordings in order of their start times, or in the given order if a start time is unknown.
+/// Returns the indices of recordings in order of their start times, or in the given order if a start time is unknown.
 fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..recordings.len()).collect();
     let started: Option<Vec<f64>> = recordings.iter().map(|own| own.started()).collect();
@@ -228,7 +231,7 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
     order
 }
 
-/// Combines the load cases of each table into one list, if there are other tables or recordings to compare with.
+/// Combines the static load cases of each table into one run, if there are other tables or recordings to compare with.
 fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
     let tables = order.chunk_by(|a, b| are_of_one_table(recordings[*a], recordings[*b]));
     let tables: Vec<Vec<usize>> = tables.map(<[usize]>::to_vec).collect();
@@ -247,7 +250,7 @@ fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f
         let n = values().count().max(1) as f64;
         let mean = values().sum::<f64>() / n;
         let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
-        // The standard deviation of a constant is not exactly zero, because its mean is rounded.
+        // The computed standard deviation of a constant gauge is not exactly zero, because its mean is rounded.
         let scale = if variance.sqrt() > 1e-9 * mean.abs() { variance.sqrt() } else { 1.0 };
         let ends = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(*value), high.max(*value))

@@ -14,20 +14,21 @@ use rayon::prelude::*;
 use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
 
-/// Number of samples in a run of the first level.
+/// Number of consecutive samples in a run of the first, finest level.
 const FINEST: usize = 32;
-/// Number of runs of one level that form a run of the next level.
+/// Number of runs of one level that together form a run of the next, coarser level.
 const FAN_OUT: usize = 4;
 /// Maximum number of samples in a column of which all samples are drawn.
 const FEW: usize = 4;
-/// Number of samples from which a column begins and ends at borders of runs, and is drawn by its minimum and maximum alone.
+/// Minimum number of samples in a column that begins and ends at borders of runs. Such a column is drawn by its minimum and
+/// maximum alone.
 const MANY: usize = 4 * FINEST;
-/// Maximum shift of a column's end to a border of runs, as a share of the column's width.
+/// Maximum shift of a column's end in time to a border of runs, as a share of the column's width.
 const MOVED: f64 = 0.25;
-/// Number of samples whose minima and maxima are computed at a time.
+/// Number of samples whose minima and maxima are computed in one step.
 const CHUNK: usize = 256 * FINEST;
 
-/// Values of a trace, stored or computed.
+/// Values of a trace, which are stored in memory or computed when they are read.
 pub trait Values: fmt::Debug + Send + Sync {
     fn n_samples(&self) -> usize;
 
@@ -44,7 +45,7 @@ impl Values for Arc<[f64]> {
     }
 }
 
-/// Difference of two traces, computed when values are read.
+/// Difference of two traces, computed when its values are read.
 #[derive(Debug)]
 struct Difference(Arc<dyn Values>, Arc<dyn Values>);
 
@@ -69,7 +70,7 @@ impl Values for Difference {
 #[derive(Clone, Debug)]
 pub struct Series {
     pub(crate) values: Arc<dyn Values>,
-    /// Number of samples in a run of the first level.
+    /// Number of consecutive samples in a run of the first, finest level.
     finest: usize,
     /// True if all samples of a run of the first level have the same value.
     is_held: bool,
@@ -77,7 +78,7 @@ pub struct Series {
     levels: Vec<Vec<Extremes>>,
 }
 
-/// Minimum and maximum in single precision, rounded outward.
+/// Minimum and maximum of a run in single precision, rounded outward.
 #[derive(Clone, Copy, Debug)]
 struct Extremes {
     low: f32,
@@ -109,16 +110,17 @@ impl Series {
 
     pub fn of(values: Arc<dyn Values>) -> Self {
         let mut one = Self::all_of(vec![values], &Progress::default());
-        one.pop().expect("one series per value")
+        one.pop().expect("there is one trace for each list of values")
     }
 
     /// Returns the values `a − b`, computed when they are read. Panics if the lengths differ.
     pub fn difference(a: Arc<dyn Values>, b: Arc<dyn Values>) -> Arc<dyn Values> {
-        assert_eq!(a.n_samples(), b.n_samples(), "traces of one recording");
+        assert_eq!(a.n_samples(), b.n_samples(), "both traces are of the same recording");
         Arc::new(Difference(a, b))
     }
 
-    /// Returns traces of the same samples, whose values are read together. The traces are incomplete after cancellation.
+    /// Returns one trace for each of `all`, whose values are read together. All must have the same samples. After
+    /// cancellation, the traces are incomplete.
     pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
         let n = all.iter().map(|values| values.n_samples()).max();
         let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
@@ -155,7 +157,11 @@ impl Series {
 
     /// Returns the trace of `n` samples whose value changes every `each` samples. Panics unless there is one value per change.
     pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
-        assert_eq!(values.len(), n.div_ceil(each), "one value per run");
+        assert_eq!(
+            values.len(),
+            n.div_ceil(each),
+            "there is one value for each change of the trace"
+        );
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
         let level = level.collect();
         Self { is_held: true, ..Self::with_level(Arc::new(Held { values, each, n }), each, level) }
@@ -206,13 +212,14 @@ impl Series {
         column_secs: f64,
         mut point: impl FnMut(f64, f64),
     ) {
-        assert_eq!(times.len(), self.len(), "one time for each sample");
+        assert_eq!(times.len(), self.len(), "there is one time for each sample");
         self.draw_in(&Columns::of(times, samples, column_secs), times, &mut point);
     }
 
     /// Draws like [`Self::draw`], in columns that several traces can share. Panics if a sample of a column does not exist.
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
-        // State of the drawing: value of the last point; time, minimum and maximum of the last column if it has many samples.
+        // `before` is the value of the last point. `open` is the time, minimum and maximum of the last column if it has many
+        // samples.
         let mut before = f64::NAN;
         let mut open: Option<(f64, MinMax)> = None;
         let mut finite = |at: f64, value: f64| {
@@ -226,7 +233,7 @@ impl Series {
             let first = (!column.is_joined[0]).then(|| self.value(start));
             let range = if n > FEW { self.run(start..end) } else { MinMax::NONE };
             if let Some((at, own)) = open.take() {
-                // The line leaves the last column at the value nearest to the start of this one.
+                // The line leaves the previous column at the value that is nearest to the first value of this column.
                 before = own.min.max(first.unwrap_or(range.min)).min(own.max);
                 finite(at, before);
             }
@@ -279,10 +286,10 @@ impl Series {
         };
         let finest = self.finest;
         if self.is_held && !self.levels.is_empty() && !samples.is_empty() {
-            // All samples of a run have the same value, so whole runs are enough.
+            // All samples of a run have the same value, so the minima and maxima of whole runs are enough.
             return self.runs(samples.start / finest..samples.end.div_ceil(finest));
         }
-        // Otherwise the samples are whole runs of the first level, and single samples before and after them.
+        // Otherwise the samples consist of whole runs of the first level, and of single samples before and after these runs.
         let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
         if self.levels.is_empty() || first >= end {
             return one_by_one(MinMax::NONE, samples);
@@ -338,19 +345,21 @@ pub struct Columns(Vec<ColumnOf>);
 #[derive(Clone, Debug)]
 struct ColumnOf {
     samples: Range<usize>,
-    /// Times of the first and the last sample (s).
+    /// Times of the column's first and last sample (s).
     secs: [f64; 2],
-    /// True if the column has many samples and the line continues without pause at its start, and the same at its end.
+    /// For the start and the end of a column: true if the column has many samples and the line continues there without a
+    /// pause.
     is_joined: [bool; 2],
 }
 
 impl Columns {
-    /// Divides these samples into columns. The ends of a column with many samples are shifted slightly, to borders of runs.
+    /// Divides these samples into columns of equal width in time. The ends of a column with many samples are shifted
+    /// slightly, to borders of runs.
     pub fn of(times: &[f64], samples: Range<usize>, column_secs: f64) -> Self {
         let (mut start, end) = (samples.start, samples.end.min(times.len()));
         let mut columns = Vec::new();
         while start < end {
-            // Columns begin at multiples of their width, so that they do not change while the view moves.
+            // Columns begin at multiples of their width, so that they do not change while the visible interval moves.
             let edge = ((times[start] / column_secs).floor() + 1.0) * column_secs;
             let n = before_edge(&times[start..end], edge);
             // If the width is zero or below the resolution of the times, each sample is a column.
@@ -360,7 +369,7 @@ impl Columns {
                 && rounded < end
                 && times[rounded - 1] - edge <= MOVED * column_secs;
             let next = if is_moved { rounded } else { exact };
-            // A line across a pause begins and ends at samples.
+            // At a pause in the recording, the line ends at a sample and begins again at a sample.
             let goes_on = |k: usize| {
                 let is_inside = samples.start < k && k < end;
                 next - start >= MANY && is_inside && times[k] - times[k - 1] < column_secs
@@ -376,7 +385,8 @@ impl Columns {
     }
 }
 
-/// Returns the number of ascending times before `edge`. The search starts at the first time and reads only a few times.
+/// Returns the number of the ascending `times` that lie before `edge`. The search starts at the first time and reads only a
+/// few times.
 fn before_edge(times: &[f64], edge: f64) -> usize {
     let mut reach = 1;
     while reach < times.len() && times[reach] < edge {

@@ -1,9 +1,10 @@
-//! Linear fit of one channel by others, and deviation from a straight line in time.
+//! Linear fit of one channel by other channels, and deviation of samples from a straight line in time.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq as _;
 
-/// Returns the least-squares factors of the columns. A ridge shrinks the first `ridged`, because channels may be collinear.
+/// Returns the least-squares coefficients of the columns. A ridge shrinks those of the first `ridged` columns, because
+/// channels may be collinear.
 pub fn factors(
     n: usize,
     columns: usize,
@@ -24,7 +25,8 @@ pub fn factors(
     (0..columns).map(|column| solved[(column, 0)]).collect()
 }
 
-/// Returns the deviation of three samples from a straight line, scaled to the noise of one sample.
+/// Returns the deviation of three successive samples from a straight line. It is divided by √6, so that it has the noise of
+/// one sample.
 pub fn bend([a, b, c]: [f64; 3]) -> f64 {
     (a - 2.0 * b + c).abs() / 6_f64.sqrt()
 }

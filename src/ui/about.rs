@@ -22,14 +22,17 @@ impl About {
                 ui.end_row();
             }
         });
-        if ui.press("Copy version", "Copies the version and the build for a fault report") {
+        if ui.press(
+            "Copy version",
+            "Copies the version and the build of the program, to be pasted into a fault report",
+        ) {
             let lines = built().map(|(name, value)| format!("{name}: {value}"));
             ui.ctx().copy_text(lines.join("\n"));
         }
         ui.separator();
-        let crates = "Lists the crates in this program, with their authors and licences";
-        let own =
-            OWN_LICENCES.map(|(name, text)| (name, text, "Shows this licence of the program"));
+        let crates = "Lists the Rust crates in this program, with their authors and licences";
+        let own = OWN_LICENCES
+            .map(|(name, text)| (name, text, "Shows the text of this licence of the program"));
         let texts = [own[0], own[1], ("Crates", LICENCES_OF_CRATES, crates)];
         ui.horizontal(|ui| {
             ui.label("Licence: MIT or Apache-2.0, at your choice");

@@ -1,4 +1,5 @@
-//! All named actions: one table for menus, keys, the command palette and the list of shortcuts.
+//! All actions that a user can find by name. Menus, shortcut keys, the command palette and the list of shortcuts use this
+//! table.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -28,7 +29,7 @@ pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
-/// Returns a shortcut with Ctrl (⌘ on a Mac).
+/// Returns the shortcut of Ctrl (⌘ on a Mac) and this key.
 pub const fn ctrl(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
@@ -61,22 +62,22 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
     let built_in = [
         (
             "Built-in sensor (simulated)",
-            "Opens simulated recordings of a six-axis sensor to try the program on",
+            "Opens simulated recordings of a six-axis sensor, to try the program without own data",
             None,
         ),
         (
-            "Built-in: time lag",
-            "Simulated: one force, two gauges behind a low-pass of 30 ms, no hysteresis. The loops look like hysteresis until the lag is removed",
+            "Simulated sensor with time lag",
+            "Opens simulated recordings of one force and two gauges. A low-pass of 30 ms delays the gauges; until this lag is removed, the loops look like hysteresis",
             Some(Late::Lag),
         ),
         (
-            "Built-in: hysteresis",
-            "Simulated: one force, two gauges. Play is 5 % of full scale and there is no lag, so loops are equally wide at every rate of the load",
+            "Simulated sensor with hysteresis",
+            "Opens simulated recordings of one force and two gauges with a hysteresis (play) of 5 % of full scale. There is no lag, so the loops are equally wide at every rate of the load",
             Some(Late::Hysteresis),
         ),
         (
-            "Built-in: time lag and hysteresis",
-            "Simulated: one force, two gauges with a time lag and with play. Removing the lag leaves the hysteresis",
+            "Simulated sensor with time lag and hysteresis",
+            "Opens simulated recordings of one force and two gauges with a time lag and hysteresis (play). After removal of the lag, the hysteresis remains",
             Some(Late::Both),
         ),
     ];
@@ -97,20 +98,20 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         ),
         action(
             "Follow a growing file…",
-            "Shows the newest minute of a log that is still being written, with its computed loads",
+            "Shows the newest minute of a log file that is still being written, with the loads computed from its gauges",
             None,
             Command::ChooseFollowed,
         ),
     ];
     let recover = action(
         "Recover sessions…",
-        "Lists unsaved work of windows that did not close properly, to restore or discard it",
+        "Lists unsaved sessions of windows that did not close properly, to restore or discard them",
         None,
         Do::ShowLeft(true),
     );
     let close = action(
         "Close all recordings",
-        "Removes all recordings from the window; the files stay",
+        "Removes all recordings from the window; their files are kept",
         None,
         Edit::CloseAll,
     );
@@ -123,19 +124,19 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
 
 pub fn writing(engine: &Engine) -> Vec<Action> {
     let traces = format!(
-        "Writes the reference, uncompensated and compensated loads on screen as {}",
+        "Writes the visible traces of the reference, uncompensated and compensated loads to a file: {}",
         FileFormat::listed(TRACE_FORMATS)
     );
     let results = [
         action(
             "Export calibration…",
-            "Writes the calibration as data or as code for a robot; the file name's ending chooses the format",
+            "Writes the calibration to a file, as data or as code for a robot; the ending of its name chooses the format",
             ctrl(Key::E),
             Command::ChooseExport,
         ),
         action(
             "Save report…",
-            "Writes one HTML page with tables, loops and traces, to print or to send",
+            "Writes the results to one HTML page with tables, loops and traces, to print or to send",
             None,
             Command::ChooseReport,
         ),
@@ -144,13 +145,13 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
     let session = [
         action(
             "Save session",
-            "Saves the list of files, their roles, all settings, the notes and the panes",
+            "Saves the list of recordings, their roles, all settings, the notes and the arrangement of the panes",
             ctrl(Key::S),
             Command::SaveSession,
         ),
         action(
             "Save session as…",
-            "Saves the session to another file",
+            "Saves recordings, settings, notes and panes to another session file",
             ctrl_shift(Key::S),
             Command::SaveSessionAs,
         ),
@@ -182,79 +183,84 @@ pub fn edit(can: CanGo) -> Vec<Action> {
     ]
 }
 
-/// Returns the actions that change the visible time, or play through it.
+/// Returns the actions that change the visible interval of time, or play through it.
 pub fn time(can: CanGo) -> Vec<Action> {
     let all = [
         (
-            "Show all of the time",
+            "Show the whole time axis",
             "Shows the traces from the first to the last sample",
             alone(Key::Home),
             TimeMove::Fit,
         ),
         (
             "Zoom in",
-            "Shows half of the time, around the current sample",
+            "Halves the visible interval of time, around the current sample",
             shift(Key::ArrowUp),
             TimeMove::Zoom(0.5),
         ),
         (
             "Zoom out",
-            "Shows twice the time, around the current sample",
+            "Doubles the visible interval of time, around the current sample",
             shift(Key::ArrowDown),
             TimeMove::Zoom(2.0),
         ),
         (
             "Earlier",
-            "Moves a quarter of the visible time to the left",
+            "Moves the visible interval to earlier times, by a quarter of its length",
             shift(Key::ArrowLeft),
             TimeMove::Move(-0.25),
         ),
         (
             "Later",
-            "Moves a quarter of the visible time to the right",
+            "Moves the visible interval to later times, by a quarter of its length",
             shift(Key::ArrowRight),
             TimeMove::Move(0.25),
         ),
-        ("Zoom back", "Shows the previous interval of time", alt(Key::ArrowLeft), TimeMove::Back),
+        (
+            "Zoom back",
+            "Shows the interval of time that was visible before the last zoom",
+            alt(Key::ArrowLeft),
+            TimeMove::Back,
+        ),
         (
             "Zoom forward",
-            "Shows the next interval of time",
+            "Shows the interval of time that was visible before Zoom back",
             alt(Key::ArrowRight),
             TimeMove::Forward,
         ),
         (
             "Play through time, or stop",
-            "Plays the recording, and draws the look-back at each sample (Eq. 9-12)",
+            "Plays the recordings, and marks the earlier sample that the look-back uses at each time (Eq. 9-12 of the paper in Help)",
             alone(Key::Space),
             TimeMove::TogglePlay,
         ),
         (
             "Step back",
-            "Goes one sample back; one pixel if samples are denser than pixels",
+            "Goes one sample back, or one pixel if a pixel holds several samples",
             alone(Key::Comma),
             TimeMove::Step(-1),
         ),
         (
             "Step forward",
-            "Goes one sample forward; one pixel if samples are denser than pixels",
+            "Goes one sample forward, or one pixel if a pixel holds several samples",
             alone(Key::Period),
             TimeMove::Step(1),
         ),
         (
-            "Put cursor A at the sample shown",
+            "Put cursor A at the current sample",
             "Puts cursor A at the sample under the pointer, or at the playing position",
             alone(Key::A),
             TimeMove::PutCursor(0),
         ),
         (
-            "Put cursor B at the sample shown",
-            "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range between A and B",
+            "Put cursor B at the current sample",
+            "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range of each trace between A and B",
             alone(Key::B),
             TimeMove::PutCursor(1),
         ),
         (
             "Show or hide the table of the cursors",
-            "Shows a table of the values at A and B, and of the statistics between A and B",
+            "Shows a table of each trace's values at cursors A and B, and of its mean, deviation and range between them",
             alone(Key::T),
             TimeMove::ToggleTable,
         ),
@@ -270,12 +276,12 @@ pub fn time(can: CanGo) -> Vec<Action> {
     all.into_iter().map(action).collect()
 }
 
-/// Returns the actions that save images of the window. Images of one plot are in the plot's own menu.
+/// Returns the actions that save an image of the whole window. Images of one plot are in the plot's own menu.
 pub fn pictures() -> Vec<Action> {
     vec![
         action(
             "Copy the window as an image",
-            "Copies the window to the clipboard; a right click on a plot copies that plot alone",
+            "Copies an image of the window to the clipboard; a right click on a plot copies that plot alone",
             ctrl_shift(Key::C),
             Command::ImageOfAll(ImageTo::Clipboard),
         ),
@@ -292,14 +298,18 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
     let roles = [
-        ("All train", "Uses all recordings for training", Role::Train),
-        ("All test", "Uses all recordings for testing", Role::Test),
-        ("All off", "Excludes all recordings from the fit and the scores", Role::Off),
+        ("Use all for training", "Uses all recordings for training (fitting)", Role::Train),
+        ("Use all for testing", "Uses all recordings for testing the fit", Role::Test),
+        (
+            "Exclude all",
+            "Excludes all recordings from the fit and from the computed errors",
+            Role::Off,
+        ),
     ];
     let roles = roles.map(|(name, about, role)| action(name, about, None, Edit::AllRoles(role)));
     let tare = action(
         "Tare each recording at its first quiet half second",
-        "Takes the mean of the gauges in the first quiet half second as zero",
+        "Sets the zero of each recording to the mean of its gauges in the first half second that is unloaded and quiet",
         None,
         Do::Tare(entries.collect(), Tare::Auto),
     );
@@ -315,7 +325,7 @@ pub fn recent(engine: &Engine) -> Vec<Action> {
     files.map(open).collect()
 }
 
-/// Returns the action that finds the control of each setting.
+/// Returns one action for each setting, which shows the control of the setting.
 fn settings(engine: &Engine) -> Vec<Action> {
     let all = settings_panel::in_use(engine).into_iter();
     all.map(|setting| {
@@ -331,7 +341,7 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Find the best model",
-            "Tries models and proposes one; the pane Models lists all tried models",
+            "Tries models and proposes the most accurate one; the pane Models lists all tried models",
             None,
             Do::FindBest(limit),
         )
@@ -367,7 +377,7 @@ pub fn workspaces() -> Vec<Action> {
         ),
         action(
             "Reset this workspace",
-            "Restores the default arrangement of the panes in this workspace",
+            "Restores the default arrangement of the panes for this kind of work",
             None,
             Command::ResetWorkspace,
         ),
@@ -375,9 +385,9 @@ pub fn workspaces() -> Vec<Action> {
     Workspace::ALL.into_iter().zip(keys).map(show).chain(own).collect()
 }
 
-/// Returns the action that shows each pane. The first nine panes have number keys.
+/// Returns one action for each pane, which shows the pane. The first nine of them have a shortcut with a number key.
 pub fn panes() -> Vec<Action> {
-    // Only the numbers 1 to 9 are names of keys.
+    // Only single digits are names of keys, so the tenth pane and further ones have no shortcut.
     let keys = (1..).map(|n: u8| Key::from_name(&n.to_string()).and_then(ctrl));
     let show = |(pane, keys): (Pane, _)| {
         let name = format!("Show {}", pane.title);
@@ -394,7 +404,7 @@ pub fn places(pane: Pane) -> Vec<Action> {
     });
     let close = action(
         format!("{title}: close"),
-        "The View menu brings it back",
+        "Closes the pane; the View menu shows it again",
         None,
         Command::ClosePane(pane),
     );
@@ -404,7 +414,7 @@ pub fn places(pane: Pane) -> Vec<Action> {
 pub const THEMES: [(&str, Theme, &str); 3] = [
     ("Dark", Theme::Dark, "Light text on a dark background"),
     ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
-    ("Follow system", Theme::System, "Dark or light, as set for the desktop"),
+    ("Follow system", Theme::System, "Dark or light, as the settings of the desktop say"),
 ];
 
 fn themes(engine: &Engine) -> Vec<Action> {
@@ -421,7 +431,7 @@ pub fn text_scales() -> Vec<Action> {
     [
         ("Larger", "Enlarges text and controls", ctrl(Key::Plus), 1),
         ("Smaller", "Shrinks text and controls", ctrl(Key::Minus), -1),
-        ("Usual size", "Resets text and controls to the usual size", ctrl(Key::Num0), 0),
+        ("Usual size", "Shows text and controls at their usual size again", ctrl(Key::Num0), 0),
     ]
     .into_iter()
     .map(|(name, explanation, keys, step)| {
@@ -434,26 +444,26 @@ pub fn help(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Help",
-            "Opens the guide, the shortcuts, the glossary and the paper's equations",
+            "Opens the guide, the list of shortcuts, the glossary and the equations",
             alone(Key::F1),
             Command::ToggleHelp,
         ),
         action(
             "Find an action…",
-            "Finds an action by a part of its name",
+            "Opens a field in which a part of an action's name is typed to find the action",
             Some(FIND),
             Command::ShowPalette,
         ),
         action(
             "Tour",
-            "Shows in six steps how to calibrate and compensate the built-in sensor",
+            "Shows in six steps how to calibrate the built-in simulated sensor and to compensate its hysteresis",
             None,
             Command::Tour(true),
         )
         .only_if(engine.project().recordings.is_simulated()),
         action(
             "About LoopScope",
-            "Shows the version, the build and the licences",
+            "Shows the version, the build and the licences of the program",
             None,
             Command::ShowAbout,
         ),
@@ -486,20 +496,20 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     groups.into_iter().flatten().collect()
 }
 
-/// Sends the commands of the pressed keys. While a text field has the focus, the field gets keys without modifiers, undo and
-/// redo.
+/// Sends the commands of the pressed keys. While a text field has the focus, the field gets undo, redo and all keys without
+/// modifiers.
 pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Out) {
     let is_press = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
     if !context.input(|input| input.events.iter().any(is_press)) {
         return;
     }
     let typing = context.text_edit_focused();
-    // Space presses the button that has the focus.
+    // The space bar is left to the button that has the focus, which it presses.
     let focused = context.memory(|memory| memory.focused());
     let focused = focused.and_then(|id| context.read_response(id));
     let focused =
         focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
-    // Plus is often on the key of the equals sign, so Ctrl with the equals sign counts too.
+    // The plus sign is often on the key of the equals sign, so Ctrl with the equals sign counts as Ctrl with plus.
     let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
     if larger {
         out.send(Command::TextScale(1));

@@ -1,9 +1,10 @@
-//! Theme and size of the window.
+//! Theme and text size of the window.
 
 use crate::engine::{Preferences, Theme};
 use crate::ui::palette;
 
-/// Adds the code font as a fallback for arrows and superscripts, and turns off the keys of egui for the text size.
+/// Adds the code font as a fallback for arrows and superscripts. Turns off the keys by which egui itself changes the text
+/// size.
 pub fn prepare(context: &egui::Context) {
     let mut fonts = egui::FontDefinitions::default();
     let code = fonts.families.get(&egui::FontFamily::Monospace);
@@ -15,11 +16,11 @@ pub fn prepare(context: &egui::Context) {
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         context.set_visuals_of(theme, palette::visuals(theme == egui::Theme::Dark));
     }
-    // The same keys change the text size in the preferences, so that the size is stored.
+    // The program handles these keys itself and stores the text size in the preferences.
     context.options_mut(|options| options.zoom_with_keyboard = false);
 }
 
-/// Draws a ring around a focused widget that does not show the focus itself.
+/// Draws a ring around a widget that has the keyboard focus but does not show it.
 pub fn focus_ring(painter: &egui::Painter, around: egui::Rect) {
     let ring = painter.ctx().global_style().visuals.selection.stroke;
     painter.rect_stroke(around, 2.0, ring, egui::StrokeKind::Inside);

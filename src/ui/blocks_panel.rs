@@ -1,11 +1,12 @@
-//! Controls of all features except the look-back: a switch with a list of numbers, or a choice.
+//! Controls of all features of the model except the look-back (earlier gauge values). Each feature has a switch with a list
+//! of numbers, or a choice.
 
 use egui::{Id, TextEdit, Ui};
 
 use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range};
 use crate::ui::setting::{found, switched};
 
-/// Draws the controls. Features with memory are disabled for recordings without times.
+/// Draws the controls of these features. Features with memory are disabled for recordings without times.
 pub fn blocks(ui: &mut Ui, features: &mut FeatureSettings, is_static: bool) {
     for &block in BLOCKS {
         let values = features.blocks.of(block).to_vec();
@@ -31,7 +32,7 @@ fn list(ui: &mut Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
             switched(ui, id, &mut values, setting.default);
         }
         ui.add_enabled_ui(used, |ui| {
-            // Zero is valid if the range of the setting includes zero.
+            // Zero is allowed in the list if the range of the setting includes zero.
             let least = if setting.range == Range::NotNegative { 0.0 } else { f64::MIN_POSITIVE };
             list_field(ui, switch.id, ("", least), &explanation, &mut values);
             ui.label(setting.unit.symbol);
@@ -87,7 +88,7 @@ pub fn list_field(
     let response = ui.add(field).labelled_by(label);
     let response = response.on_hover_text(match read {
         Some(_) => explanation,
-        None => "Enter numbers above zero, separated by commas",
+        None => "This is no valid list. Enter numbers above zero, separated by commas",
     });
     if !response.has_focus() {
         ui.data_mut(|data| data.remove::<String>(id));

@@ -1,4 +1,4 @@
-//! Pane with the calibration matrices and the names of their features.
+//! Pane with the calibration matrices, and the names of the features above their columns.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ const NAME_LENGTH: usize = 24;
 pub const PANE: Pane = Pane {
     key: "calibration",
     title: "Calibration",
-    explanation: "The calibration matrices with the names of their features",
+    explanation: "Calibration matrices, with the name of the feature above each column",
 };
 
 #[derive(Debug, Default)]
@@ -46,7 +46,7 @@ impl View {
         let uncertain = &mut self.uncertain;
         ui.horizontal_wrapped(|ui| {
             if analysis.calibration.simulated {
-                ui.warn("Calibration of the simulated sensor");
+                ui.warn("This is the calibration of a simulated sensor");
             }
             ui.weak(analysis.calibration.describe());
         });
@@ -59,7 +59,7 @@ impl View {
                 };
                 let text = format!("Compensated = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
-                    "This part of the model is too large to show; the .json export contains all its numbers",
+                    "This network or kernel has too many numbers to show; the .json export contains all of them",
                 );
                 ui.add_space(6.0);
             }
@@ -78,7 +78,7 @@ impl View {
                     ui.copies(&format!("{} matrix", trace.label()), text);
                     if let Some(known) = known {
                         ui.checkbox(uncertain, "± u").on_hover_text(format!(
-                            "Shows the standard error of each coefficient, computed by a jackknife, {}",
+                            "Shows the standard error of each coefficient of the matrix, computed by a jackknife, {}",
                             known.left_out
                         ));
                     }
@@ -104,7 +104,7 @@ fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
         .table("", "")
 }
 
-/// A group of matrix columns, with the symbol of the group in the equation.
+/// Group of neighbouring matrix columns that share a symbol in the equation.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     symbol: String,
@@ -112,7 +112,8 @@ struct Block {
     columns: Range<usize>,
 }
 
-/// Returns the groups of matrix columns: the gauges, each feature with memory, products, auxiliary channels, and the offset.
+/// Returns the groups of matrix columns: gauges, each feature with memory, products of features, auxiliary channels, and the
+/// offset.
 fn blocks(columns: &[Column]) -> Vec<Block> {
     let symbol = |column: &Column| match column {
         Column::Gauge(_) => "S".to_owned(),

@@ -1,4 +1,5 @@
-//! Pane of the data check: verdict, findings, range of the loads, and the loads to record next.
+//! Pane of the data check: verdict on the recordings, findings about faults, range of the loads, and the loads to record
+//! next.
 
 use egui::{RichText, Ui};
 
@@ -21,7 +22,7 @@ const FIGURE_WIDTH: f32 = 380.0;
 pub const PANE: Pane = Pane {
     key: "check",
     title: "Check",
-    explanation: "Whether the recordings determine the model, faults of the rig, and which loads to record next",
+    explanation: "Shows whether the recordings determine the model, faults of the measuring rig, and which loads to record next",
 };
 
 #[derive(Debug)]
@@ -30,7 +31,7 @@ pub struct View {
     hangs: bool,
     mass_kg: f64,
     arm_m: f64,
-    /// Visible ranges of the plot of zeros and of the plot of sensitivities.
+    /// Visible ranges of the plot of the gauges' zeros, and of the plot of their sensitivities.
     zooms: [Zoom; 2],
 }
 
@@ -60,12 +61,12 @@ impl View {
         ui.horizontal_wrapped(|ui| {
             let hangs = ui.checkbox(&mut self.hangs, "Hanging mass");
             hangs.on_hover_text(
-                "Proposes only loads of a hanging mass, with the sensor in any orientation: F = m g n, M = r × F",
+                "Proposes only loads that a hanging mass can apply, with the sensor in any orientation: F = m g n, M = r × F",
             );
             ui.add_enabled_ui(self.hangs, |ui| {
                 let fields = [
                     (&mut self.mass_kg, " kg", 0.05, "Mass that hangs on the sensor"),
-                    (&mut self.arm_m, " m", 0.005, "Largest distance of the mass from the sensor's origin, along each axis"),
+                    (&mut self.arm_m, " m", 0.005, "Largest possible distance of the hanging mass from the sensor's origin, along each axis"),
                 ];
                 for (value, unit, speed, about) in fields {
                     let field = egui::DragValue::new(value).range(0.001..=10_000.0).speed(speed).suffix(unit);
@@ -82,7 +83,7 @@ impl View {
             ui.warn(problem);
         }
         let Some(found) = found else {
-            ui.weak("No recordings to check.");
+            ui.weak("No recordings are loaded, so there is nothing to check.");
             return;
         };
         let width = ui.available_width();

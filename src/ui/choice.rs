@@ -7,7 +7,8 @@ use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
 struct Keys {
     pass: u64,
     focused: Option<usize>,
-    /// Item that gets the focus in a later frame. In its first frame a list is invisible, so no item can take the focus.
+    /// List item that gets the keyboard focus in a later frame. In its first frame a list is invisible, so no item can take
+    /// the focus.
     target: Option<usize>,
 }
 
@@ -41,7 +42,7 @@ fn list<T: PartialEq + Copy, N: Into<String>>(
     let mut takes = false;
     let at_first = items.iter().position(|value| value == chosen);
     if is_new {
-        // A list that was opened by the pointer takes the focus only after an arrow key.
+        // A list that was opened with the pointer takes the keyboard focus only after an arrow key.
         let by_pointer = ui.input(|input| input.pointer.any_click());
         keys = Keys { target: at_first.filter(|_| !by_pointer), ..Keys::default() };
     } else {

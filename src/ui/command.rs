@@ -1,4 +1,4 @@
-//! Commands of panes, menus and keys: an action of the engine, or an action of the window.
+//! Commands that panes, menus and keys send: each is an action of the engine (data, fits, files) or an action of the window.
 
 use std::path::PathBuf;
 
@@ -10,15 +10,15 @@ use crate::features::Setting;
 /// A part of the window that can be moved, closed and opened again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pane {
-    /// Name of the pane in files.
+    /// Name of the pane in files that store the arrangement of the window.
     pub key: &'static str,
     /// Title on the tab.
     pub title: &'static str,
-    /// Explanation in one sentence, without a full stop.
+    /// Explanation of the pane in one sentence, without a full stop.
     pub explanation: &'static str,
 }
 
-/// A change of a pane's place or size by key or menu.
+/// A change of a pane's place or size, by a key or the menu.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaneMove {
     /// Moves the pane to the left edge of the window.
@@ -45,13 +45,17 @@ impl PaneMove {
     const EDGE: &'static str = "Moves the pane to this edge of the window, beside all other panes";
     const SIZE: &'static str = "Changes the size of the pane; its neighbours shrink or grow";
 
-    /// All moves, each with the end of its menu label and with its explanation.
+    /// All changes of place and size, each with the end of its menu label and with its explanation.
     pub const ALL: [(Self, &'static str, &'static str); 9] = [
-        (Self::Left, "to the left", Self::EDGE),
-        (Self::Right, "to the right", Self::EDGE),
-        (Self::Top, "to the top", Self::EDGE),
-        (Self::Bottom, "to the bottom", Self::EDGE),
-        (Self::NextTabs, "to the next tabs", "Moves the pane to the next group of tabs"),
+        (Self::Left, "move to the left", Self::EDGE),
+        (Self::Right, "move to the right", Self::EDGE),
+        (Self::Top, "move to the top", Self::EDGE),
+        (Self::Bottom, "move to the bottom", Self::EDGE),
+        (
+            Self::NextTabs,
+            "move to the next group of tabs",
+            "Moves the pane to the next group of tabs",
+        ),
         (Self::Wider, "wider", Self::SIZE),
         (Self::Narrower, "narrower", Self::SIZE),
         (Self::Taller, "taller", Self::SIZE),
@@ -59,23 +63,23 @@ impl PaneMove {
     ];
 }
 
-/// Kind of work, with its own set of panes.
+/// Kind of work, with its own arrangement of panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Workspace {
-    /// Recordings, their roles and the sensor's identity.
+    /// Recordings, their roles (training, test, off) and the sensor's identity.
     Import,
-    /// Settings, traces and errors.
+    /// Settings of the model, traces of the loads, and errors of the model.
     Calibrate,
-    /// Loops, their traces, and the metrology figures.
+    /// Hysteresis loops, their traces over time, and the metrology figures.
     Loops,
-    /// The map of the error for pairs of thresholds.
+    /// Map of the model's error over pairs of force threshold and time threshold.
     Thresholds,
-    /// The list of the models that were tried.
+    /// List of the models that were tried.
     Models,
-    /// The data check, and a log file that is still being written.
+    /// Data check of the recordings, and a log file that is still being written.
     Check,
-    /// The calibration matrices and the export.
+    /// Calibration matrices and their export.
     Export,
 }
 
@@ -85,14 +89,18 @@ impl Workspace {
         (
             Self::Import,
             "Import",
-            "Recordings with their roles, groups and faults; the identity of the sensor; notes",
+            "Recordings with their roles, groups and faults; the identity of the sensor; your notes",
         ),
-        (Self::Calibrate, "Calibrate", "Settings, traces and errors"),
-        (Self::Loops, "Loops", "Hysteresis loops, their traces, metrology figures"),
+        (
+            Self::Calibrate,
+            "Calibrate",
+            "Settings of the model, traces of the loads, and errors of the model",
+        ),
+        (Self::Loops, "Loops", "Hysteresis loops, their traces over time, and metrology figures"),
         (
             Self::Thresholds,
             "Thresholds",
-            "The threshold sliders, the traces, and the map of the error for pairs of thresholds",
+            "Sliders of the force and time thresholds, the traces, and a map of the error for pairs of thresholds",
         ),
         (Self::Models, "Models", "Finds the best model and compares the models that were tried"),
         (
@@ -104,30 +112,30 @@ impl Workspace {
     ];
 }
 
-/// A change of the visible time or of the present sample.
+/// A change of the visible interval of time, or of the present sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeMove {
     /// Shows the whole time axis.
     Fit,
-    /// Shows the previous interval of time.
+    /// Shows the interval of time that was visible before the last zoom or move.
     Back,
-    /// Shows the next interval of time.
+    /// Returns to the interval of time that was visible before going back.
     Forward,
     /// Multiplies the length of the visible interval of time by this factor.
     Zoom(f64),
     /// Moves the visible interval of time by this share of its length; a negative share moves to earlier times.
     Move(f64),
-    /// Plays through time, or stops.
+    /// Plays through the recordings in time, or stops.
     TogglePlay,
-    /// Goes one sample forward (1) or back (-1).
+    /// Goes one sample forward (1) or back (−1).
     Step(i8),
     /// Puts cursor A (0) or B (1) at the sample under the pointer, or at the playing position.
     PutCursor(usize),
-    /// Shows or hides the table of the cursors.
+    /// Shows or hides the table of the signals' values at cursors A and B.
     ToggleTable,
 }
 
-/// Destination of an image.
+/// Destination of an image of the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ImageTo {
     /// The clipboard.
@@ -138,10 +146,10 @@ pub enum ImageTo {
     Path(PathBuf),
 }
 
-/// A command of the user.
+/// Command of the user to the engine or the window.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// Action of the engine.
+    /// Runs an action of the engine.
     Do(Action),
     /// Selects the tab of a pane, in a workspace that contains the pane.
     ShowPane(Pane),
@@ -161,7 +169,7 @@ pub enum Command {
     TogglePresenter,
     /// Opens the command palette.
     ShowPalette,
-    /// Shows the control of a setting and focuses the control.
+    /// Shows the control of a setting, and moves the keyboard focus to it.
     FindSetting(Setting),
     /// Shows or hides the help.
     ToggleHelp,
@@ -177,15 +185,15 @@ pub enum Command {
     TextScale(i8),
     /// Takes an image of the whole window.
     ImageOfAll(ImageTo),
-    /// Takes an image of a part of the window.
+    /// Takes an image of this rectangle of the window.
     Image(egui::Rect, ImageTo),
-    /// Tares a recording between the cursors.
+    /// Tares the recording with this index by its gauges between the cursors.
     TareBetweenCursors(usize),
     /// Asks which files to open.
     ChooseFiles,
     /// Asks which file to import.
     ChooseImport,
-    /// Asks which file to follow.
+    /// Asks which growing log file to follow.
     ChooseFollowed,
     /// Asks for the folder that now holds the files of the session.
     ChooseLost,
@@ -199,22 +207,22 @@ pub enum Command {
     SaveSession,
     /// Asks where to save the session.
     SaveSessionAs,
-    /// Asks where to write this content.
+    /// Asks for a path to which this content is written.
     ChooseFileFor(FileContent),
-    /// Lets the user type a path for this content, because the computer has no file dialog.
+    /// Lets the user type a path to which this content is written, because the computer has no file dialog.
     TypePathFor(FileContent),
     /// The path that the user typed, or `None` if the user cancelled.
     PathTyped(Option<PathBuf>),
 }
 
 impl Command {
-    /// Returns the command that shows a notice.
+    /// Returns the command that shows a notice with this text.
     pub fn tell(level: Level, text: impl Into<String>) -> Self {
         Action::Notice(Notice::new(level, text)).into()
     }
 }
 
-/// Commands of one frame, in the order of their execution.
+/// Commands that were sent in one frame, in the order of their execution.
 #[derive(Debug, Default)]
 pub struct Out(pub Vec<Command>);
 

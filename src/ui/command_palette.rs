@@ -1,4 +1,4 @@
-//! The command palette, which finds an action by a part of its name.
+//! The command palette: a field in which the user types a part of an action's name to find and run the action.
 
 use egui::{Context, text_edit::TextEditState};
 use egui::{Event, Id, Key, Modifiers};
@@ -12,10 +12,10 @@ pub struct CommandPalette {
     open: bool,
     text: String,
     chosen: usize,
-    /// Number of items by which the arrow keys moved the choice since the last frame.
+    /// Number of list items by which the arrow keys moved the choice since the last frame.
     steps: isize,
     entered: bool,
-    /// True once the field has the focus, which takes a few frames.
+    /// True once the text field has the focus, which takes a few frames.
     is_typed_into: bool,
 }
 
@@ -24,8 +24,8 @@ impl CommandPalette {
         *self = Self { open: true, ..Self::default() };
     }
 
-    /// Opens the palette by its shortcut, and takes the text typed after the shortcut. On a slow machine the text arrives in
-    /// the same frame, or before the text field has the focus.
+    /// Opens the palette by its shortcut, and takes over the text that is typed after the shortcut. On a slow machine, this
+    /// text arrives in the same frame or before the text field has the focus.
     pub fn listen(&mut self, context: &Context) {
         let mut events = context.input_mut(|input| std::mem::take(&mut input.events));
         events.retain(|event| {
@@ -56,7 +56,7 @@ impl CommandPalette {
                 _ if press(Key::Backspace) => {
                     self.text.pop();
                 }
-                // Otherwise a letter without modifiers would run a shortcut.
+                // The key is taken out of the input, because otherwise a letter without modifiers would run a shortcut.
                 Event::Key { modifiers, .. } => return !modifiers.any() && !press(Key::Escape),
                 _ => return false,
             }
@@ -83,7 +83,7 @@ impl CommandPalette {
             let label = ui.strong("Find an action");
             let field = egui::TextEdit::singleline(&mut self.text)
                 .id(field_id())
-                .hint_text("a part of the action's name")
+                .hint_text("type a part of the action's name")
                 .desired_width(f32::INFINITY);
             let field = ui.add(field).labelled_by(label.id);
             self.is_typed_into = field.has_focus() && field.enabled() && !ui.is_sizing_pass();
@@ -94,7 +94,7 @@ impl CommandPalette {
             ui.separator();
             egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
                 if found.is_empty() {
-                    ui.weak("No action has these words in its name");
+                    ui.weak("No action has all typed words in its name");
                 }
                 for (at, action) in found.iter().enumerate() {
                     let keys = action.keys.map(|keys| ui.ctx().format_shortcut(&keys));
@@ -132,7 +132,7 @@ fn is_press(event: &Event, key: Key, held: Modifiers) -> bool {
         if *own == key && modifiers.matches_exact(held))
 }
 
-/// Returns true if every typed word is in the name.
+/// Returns true if every typed word occurs in the name of an action.
 fn matches(name: &str, typed: &str) -> bool {
     let name = name.to_lowercase();
     typed.to_lowercase().split_whitespace().all(|word| name.contains(word))

@@ -2,7 +2,7 @@
 
 use egui::{Key, Modifiers, Popup, PopupCloseBehavior, Response, SetOpenCommand, Ui};
 
-/// Number of frames after which a menu takes the focus; a menu is invisible in its first frame.
+/// Number of frames after its opening in which a menu takes the keyboard focus; it is invisible in its first frame.
 const FRAMES_TO_FOCUS: u32 = 2;
 
 /// Opens a menu by the right mouse button or, for a focused widget, by the menu key or Shift+F10. `contents` returns the
@@ -14,7 +14,7 @@ pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Respo
             input.consume_key(Modifiers::NONE, Key::Menu)
                 || input.consume_key(Modifiers::SHIFT, Key::F10)
         });
-    // A click on a text field must not close the menu, so each item closes the menu itself.
+    // A click on a text field in the menu must not close the menu, so each item closes the menu itself.
     let mut popup =
         Popup::context_menu(response).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let id = popup.get_id();

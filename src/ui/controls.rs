@@ -47,7 +47,7 @@ pub trait Controls {
         button.on_hover_text(about);
     }
 
-    /// Draws a button for each value, with its label and explanation, and a separator.
+    /// Draws a selectable button for each value, with its label and explanation, and then a separator.
     fn select_from<'a, T: PartialEq>(
         &mut self,
         chosen: &mut T,
@@ -82,7 +82,11 @@ pub trait Controls {
         [about, button, does]: [&str; 3],
     ) -> Option<PathBuf> {
         let field = TextEdit::singleline(path).hint_text(hint).desired_width(width);
-        let field = self.field(label, field, format!("{about}. Enter does the same as {button}"));
+        let field = self.field(
+            label,
+            field,
+            format!("{about}. The Enter key does the same as the button {button}"),
+        );
         let entered = self.entered(&field);
         let path = path.trim();
         ((self.press(button, does) || entered) && !path.is_empty()).then(|| path.into())
@@ -111,7 +115,7 @@ pub trait Controls {
         self.own().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
-    /// Returns true if the user ended the text of this field with Enter.
+    /// Returns true if the user pressed Enter in this text field.
     fn entered(&mut self, field: &Response) -> bool {
         let ui = self.own();
         field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter))
@@ -127,13 +131,13 @@ pub trait Controls {
         ui.colored_label(ui.visuals().error_fg_color, text)
     }
 
-    /// Draws contents in the free area of the pane, with scroll bars if the contents do not fit.
+    /// Draws contents in the free area of the pane, with scroll bars if they do not fit.
     fn scrolled(&mut self, contents: impl FnOnce(&mut Ui)) {
         let area = ScrollArea::both().auto_shrink([false, false]);
         area.show(self.own(), contents);
     }
 
-    /// Draws a button with a menu of fields. The menu stays open while the fields are used.
+    /// Draws a button that opens a menu of input fields. The menu stays open while the fields are used.
     fn menu_of_fields(&mut self, button: Button<'_>, contents: impl FnOnce(&mut Ui)) -> Response {
         let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let menu = MenuButton::from_button(button).config(stays);

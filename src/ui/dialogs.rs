@@ -11,12 +11,12 @@ use crate::formats;
 use crate::logged::take_dialog_error;
 use crate::ui::command::Command;
 
-/// Channel from a file dialog to the window.
+/// Way by which a file dialog answers the window.
 #[derive(Clone)]
 pub struct Reply {
-    /// Channel for the command that follows from the chosen file.
+    /// Channel for the command that uses the chosen file.
     pub commands: Sender<Command>,
-    /// Wakes the window.
+    /// Wakes the window, so that it handles the command.
     pub notify: Notify,
 }
 
@@ -29,42 +29,44 @@ impl Reply {
     }
 }
 
-/// Returns the command that writes the chosen file. The dialog has already asked before an existing file is replaced.
+/// Returns the command that writes content to the chosen file. The dialog has already asked before it chose an existing file.
 pub fn save_to(content: FileContent, path: PathBuf) -> Command {
-    // For a new file the dialog asked nothing, but an export may write further files that exist.
+    // For a new file, the dialog asked nothing. But an export may also write further files, which may exist.
     let existing = if path.exists() { Existing::Replace } else { Existing::Ask };
     write(content, path, existing)
 }
 
 pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
     let action = match content {
-        // An export checks that the ending is an export format.
+        // The export itself checks that the file's ending belongs to an export format.
         FileContent::Calibration(..) => Action::Export(path, existing),
         content => Action::Save(content, path, existing),
     };
     action.into()
 }
 
-/// Ways to ask for files. Tests replace the desktop's dialogs.
+/// Ways to ask the user for files. Tests replace the desktop's dialogs.
 pub trait Dialogs {
-    /// Asks for files to open.
+    /// Asks which files to open.
     fn open_files(&mut self, reply: Reply);
-    /// Asks for a file to import.
+    /// Asks which file to import.
     fn import(&mut self, reply: Reply);
     /// Asks for a growing log file, whose new rows the program reads.
     fn follow(&mut self, reply: Reply) {
-        one_file(reply, "Follow a file that is being written", |path| Action::Follow(path).into());
+        one_file(reply, "Choose a log file that is being written", |path| {
+            Action::Follow(path).into()
+        });
     }
     /// Asks for the folder that now holds the files of the session.
     fn locate(&mut self, reply: Reply) {
-        let dialog =
-            rfd::AsyncFileDialog::new().set_title("Choose the folder of the session's files");
+        let dialog = rfd::AsyncFileDialog::new()
+            .set_title("Choose the folder that now holds the session's files");
         asked(reply, no_dialog(), || {
             let folder = pollster::block_on(dialog.pick_folder())?;
             Some(Action::Locate(folder.path().to_owned()).into())
         });
     }
-    /// Asks for a file to write.
+    /// Asks for the file to which the content is written.
     fn save(&mut self, content: FileContent, reply: Reply);
 }
 

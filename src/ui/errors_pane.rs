@@ -21,7 +21,7 @@ use crate::ui::table;
 pub const PANE: Pane = Pane {
     key: "errors",
     title: "Errors",
-    explanation: "RMSE of each axis on training samples, on test samples and by cross-validation; the expected error",
+    explanation: "RMSE of each axis on training samples, on test samples and by cross-validation; expected error on new recordings",
 };
 
 #[derive(Debug, Default)]
@@ -30,7 +30,7 @@ pub struct View;
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         errors_pane(ui, cx.engine);
-        // While a slider moves, the pane keeps the answer to the previous settings.
+        // While a slider is dragged, the pane keeps the expected error of the previous settings.
         if let Some((of, analysis)) = cx.engine.exact().filter(|_| cx.engine.gesture.is_none())
             && cx.engine.is_current()
         {
@@ -48,7 +48,7 @@ fn errors_pane(ui: &mut Ui, engine: &Engine) {
         };
         ui.copies("table", || all_errors(analysis, engine).tab_separated());
         if !analysis.fitted {
-            ui.weak("Errors of the applied calibration on these recordings");
+            ui.weak("Errors of the loaded calibration, applied to these recordings");
             return;
         }
         if let Some(each) = analysis.preview_of {
@@ -58,14 +58,14 @@ fn errors_pane(ui: &mut Ui, engine: &Engine) {
         if let Some(how) = &quality.cross_validation
             && quality.compensated.cv_rmse.is_some()
         {
-            ui.weak(format!("CV {how}"));
+            ui.weak(format!("Cross-validation (CV) {how}"));
         }
         for found in &analysis.findings {
             ui.warn(&found.seen).on_hover_text(found.text(Face::Window));
         }
     });
     let Some(analysis) = engine.analysis() else {
-        ui.weak("Nothing is fitted yet.");
+        ui.weak("No calibration is fitted yet.");
         return;
     };
     ui.scrolled(|ui| {
@@ -84,7 +84,9 @@ fn expected(ui: &mut Ui, engine: &Engine) {
             }
             table::show(ui, &expected_error_table(found));
         }
-        Some(Err(reason)) => drop(ui.weak(format!("No expected error: {reason}"))),
+        Some(Err(reason)) => {
+            drop(ui.weak(format!("The expected error cannot be computed: {reason}")))
+        }
         None => drop(ui.weak(lane.problem().unwrap_or("The expected error is not computed yet."))),
     }
 }
@@ -95,7 +97,8 @@ fn is_of_screen(engine: &Engine) -> bool {
     shown.is_some_and(|(own, answered)| Arc::ptr_eq(&own.calibration, &answered.calibration))
 }
 
-/// Returns a table with one row for each axis: the expected error, then the errors on each set of samples.
+/// Returns a table with one row for each axis: the expected error, then the errors on training samples, on test samples and
+/// by cross-validation.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
     let known = engine.lane::<AskExpectedError>().answer().and_then(|own| own.as_ref().ok());

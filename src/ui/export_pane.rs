@@ -15,13 +15,13 @@ use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 
 const BUTTONS: f32 = 118.0;
-/// Maximum number of characters shown of the notice about the last export.
+/// Maximum number of characters of the notice about the last export that the pane shows.
 const RESULT_CHARS: usize = 160;
 
 pub const PANE: Pane = Pane {
     key: "export",
     title: "Export",
-    explanation: "Writes the calibration as data, or as code that a robot runs",
+    explanation: "Writes the calibration to files, as data or as code that a robot runs",
 };
 
 #[derive(Debug)]
@@ -61,8 +61,8 @@ impl PaneView for View {
             cx.ask(ask);
         }
         let footprint = Footprint::of(calibration);
-        let about = "For less memory, set a history rate or a smaller t_th, or replace the look-back by play";
-        let on_controller = format!("On a controller: {footprint}");
+        let about = "To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play";
+        let on_controller = format!("Needed on a controller, {footprint}");
         if footprint.is_large() {
             ui.warn(&on_controller).on_hover_text(about);
         }
@@ -75,8 +75,8 @@ impl PaneView for View {
                 && *asked == ask
             {
                 ui.horizontal_wrapped(|ui| {
-                    let about = "Sets the history rate and fits the model again";
-                    if ui.press(format!("Keep {} Hz", coarse.rate_hz), about) {
+                    let about = "Stores fewer earlier samples: sets this history rate and fits the model again";
+                    if ui.press(format!("Set history rate to {} Hz", coarse.rate_hz), about) {
                         let mut settings = of.settings.clone();
                         settings.history_rate_hz = coarse.rate_hz;
                         cx.out.send(Edit::Settings(settings));
@@ -92,21 +92,22 @@ impl PaneView for View {
                 ui.separator();
                 let mut chosen = self.also.contains(&ending);
                 let name = egui::RichText::new(format!("{} (.{ending})", target.name)).strong();
-                let about = "Also writes this format, to the same path with this ending";
+                let about =
+                    "Also writes the calibration in this format, to the same path with this ending";
                 if ui.tick(&mut chosen, name, about) {
                     self.also.retain(|own| *own != ending);
                     self.also.extend(chosen.then_some(ending));
                 }
-                ui.label(format!("Holds {}", target.holds));
+                ui.label(format!("This format holds {}", target.holds));
                 if target.on_controller {
                     ui.weak(&on_controller).on_hover_text(about);
                 }
                 match (target.leaves_out)(calibration) {
                     "nothing" => {}
-                    left_out => drop(ui.weak(format!("Does not contain {left_out}"))),
+                    left_out => drop(ui.weak(format!("This format does not contain {left_out}"))),
                 }
                 if let Some(caution) = (target.caution)(calibration) {
-                    ui.warn(format!("Leaves out {caution}"));
+                    ui.warn(format!("This format leaves out {caution}"));
                 }
             }
         });
@@ -121,7 +122,7 @@ impl View {
                 .hint_text(format!("path ending in one of {}", target_endings()))
                 .desired_width((ui.available_width() - BUTTONS).clamp(40.0, 400.0));
             let field = ui.add(field).labelled_by(label.id).on_hover_text(
-                "Path of the exported calibration; its ending chooses the format. Enter writes the file",
+                "Path of the exported calibration; its ending chooses the format. The Enter key writes the files",
             );
             let entered = ui.entered(&field);
             ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
@@ -134,7 +135,7 @@ impl View {
                         out.send(Action::Export(path, Existing::Ask));
                     }
                 }
-                if ui.press("…", "Chooses a file to write") {
+                if ui.press("…", "Opens a dialog in which the file to write is chosen") {
                     out.send(Command::ChooseExport);
                 }
             });

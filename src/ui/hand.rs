@@ -11,7 +11,7 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// Returns the number of the gesture in the last frame; `None` without a gesture.
+    /// Returns the number of the gesture that was going on in the last frame; `None` without a gesture.
     pub fn gesture(&self) -> Option<u64> {
         self.going_on.then_some(self.count)
     }

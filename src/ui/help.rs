@@ -28,13 +28,17 @@ enum Page {
 }
 
 const PAGES: [(Page, &str, &str); 4] = [
-    (Page::Guide, "Guide", "Explains the program, page by page"),
+    (Page::Guide, "Guide", "Explains the use of the program, page by page"),
     (Page::Shortcuts, "Shortcuts", "Keys and mouse actions"),
-    (Page::Equations, "Equations", "The equations of the paper, by their numbers"),
-    (Page::About, "About", "Version, build and licences"),
+    (
+        Page::Equations,
+        "Equations",
+        "The equations of the paper by Koike et al. (2019), with their numbers",
+    ),
+    (Page::About, "About", "Version, build and licences of the program"),
 ];
 
-/// Prefix of the addresses of the guide's pictures.
+/// Prefix of the addresses by which the guide's pages refer to its pictures.
 const IN_GUIDE: &str = "bytes://";
 const PICTURES: [(&str, &[u8]); 4] = [
     ("cost.png", include_bytes!("../../assets/guide/cost.png")),
@@ -59,11 +63,11 @@ const GUIDE: [(&str, &str); 14] = [
     ("Glossary", include_str!("../../assets/guide/glossary.md")),
 ];
 
-/// Equations of the paper with their numbers, then further equations of the program.
+/// Equations of the paper by Koike et al. (2019) with their numbers, then further equations of the program.
 const EQUATIONS: [(&str, &str, &str); 14] = [
-    ("Eq. 1", "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T", "the load: forces [N] and moments [N·m]"),
-    ("Eq. 2", "S = [S_1, S_2, …, S_i]^T", "the gauges, at least six"),
-    ("Eq. 3", "S = C L", "the gauges follow the load linearly"),
+    ("Eq. 1", "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T", "the load L: forces [N] and moments [N·m]"),
+    ("Eq. 2", "S = [S_1, S_2, …, S_i]^T", "the values of the gauges, at least six"),
+    ("Eq. 3", "S = C L", "the gauge values depend linearly on the load"),
     ("Eq. 4", "L = C^{-1} S", "the load from exactly six gauges"),
     ("Eq. 5", "L = (C^T C)^{-1} C^T S", "the load from more than six gauges, by least squares"),
     (
@@ -79,37 +83,37 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Eq. 9",
         "t_{past} = t_{current} − t_{interval}",
-        "the time since the force last differed from the present force by F_th (Fig. 2)",
+        "t_interval is the time since the force last differed from the present force by the force threshold F_th (Fig. 2)",
     ),
     (
         "Eq. 10",
         "F_{current} = f(S_{past}, S_{current})",
-        "the calibration uses present and past gauges; f is linear, a network, or both",
+        "the calibration f uses present and earlier gauge values; it is linear, a network, or both",
     ),
     (
         "Eq. 11",
         "F_{current} = f(S_{current}, S_{current})",
-        "without a past sample, because the force never differed by F_th",
+        "if the force never differed by F_th before, there is no earlier sample; the present gauge values replace it",
     ),
     (
         "Eq. 12",
         "S_{past} = S_{past} if t_{interval} ≤ t_{th}, else S_{current}",
-        "a past sample older than t_th is not used",
+        "an earlier sample that is older than the time threshold t_th is not used",
     ),
     (
         "Trigger",
         "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
-        "the difference is computed from the conventional force, which a robot knows without a reference",
+        "condition for the earlier sample; F is the force by the conventional calibration, which a robot knows without a reference",
     ),
     (
         "Uncompensated",
         "L = C^{-1} S + c",
-        "the load by least squares on the present gauges; the offset c can be turned off",
+        "the load by least squares from the present gauge values; the offset c can be turned off",
     ),
     (
         "Compensated",
         "L = C^{-1} [S, S_{past}, …]^T + c",
-        "the load by least squares on the present gauges and the columns of all features",
+        "the load by least squares from the present gauge values and all other features of the model",
     ),
 ];
 
@@ -172,8 +176,8 @@ impl Help {
     }
 }
 
-/// Draws a page of the guide. Code is drawn here, because the Markdown viewer's copy button needs a glyph that the window's
-/// fonts lack.
+/// Draws a page of the guide. Code blocks are drawn here, because the Markdown viewer's copy button needs a glyph that the
+/// window's fonts lack.
 fn guide_page(ui: &mut Ui, laid_out: &mut CommonMarkCache, text: &str) {
     for (at, part) in text.split("\n```").enumerate() {
         ui.push_id(at, |ui| match at % 2 {
@@ -187,7 +191,7 @@ fn guide_page(ui: &mut Ui, laid_out: &mut CommonMarkCache, text: &str) {
                 let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
                 frame.show(ui, |ui| {
                     ui.add(Label::new(RichText::new(code).monospace()).extend());
-                    if ui.press_small("Copy", "Copies these lines to the clipboard") {
+                    if ui.press_small("Copy", "Copies these lines of code to the clipboard") {
                         ui.ctx().copy_text(code.to_owned());
                     }
                 });
@@ -205,8 +209,8 @@ fn shortcuts(ui: &mut Ui, actions: &[Action]) {
         ("Tab, Shift+Tab", "moves the focus to the next or previous control"),
         ("Space, Enter", "presses the control that has the focus"),
         ("Arrows", "move the slider or the plot that has the focus"),
-        ("+, −", "zoom a plot that has the focus; with Alt, its value axis"),
-        ("Backspace", "shows all of a plot that has the focus"),
+        ("+, −", "zoom the plot that has the focus; with Alt, zoom its value axis"),
+        ("Backspace", "shows all data of the plot that has the focus"),
         ("Shift+F10, Menu", "opens the menu of the plot that has the focus"),
         ("Ctrl+Tab", "shows the next tab of the pane under the pointer"),
         ("Escape", "removes the cursors, closes dialogs and lists"),

@@ -38,7 +38,7 @@ pub fn import_window(
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Escape first closes an open list or ends typing, and only then closes the import.
+    // Escape first closes an open list or ends typing, and only then closes the import window.
     let ends_by_key = !egui::Popup::is_any_open(context)
         && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
@@ -51,7 +51,7 @@ pub fn import_window(
         .id(egui::Id::unique("import"))
         .open(&mut open)
         .default_size(size)
-        // The upper left corner is fixed, so that the window does not move when its contents change.
+        // The upper left corner of the window is fixed, so that the window does not move when its contents change.
         .default_pos(screen.center() - 0.5 * size)
         .show(context, |ui| {
             if let Some(problem) = &importing.problem {
@@ -90,10 +90,10 @@ fn body(
     match importing.waiting.len() {
         0 => {}
         1 => drop(
-            ui.label("1 more file needs a column map; a file with the same columns uses this one"),
+            ui.label("1 more file needs a column map. If it has the same columns, it is loaded with this map"),
         ),
         n => drop(ui.label(format!(
-            "{n} more files need a column map; files with the same columns use this one"
+            "{n} more files need a column map. Files with the same columns are loaded with this map"
         ))),
     }
     questions(ui, importing, inspection, out);
@@ -118,7 +118,8 @@ fn body(
     preview(ui, table);
 }
 
-/// Draws the questions that the user has to answer. Answered questions stay visible, so that the controls below do not move.
+/// Draws the questions about the columns that the user has to answer. Answered questions stay visible, so that the controls
+/// below do not move.
 fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
     for (at, (question, said)) in importing.questions.iter().enumerate() {
         let open = question.still_open(&importing.map, &inspection.table.columns);
@@ -129,7 +130,7 @@ fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &
         let text = format!("Question: {}", open.as_ref().unwrap_or(question));
         let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
         let tick = ui.add_enabled(!is_answered, tick);
-        let explanation = "Ticked once the roles of the columns below answer the question. Tick it yourself to accept the map without an answer";
+        let explanation = "Ticked once the roles of the columns below answer the question. Tick the box yourself to accept the column map without an answer";
         if tick.on_hover_text(explanation).changed() {
             out.send(ImportCommand::Decide(at, decided));
         }
@@ -143,13 +144,13 @@ fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out
     ui.horizontal_wrapped(|ui| {
         if ui.press(
             "Detect again",
-            "Replaces the column map by the map that is detected from the file",
+            "Detects the roles of the columns from the file again, and replaces the column map",
         ) {
             out.send(ImportCommand::Begin);
         }
         for (at, _) in fitting {
             if ui.press(
-                "As the last similar file",
+                "Map of the last similar file",
                 "Uses the column map of the last file with the same columns",
             ) {
                 out.send(ImportCommand::TakeMap(at));

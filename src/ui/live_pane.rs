@@ -1,4 +1,4 @@
-//! Pane with the newest minute of a growing log file, and the loads that the present calibration computes.
+//! Pane that follows a growing log file, and shows its newest minute: the loads that the present calibration computes.
 
 use crate::engine::{Action, Followed, LiveTraces};
 use crate::questions::loops::Inks;
@@ -14,7 +14,7 @@ use crate::ui::plots::{self, Zoom};
 pub const PANE: Pane = Pane {
     key: "live",
     title: "Live",
-    explanation: "The newest minute of a growing log file, with the loads by the present calibration",
+    explanation: "The loads in the newest minute of a growing log file, computed by the present calibration",
 };
 
 #[derive(Debug, Default)]
@@ -28,8 +28,9 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let Some(follow) = cx.engine.following.asked() else {
             ui.weak("No file is followed. Enter the path of a log that is being written, or choose File > Follow a growing file…");
-            let does = "Reads the file from its beginning, and then each new row";
-            let about = ["Path of the log", "Follow", does];
+            let does =
+                "Reads the log file from its beginning, and then each new row as it is written";
+            let about = ["Path of the log file", "Follow", does];
             let width = ui.spacing().text_edit_width;
             ui.horizontal(|ui| {
                 if let Some(path) = ui.path_field("File", &mut self.path, (width, ""), about) {
@@ -70,13 +71,13 @@ impl PaneView for View {
     }
 }
 
-/// Returns the number of rows, the status of the newest row, and the RMS errors of the loads, as text.
+/// Returns a text: the number of rows read from the log, the status of the newest row, and the RMS errors of the loads.
 fn words(followed: &Followed, axis: usize) -> String {
     let (rows, broken) = followed.counts;
     let broken = match broken {
         0 => String::new(),
-        1 => ", 1 line without a usable row".to_owned(),
-        many => format!(", {many} lines without a usable row"),
+        1 => ", 1 unusable line".to_owned(),
+        many => format!(", {many} unusable lines"),
     };
     let of_axis = followed.axes.get(axis);
     let errors = of_axis.and_then(|(axis, traces)| {

@@ -1,5 +1,5 @@
-//! Pane of hysteresis loops with their figures, cross-plots of any two channels, and the drift in dwells. The contents of the
-//! pane are computed in the background.
+//! Pane of hysteresis loops with a table of loop figures (such as the width), cross-plots of any two channels, and the drift
+//! in dwells. The contents of the pane are computed in the background.
 
 mod cross_view;
 mod dwell_view;
@@ -35,7 +35,7 @@ pub const PANE: Pane = Pane {
     explanation: "Hysteresis loops, cross-plots, and drift in dwells",
 };
 
-/// Returns a figure in the colours of the screen or of an SVG file.
+/// Function that returns a figure in the colours of the screen or of an SVG file.
 type InInks<'f, 'a> = &'f dyn Fn(&Inks) -> Figure<'a>;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +76,8 @@ pub struct LoopsPane {
     /// Index of the dwell on screen; `None` shows the longest dwell.
     rest: Option<usize>,
     zooms: [Zoom; 3],
-    /// Width and height of the drawing in pixels: those of the plot on screen or of a saved figure, whichever are larger.
+    /// Width and height of the drawing in pixels. Each is that of the plot on screen or of a saved figure, whichever is
+    /// larger.
     pixels: [f64; 2],
     path: String,
 }
@@ -103,14 +104,14 @@ impl Default for LoopsPane {
 
 fn no_times(ui: &mut Ui) {
     ui.weak("The recordings have no times, so there are no loops and dwells").on_hover_text(
-        "The samples of these recordings have no order in time. Reversal threshold and dwells apply again to recordings with times",
+        "These recordings hold samples without an order in time. The reversal threshold and the dwell time are kept, and apply again to recordings with times",
     );
 }
 
 impl PaneView for LoopsPane {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx);
-        // The question follows the drawing, which may have changed the settings of the pane.
+        // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
             cx.ask::<AskLoops>(LookAt(look));
         }
@@ -120,7 +121,7 @@ impl PaneView for LoopsPane {
 impl LoopsPane {
     fn draw(&mut self, ui: &mut Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
         if engine.analysis().is_none() {
-            let text = engine.problem().unwrap_or("Nothing is fitted yet.");
+            let text = engine.problem().unwrap_or("No calibration is fitted yet.");
             ui.centered_and_justified(|ui| ui.label(text));
             return;
         }
@@ -166,7 +167,7 @@ impl LoopsPane {
         }
     }
 
-    /// Replaces a chosen axis, gauge or recording that no longer exists.
+    /// Replaces a chosen axis, gauge or recording that no longer exists by one that exists.
     fn follow(&mut self, engine: &Engine) {
         let axes = engine.project().axes();
         let n_gauges = engine.project().recordings.layout().gauge_names.len();
@@ -228,7 +229,7 @@ impl LoopsPane {
                 self.axis_choice(ui, engine);
                 match engine.project().recordings.is_static() {
                     true => no_times(ui),
-                    false => dwell_secs(ui, "at least", measuring),
+                    false => dwell_secs(ui, "Dwells of at least", measuring),
                 }
             }
         }
@@ -252,7 +253,10 @@ impl LoopsPane {
 
     fn axis_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let axes = engine.project().axes().iter();
-        ui.select_from(&mut self.axis, axes.map(|own| (*own, own.symbol(), "Shows this axis")));
+        ui.select_from(
+            &mut self.axis,
+            axes.map(|own| (*own, own.symbol(), "Shows the plot of this axis")),
+        );
     }
 
     fn up_choice(&mut self, ui: &mut Ui, engine: &Engine) {
@@ -266,7 +270,7 @@ impl LoopsPane {
             Up::Gauge(gauge) => (gauges.get(gauge).map_or("", |name| name), ""),
         };
         choice(ui, button, &mut self.up, all, described).on_hover_text(
-            "Quantity on the vertical axis: the error, the computed load, or a raw gauge (Fig. 1)",
+            "Quantity on the vertical axis: the error, the computed load, or a raw gauge (as in Fig. 1 of Koike et al. 2019)",
         );
     }
 
@@ -277,7 +281,7 @@ impl LoopsPane {
                 Span::Visible => "Visible in Traces",
                 Span::Of(TableOf::Test) => "Test recordings",
                 Span::Of(TableOf::Train) => "Training recordings",
-                Span::Of(TableOf::NotFitted) => "Test and off",
+                Span::Of(TableOf::NotFitted) => "Test and off recordings",
                 Span::All | Span::Of(TableOf::All) => "All recordings",
                 Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
             };
@@ -288,11 +292,12 @@ impl LoopsPane {
         let all = [Span::Visible, Span::All].into_iter().chain(of);
         let all = all.chain((0..entries.len()).map(Span::One));
         choice(ui, button, &mut self.span, all, described).on_hover_text(
-            "Recordings to plot. Visible in Traces: the recordings and the interval of time in the pane Traces",
+            "Recordings to plot. Visible in Traces: only the recordings and the interval of time that the pane Traces shows",
         );
     }
 
-    /// Draws the plot on the left. Draws on the right the field for saving the plot, and below it the `figures`.
+    /// Draws the plot on the left, and the field for saving the plot on the right. Below the field, `figures` draws the table
+    /// of values.
     fn lay_out<'a>(
         &mut self,
         ui: &mut Ui,
@@ -315,7 +320,7 @@ impl LoopsPane {
                 egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
                     ui,
                     |ui| {
-                        // The labels extend a little beyond the plot.
+                        // The axis labels extend a little beyond the plot, so the saved image is larger than the plot.
                         save::row(ui, &mut self.path, figure, picture.expand(6.0), out);
                         ui.separator();
                         figures(ui, self, out);
@@ -359,5 +364,5 @@ fn channel_choice(ui: &mut Ui, engine: &Engine, label: &str, channel: &mut Chann
     let button = ComboBox::from_label(label).width(96.0);
     let all = std::iter::once(Channel::Time).chain(all);
     choice(ui, button, channel, all, |one| (channel_name(one, engine), ""))
-        .on_hover_text("Time, a gauge, or a reference, uncompensated or compensated load");
+        .on_hover_text("Quantity to plot: time, a gauge, or the reference, uncompensated or compensated load of an axis");
 }

@@ -1,4 +1,5 @@
-//! Pane of metrology figures with their definitions, uncompensated beside compensated for every axis.
+//! Pane of metrology figures (hysteresis, nonlinearity, creep, …) with their definitions, uncompensated beside compensated
+//! for every axis.
 
 use egui::Ui;
 
@@ -21,12 +22,12 @@ use crate::ui::table;
 pub const PANE: Pane = Pane {
     key: "metrology",
     title: "Metrology",
-    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Uncompensated beside Compensated",
+    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk and errors of the uncompensated and the compensated load",
 };
 
 #[derive(Debug)]
 pub struct MetrologyPane {
-    /// Recordings that the table covers; `None` for the default, see [`TableOf::usual`].
+    /// Recordings that the table covers; `None` for the default recordings, see [`TableOf::usual`].
     of: Option<TableOf>,
     shown: Shown,
     path: String,
@@ -41,7 +42,7 @@ impl Default for MetrologyPane {
 impl PaneView for MetrologyPane {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
-        // The question follows the drawing, which may have changed the settings of the pane.
+        // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         let (of, usual) = self.of(cx.engine);
         if let Some(look) = cx.engine.look(None, Question::Table(of)) {
             match of == usual {
@@ -53,8 +54,8 @@ impl PaneView for MetrologyPane {
 }
 
 impl MetrologyPane {
-    /// Returns the recordings that the table covers, and the recordings that the verdict strip covers. If both are equal, the
-    /// pane uses the answer of the strip.
+    /// Returns the recordings that this table covers, and the recordings that the strip of errors under the menus covers. If
+    /// both are equal, the pane shows the result that the engine computed for the strip.
     fn of(&self, engine: &Engine) -> (TableOf, TableOf) {
         let usual = TableOf::usual(&engine.project().recordings);
         (self.of.unwrap_or(usual), usual)
@@ -83,7 +84,7 @@ impl MetrologyPane {
                 out.send(Edit::Measuring(measuring));
             }
             ui.separator();
-            let holds = "Saves all figures in units and in % of full scale, with definitions, sources and the reasons for missing figures";
+            let holds = "Saves all metrology figures of the table in units and in % of full scale, with definitions, sources and the reasons for missing figures";
             let saved = (&mut self.path, holds, table.is_some());
             let content = || Some(FileContent::Table("metrology.csv", Box::new(figure_records(table?))));
             table::saving(ui, saved, || table::joined(&tables), content, out);
@@ -93,7 +94,7 @@ impl MetrologyPane {
             ui.warn(problem);
         }
         let Some(table) = table else {
-            ui.weak("No recordings to measure.");
+            ui.weak("There are no recordings from which metrology figures could be computed.");
             return;
         };
         let width = ui.available_width();
@@ -102,7 +103,7 @@ impl MetrologyPane {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }
-            // The sentences are as wide as the pane, even if the table is wider.
+            // The notes on the table wrap at the width of the pane, even if the table is wider.
             ui.vertical(|ui| {
                 ui.set_max_width(width);
                 notes(ui, table);
@@ -113,20 +114,24 @@ impl MetrologyPane {
     fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         let (before, _) = self.of(engine);
         let mut of = before;
-        let not_fitted = "Measures the recordings that the fit does not use: test and off";
+        let not_fitted = "Computes the metrology figures from the recordings that the fit does not use: those with the role test or off";
         let all = [
-            (TableOf::Test, "Test", "Measures the test recordings"),
+            (TableOf::Test, "Test", "Computes the metrology figures from the test recordings"),
             (TableOf::NotFitted, "Not fitted", not_fitted),
-            (TableOf::Train, "Train", "Measures the training recordings"),
-            (TableOf::All, "All", "Measures all recordings"),
+            (
+                TableOf::Train,
+                "Train",
+                "Computes the metrology figures from the training recordings",
+            ),
+            (TableOf::All, "All", "Computes the metrology figures from all recordings"),
         ];
         ui.select_from(&mut of, all);
         if of != before {
             self.of = Some(of);
         }
         let units = [
-            (Shown::PercentFs, "% FS", "Shows figures in percent of full scale"),
-            (Shown::Units, "N, N·m", "Shows figures in the unit of the axis"),
+            (Shown::PercentFs, "% FS", "Shows the metrology figures in percent of full scale"),
+            (Shown::Units, "N, N·m", "Shows the metrology figures in the unit of the axis"),
         ];
         ui.select_from(&mut self.shown, units);
         dwell_secs(ui, "Dwell", measuring);
@@ -146,22 +151,22 @@ fn definitions(
         egui::Grid::new("definitions").num_columns(3).show(ui, |ui| {
             for (name, explanation, share) in [
                 (
-                    "Still within",
-                    "In a dwell, every axis stays within this share of its full scale for the time in the field \"Dwell\"",
+                    "Constant load within",
+                    "In a dwell, the load of every axis stays within this share of its full scale for the time in the field \"Dwell\"",
                     &mut settings.still_share,
                 ),
                 (
-                    "Zero up to",
-                    "A load up to this share of full scale counts as zero",
+                    "Zero load up to",
+                    "A load up to this share of its axis's full scale counts as zero",
                     &mut settings.zero_share,
                 ),
                 (
-                    "Loaded from",
-                    "An axis counts as loaded from this share of full scale",
+                    "Axis loaded from",
+                    "An axis counts as loaded if its load is at least this share of its full scale",
                     &mut settings.loaded_share,
                 ),
                 (
-                    "Not loaded up to",
+                    "Axis unloaded up to",
                     "Crosstalk is measured while one axis is loaded and every other axis stays below this share of its full scale",
                     &mut settings.alone_share,
                 ),
@@ -191,8 +196,7 @@ fn definitions(
 
 fn notes(ui: &mut Ui, table: &Metrology) {
     ui.weak(format!(
-        "{}, {} samples. Hover texts: at a name, its definition and source; at a figure, the recording and time; at a word in place of a figure, the reason. These figures compare two calibrations on the same data; they do \
-         not replace a calibration in steps on a reference machine.",
+        "{}, {} samples. Hover over a name for its definition and source, over a figure for its recording and time, and over a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do not replace a calibration in steps on a reference machine.",
         counted(table.n_recordings, "recording"),
         table.n_samples
     ));

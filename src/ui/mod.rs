@@ -1,5 +1,5 @@
-//! The window. Only this module uses egui. Each pane has one file, and `panes` lists all panes. [`Shell`] connects the panes to
-//! the engine.
+//! The program window. Only this module uses egui. Each pane has one file, and `panes` lists all panes. [`Shell`] connects
+//! the panes to the engine, which computes all results.
 
 mod about;
 mod actions;

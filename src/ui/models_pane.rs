@@ -25,7 +25,7 @@ const BARS_SHARE: f32 = 0.34;
 const PLOTS_SHARE: f32 = 0.45;
 /// Minimum height of the plots of the model on screen (points), if the pane is high enough.
 const SMALLEST_PLOTS: f32 = 200.0;
-/// Maximum number of characters of a model's name beside its bar.
+/// Maximum number of characters of a model's name beside its bar in the chart of errors.
 const BAR_NAME_LENGTH: usize = 18;
 /// Maximum number of characters of a model's name in the list.
 const NAME_LENGTH: usize = 30;
@@ -69,7 +69,7 @@ impl PaneView for View {
             ui.select_from(&mut self.errors_on, sets);
             let whole = || whole(engine, &self.sort, self.errors_on);
             let holds =
-                "Saves all rows in the present order, with training, test and cross-validated errors";
+                "Saves all rows of the list in the present order, with training, test and cross-validated errors";
             let saved = (&mut self.path, holds, !engine.models.rows.is_empty());
             let content = || Some(FileContent::Table("models.csv", Box::new(whole())));
             table::saving(ui, saved, || whole().tab_separated(), content, out);
@@ -84,7 +84,7 @@ impl PaneView for View {
         for remark in &engine.models.remarks {
             ui.label(remark);
         }
-        ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: fitted to other recordings");
+        ui.weak("→ proposed: the most accurate model · = the smallest model that is nearly as accurate · italic: model fitted to other recordings");
         let height = PLOTS_SHARE * ui.available_height();
         egui::Panel::bottom("model plots")
             .default_size(height)
@@ -126,10 +126,8 @@ impl View {
                 let about = "Time limit of the search; afterwards no further model is started";
                 ui.explained_field("within", field, about);
                 if ui.press(
-                    "Whole comparison of the paper",
-                    "Linear, network and hybrid, without and with look-back, on all samples (A) and on every tenth (B): \
-                     Figures 9, 10, 12 and 13. Networks on all samples take minutes. Models that already have a result are not \
-                     fitted again",
+                    "All models of Koike et al. (2019)",
+                    "Fits the models of Figures 9, 10, 12 and 13 of Koike et al. (2019): linear, network and hybrid, without and with look-back, on all samples (A) and on every tenth (B). Networks on all samples take minutes. Models that already have a result are not fitted again",
                 ) {
                     out.send(Action::ComparePaper);
                 }
@@ -138,10 +136,10 @@ impl View {
         let keep = ui.add_enabled(engine.can_keep(), egui::Button::new("Keep this model"));
         let keep = keep
             .on_hover_text(
-                "Adds the present settings to the list, with their errors and the trained network or kernel",
+                "Adds the present settings to the list of models, with their errors and the trained network or kernel",
             )
             .on_disabled_hover_text(
-                "The loads on screen are not yet fitted or trained with the present settings",
+                "Possible once the loads on screen are fitted or trained with the present settings",
             );
         if keep.clicked() {
             out.send(Action::KeepModel);
@@ -172,7 +170,7 @@ impl View {
     }
 }
 
-/// Draws the cross-validated error of each model with its standard error, in percent of the uncompensated error.
+/// Draws a bar chart: the cross-validated error of each model with its standard error, in percent of the uncompensated error.
 fn bars(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
         .filter_map(|row| {
@@ -183,7 +181,7 @@ fn bars(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.strong("Cross-validated error, % of uncompensated");
     let project = engine.project();
     let visuals = ui.visuals().clone();
-    // The first model is at the top, as in the table.
+    // The first model of the table is at the top of the chart.
     let place = |at: usize| (models.len() - at) as f64;
     let name = |value: f64| {
         let mut all = models.iter().enumerate();
@@ -223,7 +221,7 @@ fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
     table(&ScoreSet::ALL).in_order(&order)
 }
 
-/// Draws the check box that pins a row, the button that applies the model, and the menu of the row.
+/// Draws the check box that keeps a model in the list, the button that applies the model, and the menu of the model's row.
 fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
     ui.horizontal(|ui| {
         let mut say = |change| out.send(Action::Model(row.id, change));
@@ -233,7 +231,7 @@ fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
         pin.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
         });
-        if pin.on_hover_text("Keeps this row when further models are tried").changed() {
+        if pin.on_hover_text("Keeps this row in the list when further models are tried").changed() {
             say(ModelChange::Pin(is_pinned));
         }
         let about = "Applies the settings and the trained network or kernel of this model; undo restores the present ones";

@@ -7,7 +7,7 @@ use crate::ui::pane::{Cx, PaneView};
 pub const PANE: Pane =
     Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };
 
-/// The pane has no state of its own, because the text belongs to the project.
+/// The pane has no state of its own, because the text is stored in the project.
 #[derive(Debug, Default)]
 pub struct View;
 

@@ -13,8 +13,8 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
 const MAX_SHOWN: usize = 3;
-/// Factor by which a notice stays on screen longer while work runs, because the user may look elsewhere and frames are drawn
-/// late.
+/// Factor by which a notice stays on screen longer while the engine computes, because the user may look elsewhere and frames
+/// are drawn late.
 const SLOWER_WHILE_BUSY: u32 = 4;
 /// Maximum number of characters shown of a notice; the list of notices shows the whole text.
 const MAX_CHARACTERS: usize = 240;
@@ -25,14 +25,14 @@ const MOST_SECS: f32 = 9.0;
 
 #[derive(Debug, Default)]
 pub struct Notices {
-    /// Time that each notice was on screen without the pointer on it, by number of the notice.
+    /// Time that each notice was on screen while the pointer was not on it. The key is the number of the notice.
     stood: BTreeMap<u64, Duration>,
-    /// Time of the last frame with notices, and whether the pointer was on a notice.
+    /// Time of the last frame in which notices were drawn; true if the pointer was on a notice.
     drawn: Option<(Instant, bool)>,
     list: bool,
 }
 
-/// Returns the time that a notice stays on screen; `None` for an error, which stays until the user dismisses the error.
+/// Returns the time that a notice stays on screen; `None` for an error, which stays until the user dismisses it.
 fn lasts(notice: &Notice) -> Option<Duration> {
     let shown = notice.text.chars().count().min(MAX_CHARACTERS) as f32;
     let secs = (LEAST_SECS + shown / CHARACTERS_A_SEC).min(MOST_SECS);

@@ -12,7 +12,7 @@ pub fn duration(span: std::time::Duration) -> String {
     }
 }
 
-/// Returns a text of at most `most` characters. A longer text loses its middle, because names differ at their ends.
+/// Returns a text of at most `most` characters. A longer text is shortened in the middle, because names differ at their ends.
 pub fn elided(text: &str, most: usize) -> String {
     let n = text.chars().count();
     if n <= most {

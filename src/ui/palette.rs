@@ -1,7 +1,7 @@
-//! Colours of the window. Each colour has one meaning in every pane and in the report, and has enough contrast. The colours are
-//! distinguishable with any colour vision (Okabe and Ito 2008). Orange is the uncompensated load, blue the compensated load,
-//! green the look-back, yellow a warning, red an error. Scores on training, test and held-out recordings differ by their
-//! dashes.
+//! Colours of the window. Each colour has one meaning in every pane and in the report, and has enough contrast. The colours
+//! are distinguishable with any colour vision (Okabe and Ito 2008). Orange is the uncompensated load, blue the compensated
+//! load, green the look-back (earlier gauge values), yellow a warning, red an error. The lines of training, test and held-out
+//! errors differ by their dashes.
 
 use egui::{Color32, Stroke, Visuals};
 
@@ -21,7 +21,7 @@ impl Trace {
         if visuals.dark_mode { dark } else { rgb(light) }
     }
 
-    /// Returns true if the load is drawn dashed, which distinguishes the line without its colour.
+    /// Returns true if the line of this load is dashed, so that it can be recognised without its colour.
     pub fn is_dashed(self) -> bool {
         matches!(self, Self::Conventional | Self::Factory)
     }
@@ -58,17 +58,17 @@ pub fn inks(visuals: &Visuals) -> Inks {
     }
 }
 
-/// Colour behind faulty samples.
+/// Background colour of samples that look faulty.
 pub fn faulty(visuals: &Visuals) -> Color32 {
     visuals.error_fg_color.gamma_multiply(0.28)
 }
 
-/// Colour behind intervals without a past sample.
+/// Background colour of intervals in which the look-back finds no earlier sample.
 pub fn without_past(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_white_alpha(16) } else { Color32::from_black_alpha(20) }
 }
 
-/// Returns the line colour of the errors on these samples.
+/// Returns the line colour of the errors on the training, test or held-out samples.
 pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     match set {
         ScoreSet::Train => visuals.weak_text_color(),
@@ -77,7 +77,7 @@ pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     }
 }
 
-/// Colour of marks, such as the cursors and the present thresholds.
+/// Colour of marks that show a present value, such as the cursors and the present thresholds.
 pub fn present(visuals: &Visuals) -> Color32 {
     visuals.strong_text_color()
 }

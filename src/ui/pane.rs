@@ -1,11 +1,12 @@
-//! Interface of a pane. A pane asks the engine questions, draws the answers and sends commands. A pane computes nothing.
+//! Interface of a pane. A pane requests results from the engine, draws the results and sends commands. The pane itself
+//! computes nothing.
 
 use crate::engine::Engine;
 use crate::questions::question::Query;
 use crate::ui::command::Out;
 use crate::ui::time_view::TimeView;
 
-/// Question to the engine, which is asked after all panes are drawn.
+/// Request for a result, which is sent to the engine after all panes are drawn.
 pub type Asked = Box<dyn FnOnce(&mut Engine)>;
 
 pub struct Cx<'a> {
@@ -13,12 +14,12 @@ pub struct Cx<'a> {
     /// Interval of time that all panes show.
     pub time: &'a mut TimeView,
     pub out: &'a mut Out,
-    /// Queue of questions, filled by [`Self::ask`].
+    /// Requests for results, which are sent to the engine after all panes are drawn. [`Self::ask`] adds a request.
     pub asked: &'a mut Vec<Asked>,
 }
 
 impl Cx<'_> {
-    /// Asks the engine a question. The engine ignores a question that equals the previous one.
+    /// Requests a result from the engine. The engine ignores a request that equals the previous one.
     pub fn ask<Q: Query>(&mut self, question: Q) {
         self.asked.push(Box::new(|engine| engine.ask(question)));
     }

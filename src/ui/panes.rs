@@ -26,12 +26,12 @@ fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {
     Box::<V>::default()
 }
 
-/// Returns all panes in the order of the menus.
+/// Returns all panes, in the order in which the menus list them.
 pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
     PANES.iter().map(|(pane, _)| *pane)
 }
 
-/// Returns the pane with this name in session files.
+/// Returns the pane that has this key in session files.
 pub fn named(key: &str) -> Option<Pane> {
     all().find(|pane| pane.key == key)
 }

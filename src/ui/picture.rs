@@ -15,13 +15,14 @@ use crate::ui::dialogs::Reply;
 use crate::ui::palette::bytes;
 
 /// Number of frames to wait before an image is taken. After a press on a menu item, the menu stays on screen for one more
-/// frame.
+/// frame and would be in the image.
 const FRAMES_TO_WAIT: u32 = 2;
 
 #[derive(Debug, Default)]
 pub struct Images(Vec<(u32, Rect, ImageTo)>);
 
-/// Adds a menu to copy or save a plot, and a ring while the plot has the focus. `print` returns the figure of the SVG file.
+/// Adds a context menu that copies or saves a plot, and draws a ring around the plot while it has the keyboard focus. `print`
+/// returns the figure of the SVG file.
 pub fn menu<'a>(
     response: &egui::Response,
     part: Rect,

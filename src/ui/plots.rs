@@ -1,4 +1,5 @@
-//! Parts that all plots share: grid lines at round numbers, zoom by wheel and drag, and lines of many pieces.
+//! Functions that all plots share: grid lines at round numbers, zoom by wheel and drag, and the drawing of lines with many
+//! points or dashes.
 
 use std::sync::Arc;
 
@@ -20,14 +21,15 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::{palette, picture};
 
-/// Distance on screen (points) that egui_plot converts to the `base_step_size` of the grid.
+/// Distance of grid lines on screen (points) that is passed to egui_plot. egui_plot converts it to `base_step_size`, in units
+/// of the axis.
 pub const GRID_BASE_POINTS: f64 = 8.0;
 /// Distance of grid lines (points) at which the grid would be as dark as text. Closer grid lines are fainter, so that the data
 /// stand out.
 const GRID_FULL_POINTS: f32 = 900.0;
-/// Natural logarithm of the zoom factor for each point that the wheel scrolls.
+/// Natural logarithm of the zoom factor for one point of scrolling by the wheel.
 const ZOOM_PER_POINT: f64 = 0.004;
-/// Minimum horizontal and vertical distance of the numbers at the axes (points).
+/// Minimum horizontal and vertical distance between two numbers at the axes (points).
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
 /// Smaller minimum distance (points) for axes on which three numbers would not fit otherwise.
 const CLOSEST_POINTS: (f64, f64) = (40.0, 12.0);
@@ -54,15 +56,15 @@ pub fn tick_label(mark: GridMark) -> String {
     tick_text(mark.value, mark.step_size)
 }
 
-/// Adds axes to a plot: labels with units, and round numbers, at least three even on a small plot. Without the label
-/// `across`, the horizontal axis is omitted.
+/// Adds axes to a plot: labels with units, and round numbers, at least three even on a small plot. If `across` is `None`, the
+/// horizontal axis is omitted.
 pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
     let hints = |hints: AxisHints<'a>, label: &str| {
         hints
             .label(egui::RichText::new(label).size(LABEL_SIZE))
             .formatter(|mark, _| tick_label(mark))
             .tick_label_font(egui::FontId::proportional(TICK_SIZE))
-            // The grid already has the minimum distance, so that every grid line gets a number.
+            // The grid lines already have the minimum distance for numbers, so every grid line gets a number.
             .label_spacing(egui::Rangef::new(0.0, 1.0))
     };
     plot.show_axes([across.is_some(), true])
@@ -74,7 +76,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
         .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1, CLOSEST_POINTS.1))
 }
 
-/// Returns a plot that always shows all data. The caller handles press and drag.
+/// Returns a plot whose visible range always covers all data. The caller handles press and drag.
 pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
     Plot::new(id)
         .width(width)
@@ -172,7 +174,7 @@ pub fn plot<'a>(
     drawn
 }
 
-/// Draws the lines and marks of a figure on a plot that shows the whole figure.
+/// Draws the lines and marks of a figure, and sets the visible range of the plot to that of the figure.
 pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::Visuals) {
     let (across, up) = (figure.across.range, figure.up.range);
     plot.set_plot_bounds(PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]));
@@ -196,7 +198,7 @@ fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
     }
 }
 
-/// A plot on screen, for callers that draw over the plot or look up the place under the pointer.
+/// A plot that was drawn in this frame, for callers that draw over the plot or convert the place of the pointer to values.
 pub struct Drawn {
     pub response: Response,
     pub transform: PlotTransform,
@@ -214,7 +216,8 @@ impl Drawn {
 
 type Textures = Vec<(Frame, TextureHandle)>;
 
-/// Returns the textures of these densities, made again only if the densities changed since the last frame.
+/// Returns the textures that show the density of the points. They are made again only if the densities changed since the last
+/// frame.
 fn textures(ui: &Ui, id: &str, clouds: &[Cloud]) -> Textures {
     let key = ui.scope_id().with(("clouds", id));
     let kept = ui.data(|data| data.get_temp::<(Vec<Cloud>, Textures)>(key));
@@ -227,7 +230,8 @@ fn textures(ui: &Ui, id: &str, clouds: &[Cloud]) -> Textures {
     }
     let most = ui.input(|input| input.max_texture_side);
     let widest = clouds.iter().flat_map(|cloud| cloud.density.cells).max();
-    // A pixel has two cells in each direction, or more if the texture would exceed the maximum size.
+    // A pixel of the texture covers two cells of the density in each direction, or more if the texture would exceed the
+    // maximum size.
     let cells_per_pixel = widest.unwrap_or(0).div_ceil(most.max(1)).max(2);
     let textures = CloudPicture::of(clouds, cells_per_pixel).into_iter().map(|picture| {
         let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
@@ -275,15 +279,15 @@ fn with_labels(plot: Rect) -> Rect {
     part
 }
 
-/// Change of the visible range by the user: all data, or the range from the first to the second corner.
+/// Change of the visible range that the user requests: all data, or the range from the first to the second corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
     All,
     Part([f64; 2], [f64; 2]),
 }
 
-/// Returns the change of the range `set` by drag, double click, wheel and keys. The wheel and the keys zoom horizontally, and
-/// also vertically if `both`.
+/// Returns the change of the visible range that the user requests by drag, double click, wheel or keys; `set` is the present
+/// range. The wheel and the keys zoom horizontally, and also vertically if `both`.
 pub fn gestures(ui: &Ui, drawn: &Drawn, set: PlotBounds, both: bool) -> Option<Asked> {
     let axes: &[usize] = if both { &[0, 1] } else { &[0] };
     let keys = keys(ui, &drawn.response, set, axes);
@@ -309,8 +313,9 @@ pub fn gestures(ui: &Ui, drawn: &Drawn, set: PlotBounds, both: bool) -> Option<A
     ((min, max) != (set.min(), set.max())).then_some(Asked::Part(min, max))
 }
 
-/// Returns the change of the range `set` by the keys, if the plot has the focus. Arrows move the range, and Backspace shows all
-/// data. Plus and minus zoom `axes`, and with Alt the vertical axis.
+/// Returns the change of the visible range that the user requests by keys, if the plot has the focus; `set` is the present
+/// range. Arrows move the range, and Backspace shows all data. Plus and minus zoom the axes in `axes`, and with Alt the
+/// vertical axis.
 fn keys(ui: &Ui, response: &Response, set: PlotBounds, axes: &[usize]) -> Option<Asked> {
     if !response.has_focus() {
         return None;
@@ -351,7 +356,8 @@ fn keys(ui: &Ui, response: &Response, set: PlotBounds, axes: &[usize]) -> Option
     ((min, max) != (set.min(), set.max())).then_some(Asked::Part(min, max))
 }
 
-/// Returns true if a plot has the focus. Space then plays the recording, because a plot is no button.
+/// Returns true if a plot has the keyboard focus. The space key then plays the recording, because a plot cannot be pressed
+/// like a button.
 pub fn have_focus(context: &egui::Context) -> bool {
     let last = context.data(|data| data.get_temp::<egui::Id>(focused_id()));
     last.is_some() && last == context.memory(|memory| memory.focused())
@@ -397,7 +403,7 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     if up_and_down.sum::<f32>() < 2.0 * on.sum::<f32>() {
         return None;
     }
-    // The area extends beyond the points by half the line width, and fades over one more pixel.
+    // The area extends beyond the points by half the line width, and fades out over one more pixel to smooth the edge.
     let half = 0.5 * (stroke.width - pixel).max(0.0);
     let mut mesh = Mesh::default();
     mesh.reserve_vertices(4 * bars.len());
@@ -428,7 +434,8 @@ fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) 
     let period = dash + gap;
     let seen = frame.expand(period + stroke.width);
     let mut shapes = Vec::new();
-    // Visible part of the line, and the offset of its first dash. The dashes of the hidden part are counted.
+    // Visible part of the line, and the offset of its dash pattern. The length of the hidden line before it counts for the
+    // offset.
     let (mut part, mut offset): (Vec<Pos2>, f32) = (Vec::new(), 0.0);
     let mut end = |part: &mut Vec<Pos2>, offset| {
         if part.len() > 1 {
@@ -461,7 +468,7 @@ fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) 
 
 /// Returns the part of a line inside a rectangle (Liang and Barsky 1984).
 fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
-    // The ends may be too far away for single precision.
+    // The ends of the line may be too far outside the plot for single precision.
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
         let [at, end, low, high] =
@@ -489,7 +496,7 @@ fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
     (enters <= leaves).then_some([from, to])
 }
 
-/// Many shapes as one plot item, because a plot with thousands of items is slow.
+/// Plot item that consists of many shapes, because a plot with thousands of items is slow.
 pub struct Shapes<F> {
     base: PlotItemBase,
     color: Color32,
@@ -497,7 +504,7 @@ pub struct Shapes<F> {
 }
 
 impl<F: Fn(&Ui, &PlotTransform, &mut Vec<Shape>)> Shapes<F> {
-    /// Returns a plot item. `draw` appends the shapes of the item.
+    /// Returns a plot item whose shapes are appended by `draw`.
     pub fn new(name: &str, color: Color32, draw: F) -> Self {
         Self { base: PlotItemBase::new(name.to_owned()), color, draw }
     }

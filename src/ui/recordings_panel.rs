@@ -42,7 +42,7 @@ pub const PANE: Pane = Pane {
 #[derive(Debug)]
 pub struct View {
     open: String,
-    /// Share of each recording's time that a train/test split uses for training (%).
+    /// Share of each recording's time that the button Split assigns to training (%).
     split_percent: f64,
     /// Recording whose group is being edited.
     group: Typed,
@@ -90,7 +90,9 @@ fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut O
     }
     ui.separator();
     if engine.entries().is_empty() {
-        ui.weak("Open files, drop them on the window, or choose File > Built-in sensor.");
+        ui.weak(
+            "Open files, drop them on the window, or choose File > Built-in sensor (simulated).",
+        );
         return;
     }
     table(ui, engine, fields, out);
@@ -123,13 +125,13 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
         ui.field("Train/test split: train on the first", field, "Share of each recording's time that is used for training");
         if ui.press(
             "Split",
-            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory know nothing of the loads before the split",
+            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory, such as the look-back, know nothing of the loads before the split",
         ) {
             out.send(Edit::Split(fields.split_percent / 100.0));
         }
         ui.copies("list", || as_table(engine).tab_separated());
         if engine.project().split.is_some()
-            && ui.press("Undo split", "Joins the segments of each recording again") {
+            && ui.press("Undo split", "Joins the training and the test segment of each recording again") {
                 out.send(Edit::Unsplit);
             }
     });
@@ -139,7 +141,8 @@ fn table(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
     let unit = axes.first().map_or("", |axis| axis.unit());
-    // In a narrow list the name gets the width. The hover text of the name contains the number of samples.
+    // In a narrow list, the name gets the width of the omitted columns. The hover text of the name gives the number of
+    // samples.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
     let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
     if !counted {
@@ -225,8 +228,9 @@ fn as_table(engine: &Engine) -> Table {
 }
 
 fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), unit: &str) {
-    let rmse =
-        format!("RMSE of the force axes, or of the moment axes if there is no force [{unit}]");
+    let rmse = format!(
+        "RMSE of the forces, or of the moments if the recordings have no force axis [{unit}]"
+    );
     let titles = [
         ("Role", "Role of the recording: train, test or off; press to change the role"),
         (
@@ -235,7 +239,7 @@ fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), uni
         ),
         (
             "Group",
-            "Recordings of one group repeat a load programme, a day or a mounting. Cross-validation leaves out a whole group at a time; press to change the group",
+            "Recordings of one group have the same load programme, day or mounting. Cross-validation leaves out a whole group at a time; press to change the group",
         ),
         ("Samples", "Number of samples after decimation"),
         ("Hz", "Sample rate: 1 divided by the median time step"),

@@ -1,4 +1,4 @@
-//! Controls of the regressor, the ridge, and the training of networks and kernels.
+//! Controls of the regressor (linear fit, network or kernel), of the ridge, and of the training of networks and kernels.
 
 use egui::{ComboBox, Ui};
 use egui_plot::{Legend, Line, LineStyle, PlotPoints};
@@ -77,7 +77,7 @@ pub fn ridge(ui: &mut Ui, ridge: &mut RidgeChoice) {
     if auto {
         let switch = ui.tick(
             &mut by_block,
-            "by block",
+            "for each feature",
             "Chooses a ridge strength for each feature and axis, and omits features that do not reduce the error. Takes longer",
         );
         is_changed |= switch;
@@ -110,7 +110,7 @@ fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learn
                         0.0 => text,
                         cost => {
                             let whole = report.elapsed + report.time_left();
-                            format!("{text}, then {} of cross-validation", duration(whole.mul_f64(cost)))
+                            format!("{text}, then {} for the cross-validation", duration(whole.mul_f64(cost)))
                         }
                     }
                 }
@@ -133,14 +133,14 @@ fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learn
                 out.send(Action::Train);
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
-                (true, _) => (ui.visuals().weak_text_color(), "Compensated is the trained model."),
+                (true, _) => (ui.visuals().weak_text_color(), "The compensated load is computed by the trained model."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,
-                    "The trained model belongs to other settings or recordings. Until the next training, Compensated is the linear fit.",
+                    "The trained model belongs to other settings or recordings. Until the next training, the compensated load is computed by the linear fit.",
                 ),
                 (false, None) => (
                     ui.visuals().warn_fg_color,
-                    "Not trained yet: Compensated is the linear fit.",
+                    "Not trained yet: the compensated load is computed by the linear fit.",
                 ),
             };
             ui.colored_label(color, text);
@@ -151,7 +151,8 @@ fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learn
     }
 }
 
-/// Returns the label of the button that trains and cross-validates the network, with the time estimated from the last training.
+/// Returns the label of the button that trains and cross-validates the network. The label holds the time that this takes,
+/// estimated from the previous training.
 fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     let cost = 1.0 + cross_validation_cost(settings);
     let cost = match last {
@@ -159,7 +160,7 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
             let of_epoch = report.elapsed.div_f64(report.epoch.max(1) as f64);
             duration(of_epoch.mul_f64(cost * settings.network.epochs as f64))
         }
-        None => format!("{cost:.1} times as long"),
+        None => format!("{cost:.1} times as long as the training alone"),
     };
     format!("Train and cross-validate the network (about {cost})")
 }

@@ -10,8 +10,8 @@ const EXPLANATION: &str = "A reversal counts once the load has turned back by mo
 
 const LONGEST_DWELL_SECS: f64 = 1e5;
 
-/// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is the
-/// threshold of the loops on screen.
+/// Draws the label and the value of the reversal threshold of one axis, and the switch "from data". `used` is the threshold
+/// with which the loops on screen were found.
 pub fn reversal_threshold(
     ui: &mut Ui,
     name: &str,
@@ -31,7 +31,8 @@ pub fn reversal_threshold(
     }
 }
 
-/// Draws a label, a value and the switch "from data", which removes the entered value. Returns the entered value.
+/// Draws a label, a value and the switch "from data". The switch removes the entered value, so that the value follows from
+/// the data. Returns the entered value.
 pub fn or_from_data(
     ui: &mut Ui,
     name: impl Into<WidgetText>,
@@ -44,7 +45,7 @@ pub fn or_from_data(
         entered = Some(value);
     }
     let mut from_data = entered.is_none();
-    // The label is not "auto", which is the label of the ridge.
+    // The switch is not labelled "auto", because the switch of the ridge has this label.
     if ui.tick(&mut from_data, "from data", explanation) {
         entered = (!from_data).then_some(value);
     }

@@ -12,7 +12,7 @@ const FIELD: f32 = 230.0;
 pub const PANE: Pane = Pane {
     key: "sensor",
     title: "Sensor",
-    explanation: "Identity of the sensor, date and reference of its calibration: for exports and the report",
+    explanation: "Identity of the sensor, and date and reference of its calibration, for exports and the report",
 };
 
 #[derive(Debug, Default)]
@@ -41,7 +41,7 @@ fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             edited.set(item, text);
         }
     }
-    ui.weak("Rated loads are entered as full scales in Settings.");
+    ui.weak("The rated load of each axis is entered in the pane Settings, as its full scale.");
     if edited != *identity {
         out.send(Edit::Identity(edited));
     }

@@ -20,7 +20,8 @@ pub fn switch(ui: &mut Ui, setting: &Setting, on: &mut bool) {
     found(setting, &switch.on_hover_text(setting.help()));
 }
 
-/// Removes the values of a feature if there are any. Otherwise restores the removed values, or inserts the defaults.
+/// Switches a feature off or on. Removes the values of the feature if there are any; otherwise restores the removed values,
+/// or inserts the defaults.
 pub fn switched<V>(ui: &Ui, id: Id, values: &mut Vec<V>, default: &[V])
 where
     V: Clone + Send + Sync + 'static,
@@ -33,7 +34,7 @@ where
     }
 }
 
-/// Maximum number of frames of the search for a control, which may not be on screen.
+/// Maximum number of frames in which a control is searched. The control may not be on screen at all.
 const FRAMES_TO_FIND: u32 = 8;
 
 /// Setting whose control is searched, and number of frames before the search ends.
@@ -60,7 +61,8 @@ pub fn found(setting: &Setting, control: &Response) {
         control.ctx.data_mut(|data| data.remove::<Sought>(id));
         return;
     }
-    // The focus is requested again in each frame, because the command palette keeps the focus for one frame after it closes.
+    // The focus is requested again in each frame, because the command palette keeps the keyboard focus for one frame after it
+    // closes.
     control.request_focus();
     control.scroll_to_me(Some(Align::Center));
     control.ctx.data_mut(|data| data.insert_temp::<Sought>(id, (*setting, frames - 1)));

@@ -18,10 +18,10 @@ use crate::ui::reversal_threshold::or_from_data;
 use crate::ui::setting::{found, number, switch, switched};
 use crate::ui::{blocks_panel, regressor_panel};
 
-/// Maximum of the t_th slider (s) for long recordings; the user can type larger values.
+/// Maximum of the slider of the time threshold t_th (s), for long recordings. The user can type larger values.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
 
-/// Settings that are visible while the advanced settings are hidden.
+/// Settings that stay visible while the advanced settings are hidden: the force threshold and the time threshold.
 pub const IN_SIGHT: [Setting; 2] = [F_TH, T_TH];
 
 pub const PANE: Pane =
@@ -62,7 +62,7 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         if is_static {
             let text = "The recordings have no times, so look-back and all other features with memory are off";
             ui.warn(text).on_hover_text(
-                "The samples of these recordings have no order in time. The settings apply again to recordings with times",
+                "These samples have no order in time. The settings are kept, and apply again to recordings with times",
             );
         }
         ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
@@ -88,7 +88,7 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         decimation(ui, &mut settings);
         ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
     });
-    let about = "Shows further thresholds, features, ridge, offset, history rate, decimation and full scale";
+    let about = "Shows further settings: thresholds, features, ridge, offset, history rate, decimation and full scale";
     if header.header_response.on_hover_text(about).clicked() {
         let advanced = !preferences.advanced;
         out.send(Action::Prefer(Preferences { advanced, ..preferences.clone() }));
@@ -109,7 +109,7 @@ fn changed(ui: &mut Ui, settings: &FitSettings, out: &mut Out) {
     let ridge = match ridge {
         RidgeChoice::Strength(strength) => format!("ridge {strength}"),
         RidgeChoice::Auto => "ridge auto".to_owned(),
-        RidgeChoice::ByBlock => "ridge by block".to_owned(),
+        RidgeChoice::ByBlock => "ridge for each feature".to_owned(),
     };
     let n = features.look_backs.len();
     let others = [
@@ -129,7 +129,7 @@ fn changed(ui: &mut Ui, settings: &FitSettings, out: &mut Out) {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.weak("Also set:");
+        ui.weak("Advanced settings changed:");
         for (setting, text) in all {
             if ui.press_small(
                 text,
@@ -141,7 +141,8 @@ fn changed(ui: &mut Ui, settings: &FitSettings, out: &mut Out) {
     });
 }
 
-/// Returns the distance between two loads to which F_th applies. Before recordings are loaded, the chosen distance is returned.
+/// Returns the distance between two loads that is compared with the force threshold F_th: a norm over the force axes or over
+/// all axes. Before recordings are loaded, the chosen distance is returned.
 fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
     match engine.project().axes() {
         [] => features.distance,
@@ -159,7 +160,7 @@ fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
         if ui.tick(
             &mut used,
             title,
-            "Appends the gauges of the past sample: the last sample within t_th whose conventional load differed by F_th (Eq. 9-12)",
+            "Adds the gauges of an earlier sample to the fit: the last sample within the time threshold t_th whose conventional load differed by the force threshold F_th (Eq. 9-12 of Koike et al. 2019)",
         ) {
             switched(ui, id, &mut features.look_backs, &[default]);
         }
@@ -174,7 +175,7 @@ fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
         return;
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
-    ui.weak("Force threshold");
+    ui.weak("Force threshold F_th");
     let ShownFTh { factor, unit } = ShownFTh::of(distance);
     let largest = match distance {
         Distance::Force => force_range(engine),
@@ -182,14 +183,14 @@ fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     };
     let above = egui::RectAlign::TOP_START;
     threshold_slider(ui, &F_TH, (&mut first.f_th, factor), (largest, unit, 3), above);
-    ui.weak("Maximum look-back time");
+    ui.weak("Time threshold t_th (maximum look-back time)");
     let below = egui::RectAlign::BOTTOM_START;
     threshold_slider(ui, &T_TH, (&mut first.t_th_secs, 1.0), (t_range(engine), "s", 2), below);
     others.iter_mut().for_each(|other| other.t_th_secs = first.t_th_secs);
 }
 
-/// Draws a slider of `factor` × `value`. The hover text is on the side away from other sliders, and is hidden while the slider
-/// moves.
+/// Draws a slider of a threshold, which shows `value` multiplied by `factor`. The hover text is on the side away from other
+/// sliders, and is hidden while the slider moves.
 fn threshold_slider(
     ui: &mut Ui,
     setting: &Setting,
@@ -206,7 +207,7 @@ fn threshold_slider(
     let slider = ui.add(slider);
     found(setting, &slider);
     if slider.changed() {
-        // Typed values may exceed the slider's range, but are neither negative nor NaN.
+        // A typed value may exceed the slider's range, but a negative value, infinity or NaN becomes zero.
         *value = if shown.is_finite() { shown.max(0.0) / factor } else { 0.0 };
     }
     if !slider.dragged() {
@@ -216,7 +217,7 @@ fn threshold_slider(
     }
 }
 
-/// Draws the field of further F_th, and the choice of the distance to which F_th applies.
+/// Draws the field of further force thresholds F_th, and the choice of the distance between loads to which F_th applies.
 fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     if features.look_backs.is_empty() {
         return;
@@ -227,10 +228,10 @@ fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings)
     let more = features.look_backs[1..].iter();
     let mut values: Vec<f64> = more.map(|other| other.f_th * factor).collect();
     ui.horizontal(|ui| {
-        let label = ui.label("and F_th of").on_hover_text(
-            "Further thresholds, separated by commas. Each threshold adds the gauges of one more past sample; several thresholds cover loops of different sizes",
+        let label = ui.label("Further F_th").on_hover_text(
+            "Further force thresholds, separated by commas. Each threshold adds the gauges of one more earlier sample; several thresholds cover loops of different sizes",
         );
-        let about = "Numbers above zero, separated by commas. Each number is one more F_th (Eq. 9-12)";
+        let about = "Numbers above zero, separated by commas. Each number is one more force threshold F_th (Eq. 9-12 of Koike et al. 2019)";
         let hint = ("none", f64::MIN_POSITIVE);
         if blocks_panel::list_field(ui, label.id, hint, about, &mut values) {
             let more = values.iter().map(|value| Thresholds { f_th: value / factor, t_th_secs });
@@ -241,7 +242,7 @@ fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings)
     });
     if engine.project().axes().iter().any(|axis| axis.is_force()) {
         ui.horizontal_wrapped(|ui| {
-            ui.label("F_th is measured over");
+            ui.label("F_th is a distance over");
             let mut chosen = distance;
             for kind in Distance::ALL {
                 ui.select_radio(&mut chosen, kind, kind.label(), kind.explanation());
@@ -271,7 +272,8 @@ fn t_range(engine: &Engine) -> f64 {
     if longest > 0.0 { rounded_up(longest.min(LONGEST_SLIDER_SECS)) } else { LONGEST_SLIDER_SECS }
 }
 
-/// Returns the next number of the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten.
+/// Returns the smallest number that is not less than `value` and has the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of
+/// ten.
 fn rounded_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
@@ -283,14 +285,14 @@ fn decimation(ui: &mut Ui, settings: &mut FitSettings) {
     ui.horizontal_wrapped(|ui| {
         number(ui, &DECIMATION, &mut settings.decimation);
         let chosen = &mut settings.decimation;
-        ui.select(chosen, 1, "A", "Pattern A of the paper: all samples");
-        ui.select(chosen, 10, "B", "Pattern B of the paper: every tenth sample");
+        ui.select(chosen, 1, "A", "Pattern A of Koike et al. (2019): all samples");
+        ui.select(chosen, 10, "B", "Pattern B of Koike et al. (2019): every tenth sample");
     });
 }
 
 /// Draws the reference values of the auxiliary channels, at which their effects are zero.
 fn auxiliary_references(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
-    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature of the calibration. The gauges' matrix and the offset hold at this value. From data: the mean of the channel in the training recordings";
+    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature of the calibration. The calibration matrix of the gauges and the offset hold at this value. From data: the mean of the channel in the training recordings";
     let Some(analysis) = engine.analysis().filter(|own| own.fitted) else {
         return;
     };
@@ -340,13 +342,13 @@ fn full_scales(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
                 let field = ui.field(
                     axis.label(),
                     field,
-                    "Full scale of this axis, for errors in % FS and for F_th in % FS",
+                    "Full scale of this axis, for errors in % FS and for the force threshold F_th in % FS",
                 );
                 if field.changed() {
                     settings.full_scale.resize(calibration.axes.len(), None);
                     settings.full_scale[at] = Some(value);
                 }
-                let about = "Replaces the entered value by the value from the data";
+                let about = "Replaces the entered full scale by the full scale from the data";
                 if ui.press_if(entered.is_some(), "Measure", about) {
                     settings.full_scale[at] = None;
                 }

@@ -1,4 +1,4 @@
-//! Runs each frame of the window: takes finished answers, executes commands and draws the panes.
+//! Runs each frame of the window: takes finished results from the engine, executes commands and draws the panes.
 
 mod questions;
 
@@ -35,7 +35,7 @@ use questions::Questions;
 const TEXT_STEP: f32 = 0.1;
 const PRESENTER_SCALE: f32 = 1.4;
 
-/// The window: the engine and all state of the window.
+/// The program window: the engine, and the state of everything on screen.
 pub struct Shell {
     engine: Engine,
     commands: VecDeque<Command>,
@@ -54,25 +54,25 @@ pub struct Shell {
     help: Help,
     tour: Tour,
     pictures: Images,
-    /// True if the program was started with files, which suppresses the tour of the built-in sensor.
+    /// True if the program was started with files, which suppresses the tour of the built-in simulated sensor.
     was_given_files: bool,
     presents: bool,
     /// True once the user agreed to close the window with unsaved changes.
     closing: bool,
     title: String,
-    /// Preferences of the last frame. Theme and size are set again if the preferences have changed.
+    /// Preferences that the last frame used. Theme and text size are set again if the preferences have changed.
     looks: Option<Preferences>,
 }
 
 impl Shell {
-    /// Makes the window search for the best thresholds whenever recordings are opened.
+    /// Makes the engine search for the best thresholds whenever recordings are opened.
     #[must_use]
     pub fn finding_thresholds(mut self) -> Self {
         self.engine.finds_thresholds = true;
         self
     }
 
-    /// Opens `files`, or the built-in sensor if there are none.
+    /// Opens `files`, or the built-in simulated sensor if there are none.
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
         let_window_go_first();
         appearance::prepare(context);
@@ -168,7 +168,8 @@ impl Shell {
     pub fn frame(&mut self, ui: &mut Ui) {
         self.engine.gesture = None;
         self.engine.take();
-        // The commands were sent in the previous frame, so they belong to the gesture of the previous frame.
+        // The commands of this frame were sent in the previous frame, so they belong to the mouse or key gesture of the
+        // previous frame.
         self.engine.gesture = self.hand.gesture();
         self.commands.extend(self.inbox.try_iter());
         self.take_dropped_files(ui);
@@ -286,7 +287,7 @@ impl Shell {
             Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Interval(from, to))),
             None => self.engine.notice(
                 Level::Error,
-                "To tare between the cursors, show this recording, click in a trace to set cursor A, and Shift+click to set cursor B",
+                "To tare between the cursors: show this recording, click in a trace to set cursor A, and Shift+click to set cursor B",
             ),
         }
     }
@@ -327,7 +328,7 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
-        // The tour explains the built-in sensor, so the tour ends once the user opens other recordings.
+        // The tour explains the built-in simulated sensor, so the tour ends once the user opens other recordings.
         let recordings = &self.engine.project().recordings;
         let has_own = !recordings.entries().is_empty() && !recordings.is_simulated();
         if has_own && self.tour.step.is_some() {
@@ -380,7 +381,7 @@ impl Shell {
         });
         asked.into_iter().for_each(|ask| ask(&mut self.engine));
         let engine = &self.engine;
-        // Escape closes the help before it closes an import.
+        // Escape closes the help before it closes an import window.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
         import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);

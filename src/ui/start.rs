@@ -45,7 +45,8 @@ impl eframe::App for Window {
     }
 }
 
-/// Opens the window with `files`, or with the built-in sensor if there are none. Returns when the user closes the window.
+/// Opens the window with `files`, or with the built-in simulated sensor if there are none. Returns when the user closes the
+/// window.
 pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     if let Some(missing) = missing_display() {
         eprintln!("loopscope: {missing}; {WITHOUT_DISPLAY}");

@@ -12,17 +12,17 @@ use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 
-/// Minimum duration of a refit that is shown.
+/// Time after which a running refit is shown in the status line.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
 pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.horizontal(|ui| {
         let running = engine.running();
         let refit = engine.lane::<Analyse>().running().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
-        // The button comes first, so that progress bars do not move the button.
+        // The button Cancel comes first, so that progress bars do not move the button.
         let runs = !running.is_empty() || refit.is_some();
         if runs
-            && ui.press("Cancel", "Ends the running work; loaded recordings stay") {
+            && ui.press("Cancel", "Cancels the running work; recordings that are already loaded stay") {
                 out.send(Action::Cancel);
             }
         for running in &running {
@@ -55,7 +55,7 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
             let condition = condition.unwrap_or_else(|| "none".to_owned());
             if let Some(each) = analysis.preview_of {
                 ui.warn(preview_of(each))
-                    .on_hover_text("The result of all samples replaces the preview as soon as the result is computed");
+                    .on_hover_text("These results are computed from a part of the samples. The result of all samples replaces them as soon as it is computed");
                 return;
             }
             let verb = if analysis.fitted { "Refit" } else { "Applied" };
@@ -71,8 +71,8 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 "Rank: number of independent features of the compensated fit. Condition: 1 means independent features, a large number means nearly dependent features",
             );
             if let Some(share) = engine.share_with_past() {
-                ui.label(format!("· past sample found for {:.0} %", 100.0 * share)).on_hover_text(
-                    "For the other samples no load within t_th differed by F_th; their past gauges are the present gauges",
+                ui.label(format!("· look-back finds an earlier sample for {:.0} %", 100.0 * share)).on_hover_text(
+                    "For the remaining samples, no load within the time threshold t_th differed by the force threshold F_th; their present gauges stand in for the earlier gauges",
                 );
             }
         }
@@ -120,7 +120,7 @@ pub fn busy(ui: &mut Ui) {
 }
 
 pub fn preview_of(each: usize) -> String {
-    format!("Preview: every {each}th sample")
+    format!("Preview from every {each}th sample")
 }
 
 fn bar(ui: &mut Ui, what: &str, fraction: f32) {

@@ -9,7 +9,7 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
 const NUMBER_WIDTH: f32 = 38.0;
-/// Number of characters above which words are shortened in a narrow pane.
+/// Number of characters above which the words in a cell are shortened in a narrow pane.
 const MAX_WORDS: usize = 34;
 
 /// Draws a table. The title is above the first column.
@@ -43,8 +43,8 @@ pub fn show(ui: &mut Ui, table: &Table) {
     }
 }
 
-/// Draws the buttons that copy a table and save it as CSV. `holds` describes the file; `text` returns the text for the
-/// clipboard, `content` the contents of the file.
+/// Draws the buttons that copy a table and save it as CSV. `holds` is the hover text about the file; `text` returns the text
+/// for the clipboard, `content` the contents of the file.
 pub fn saving(
     ui: &mut Ui,
     (path, holds, enabled): (&mut String, &str, bool),
@@ -84,7 +84,7 @@ impl Sort {
     }
 }
 
-/// Draws a table that the user sorts by a click on a head. `lead` draws the first `n_led` cells of each row.
+/// Draws a table that the user sorts by a click on the head of a column. `lead` draws the first `n_led` cells of each row.
 pub fn show_sorted(
     ui: &mut Ui,
     table: &Table,

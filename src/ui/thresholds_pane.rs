@@ -1,5 +1,5 @@
-//! Pane of the thresholds: the map of the error for pairs of F_th and t_th, the curves through the present pair, the look-back
-//! ages, and the proposed pairs.
+//! Pane of the thresholds: the map of the error for pairs of force threshold F_th and time threshold t_th, the curves of the
+//! error through the present pair, the histogram of look-back ages, and the proposed pairs.
 
 mod ages;
 mod curves;
@@ -28,7 +28,7 @@ use crate::ui::status_line::busy;
 
 pub use map::MapTexture;
 
-/// Share of the height of the pane for the histogram of look-back ages.
+/// Share of the pane's height for the histogram of look-back ages.
 const AGES_SHARE: f32 = 0.26;
 /// Height of the pane (points) below which the histogram of look-back ages is omitted.
 const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
@@ -36,7 +36,7 @@ const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 pub const PANE: Pane = Pane {
     key: "thresholds",
     title: "Thresholds",
-    explanation: "Map of the error for pairs of F_th and t_th, and the proposed pairs",
+    explanation: "Map of the error for pairs of force threshold F_th and time threshold t_th, and the proposed pairs",
 };
 
 pub struct View {
@@ -133,7 +133,7 @@ impl View {
             choice(ui, button, &mut chosen, map.scale.measures(), described)
                 .labelled_by(label.id)
                 .on_hover_text(
-                    "Axis or axes whose RMSE is shown in the map and minimised by the proposal",
+                    "Axis or axes whose RMSE the map shows and the proposed pair minimises",
                 );
             if chosen != measure {
                 self.measure = Some(chosen);
@@ -156,7 +156,11 @@ impl View {
                 });
             }
             if !map.is_complete() {
-                ui.weak(format!("{} of {} rows", map.n_rows_done(), map.grid.f_ths.len()));
+                ui.weak(format!(
+                    "{} of {} rows of the map computed",
+                    map.n_rows_done(),
+                    map.grid.f_ths.len()
+                ));
             }
         });
     }
@@ -195,7 +199,7 @@ fn suggestion(
         if ui.press_if(
             is_complete,
             "Take the cross-validation minimum",
-            "Sets the pair with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error is not larger than the minimum with 90 % confidence",
+            "Sets the pair of thresholds F_th and t_th with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error is not larger than the minimum with 90 % confidence",
         ) {
             out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),
@@ -216,7 +220,7 @@ fn suggestion(
         let is_taken = ui.press_if(
             value.is_some(),
             "Take the mean hysteresis",
-            "Sets F_th by the rule of the paper (section 4.2): near the mean hysteresis. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
+            "Sets F_th near the mean hysteresis, by the rule of Koike et al. (2019), section 4.2. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
         );
         if let Some(f_th) = value.filter(|_| is_taken) {
             let present = engine.project().thresholds();
@@ -226,19 +230,19 @@ fn suggestion(
             Some(value) => {
                 let value = f_th_text(map.distance, value);
                 match study.hysteresis.n_reversals {
-                    n if n >= FEWEST_REVERSALS => ui.label(format!("{value} from {n} reversals")),
-                    1 => ui.weak(format!("{value} from one reversal, which is too few for a mean")),
-                    n => ui.weak(format!("{value} from {n} reversals, which are too few for a mean")),
+                    n if n >= FEWEST_REVERSALS => ui.label(format!("mean hysteresis {value}, from {n} reversals")),
+                    1 => ui.weak(format!("mean hysteresis {value}, from one reversal, which is too few for a mean")),
+                    n => ui.weak(format!("mean hysteresis {value}, from {n} reversals, which are too few for a mean")),
                 }
             }
-            None => ui.weak("Not measured: the training recordings contain no full load cycle"),
+            None => ui.weak("Mean hysteresis not measured: the training recordings contain no full load cycle"),
         };
         ui.separator();
         let past_ages = &study.past_ages;
         let age = past_ages.age_quantile_secs(0.5);
-        let age = age.map_or_else(String::new, |age| format!(", half of the past samples within {} s", significant(age, 2)));
+        let age = age.map_or_else(String::new, |age| format!(", half of these samples within {} s", significant(age, 2)));
         ui.label(format!(
-            "{}: past sample found for {:.0} % of the samples{age}; for {:.0} % the past sample is older than t_th",
+            "{}: look-back finds an earlier sample for {:.0} % of the samples{age}; for {:.0} % the earlier sample is older than the time threshold t_th",
             pair_text(map.distance, engine.project().thresholds()),
             100.0 * past_ages.share_found(),
             100.0 * past_ages.share_beyond_t_th(),
@@ -253,9 +257,9 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     let gain =
         if found.beats_conventional { "" } else { ", not significantly better than Uncompensated" };
     let range = match (f_th_range.from, f_th_range.to) {
-        (from, to) if from == to => "no other F_th".to_owned(),
+        (from, to) if from == to => "no other force threshold F_th".to_owned(),
         (from, to) => format!(
-            "F_th from {}{} to {}{}",
+            "force threshold F_th from {}{} to {}{}",
             f_th_text(map.distance, from),
             open(f_th_range.from_is_first_tried && from > 0.0),
             f_th_text(map.distance, to),
@@ -279,7 +283,7 @@ fn blocks(ui: &mut Ui, engine: &Engine, measure: Measure, out: &mut Out) {
             if ui.press_if(
                 !choosing,
                 label,
-                "Tries lists of values by cross-validation, with all other settings unchanged. Chooses the shortest list whose error is within 1 % of the smallest error",
+                "Tries lists of values of this feature by cross-validation, with all other settings unchanged. Chooses the shortest list whose error is within 1 % of the smallest error",
             ) {
                 out.send(Action::ChooseBlock(block, Some(measure)));
             }

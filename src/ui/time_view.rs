@@ -20,18 +20,18 @@ pub use playing::Playing;
 
 /// Time without a change (s) after which a zoom is stored for "Zoom back".
 const SETTLED_SECS: f32 = 0.4;
-/// Number of steps by keys across the visible time. One step is about one pixel.
+/// Number of steps by the arrow keys across the visible interval of time. One step is about one pixel.
 const STEPS_ACROSS: usize = 800;
 const MAX_ZOOMS: usize = 50;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shown {
-    /// The interval of time; `None` shows the whole time.
+    /// The visible interval of time; `None` shows the whole time.
     pub time: Option<(f64, f64)>,
     pub values: BTreeMap<(Axis, Kind), (f64, f64)>,
 }
 
-/// Kind of plot: the loads of an axis, or their errors.
+/// Kind of plot: the loads of an axis, or the errors of these loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     Load,
@@ -70,7 +70,8 @@ impl Default for Zooms {
     }
 }
 
-/// The columns of pixels that all plots share, because all plots show the same time and have the same width.
+/// Columns of pixels with the samples in each. All plots share them, because all plots show the same time and have the same
+/// width.
 #[derive(Debug, Default)]
 pub struct SharedColumns {
     times: Arc<Vec<f64>>,
@@ -79,7 +80,7 @@ pub struct SharedColumns {
 }
 
 impl SharedColumns {
-    /// Returns the stored columns if times, interval and width are the same; otherwise makes new columns.
+    /// Returns the stored columns of pixels if times, interval and width are the same; otherwise makes new columns.
     pub fn take(
         &mut self,
         (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
@@ -106,7 +107,7 @@ impl TimeView {
         self.hovered.filter(|_| is_drawn)
     }
 
-    /// Marks the sample in the traces that is under the pointer in another pane.
+    /// Marks a sample in the traces, because it is under the pointer in another pane.
     pub fn point_at(&mut self, sample: usize, context: &egui::Context) {
         self.pointed = Some(sample);
         if self.hovered != Some(sample) {
@@ -174,7 +175,7 @@ impl TimeView {
         self.shown = Shown::default();
     }
 
-    /// Returns whether there is a previous zoom, and whether there is a next zoom.
+    /// Returns two flags: whether there is an earlier zoom to go back to, and whether there is a later zoom to go forward to.
     pub fn can_go(&self) -> (bool, bool) {
         (self.zooms.0.has_undo(&self.shown), self.zooms.0.has_redo(&self.shown))
     }
@@ -202,7 +203,8 @@ impl TimeView {
         }
     }
 
-    /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser than pixels.
+    /// Moves the present sample one step forward (1) or back (-1). A step is one sample, or one pixel if samples are denser
+    /// than pixels.
     fn step(&mut self, step: i8) {
         let Some(times) = self.on.as_deref() else {
             return;
@@ -234,7 +236,8 @@ impl TimeView {
         !self.hidden.contains(&trace)
     }
 
-    /// Continues playing, and returns the index of the present sample. The visible interval follows the present sample.
+    /// Continues playing the recording, and returns the index of the sample at the playing position. The visible interval
+    /// follows this sample.
     pub fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
         let start = traces.times.first().copied().unwrap_or(0.0);
         let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));

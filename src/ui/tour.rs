@@ -1,5 +1,5 @@
-//! Tour that explains how to calibrate the built-in sensor. Each step points at one pane, and the user can end the tour at any
-//! step.
+//! Tour that explains how to calibrate the built-in simulated sensor. Each step points at one pane, and the user can end the
+//! tour at any step.
 
 use egui::{Rect, Vec2};
 
@@ -13,23 +13,23 @@ const STEPS: [Step; 6] = [
     (
         trace_panes::PANE,
         "What LoopScope does",
-        "These recordings come from a simulated force/torque sensor. Each plot shows one axis. Reference is the applied load, and Uncompensated is the load by the conventional calibration. Compensated is the load that is compensated with past gauges. The errors are below the loads.",
+        "These recordings come from a simulated force/torque sensor. Each plot shows one axis. Reference is the applied load, and Uncompensated is the load by the conventional calibration. Compensated is the load that is compensated with earlier gauge values. The errors are below the loads.",
     ),
     (
         trace_panes::PANE,
         "The past of a sample",
-        "Move the pointer over a trace. The green interval is t_th. The diamond is the past sample: the last sample whose load differed by F_th. The small plot at the pointer shows this difference for all samples within t_th. Space plays through time.",
+        "Move the pointer over a trace. The green interval before it is the time threshold t_th. The diamond is the last sample in this interval whose load differed by the force threshold F_th. The small plot at the pointer shows this difference for all samples in the interval. Space plays the recording.",
     ),
     (
         settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th: the calibration is fitted again while you move a slider. At 0 N, Compensated equals Uncompensated. The tab Thresholds shows the error for every pair of F_th and t_th. It proposes a pair without using the test recordings.",
+        "Move the sliders of the thresholds F_th and t_th: the calibration is fitted again while you move them. If F_th is 0 N, Compensated equals Uncompensated. The tab Thresholds shows the error for every pair of F_th and t_th. It proposes a pair without using the test recordings.",
     ),
     (
         loops_pane::PANE,
         "Loops",
-        "The plot shows the uncompensated and the compensated error against the load: the area of a loop is the hysteresis. Metrology shows the figures of \
-         a data sheet, and Models finds the best model.",
+        "The plot shows the uncompensated and the compensated error against the load: the area of a loop is the hysteresis. The tab Metrology shows the figures of \
+         a data sheet, and the tab Models finds the best model.",
     ),
     (
         recordings_panel::PANE,
@@ -49,7 +49,7 @@ const STEPS: [Step; 6] = [
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
 /// Distance of the ring around a pane from its contents (points).
 const RING: f32 = 5.0;
-/// Distance from the edges of the window, which leaves room for menus and status line (points).
+/// Minimum distance of a tour step from the edges of the window, which leaves room for menus and status line (points).
 const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
 #[derive(Debug, Default)]

@@ -41,7 +41,7 @@ const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 pub const PANE: Pane =
     Pane { key: "traces", title: "Traces", explanation: "Loads and errors over time" };
 
-/// The lines of the last frame. [`TimeView`] holds the visible interval of time.
+/// The lines that were drawn in the last frame. [`TimeView`] holds the visible interval of time.
 #[derive(Debug, Default)]
 pub struct View {
     drawn: DrawnLines,
@@ -89,11 +89,11 @@ fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, dr
     let mut hovered = None;
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
-        // The wheel zooms, so the wheel must not scroll.
+        // The wheel zooms the plots, so the wheel must not scroll the pane.
         .scroll_source(egui::scroll_area::ScrollSource { mouse_wheel: false, ..Default::default() })
         .show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            // The label of a scale extends a little to the left of the plot.
+            // Margin on the left for the label of a vertical axis, which extends a little beyond the plot.
             let room = egui::Margin { left: 6, top: ABOVE, ..egui::Margin::ZERO };
             egui::Frame::NONE.inner_margin(room).show(ui, |ui| {
                 ui.columns(columns.len(), |uis| {
@@ -120,13 +120,14 @@ fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, dr
     panes.drawn_in = ui.ctx().cumulative_pass_nr();
     panes.hovered = hovered;
     if hovered != hovered_before {
-        // Plots that were drawn before the plot under the pointer show the sample in the next frame.
+        // Plots that were drawn before the plot under the pointer mark the sample only in the next frame, so another frame is
+        // requested.
         ui.request_repaint();
     }
 }
 
-/// Returns the axes in columns: forces left and moments right if both columns fit, else one column. If the columns are too high
-/// and three columns fit, returns the columns x, y and z.
+/// Returns the axes arranged in columns: forces left and moments right if both columns fit, else one column. If the columns
+/// are too high and three columns fit, returns the columns x, y and z.
 fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTraces>> {
     let (forces, moments): (Vec<_>, Vec<_>) =
         shown.iter().copied().partition(|axis| axis.axis.is_force());
@@ -184,7 +185,7 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
         }
         let lock = ui.toggle_value(&mut panes.locks_values, "Lock y");
         let lock = lock.on_hover_text(
-            "Keeps the scales of loads and errors, so that changes are visible while a threshold moves",
+            "Keeps the vertical scales of loads and errors, so that changes are visible while a threshold moves",
         );
         if lock.clicked() {
             panes.shown.values.clear();
@@ -197,7 +198,7 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
     });
 }
 
-/// Draws the check box that shows or hides a load. Returns true if it changed.
+/// Draws the check box that shows or hides a load. Returns true if the user changed it.
 pub fn trace_tick(ui: &mut Ui, shown: &mut bool, trace: Trace) -> bool {
     let color = trace.color(ui.visuals());
     let text = egui::RichText::new(trace.label()).color(color).strong();
@@ -222,7 +223,7 @@ fn view_choice(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let entries = engine.entries();
     let name = |view: Shown| match view {
         Shown::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
-        Shown::All => "All, end to end",
+        Shown::All => "All, one after the other",
     };
     let button = egui::ComboBox::from_label("on screen").width(180.0).truncate();
     let views = std::iter::once(Shown::All).chain((0..entries.len()).map(Shown::One));

@@ -32,7 +32,7 @@ pub fn verdict_strip(ui: &mut Ui, cx: &mut Cx<'_>) {
             }
         }
         let Some(verdict) = verdict(engine) else { return };
-        let about = "Change of each figure from Uncompensated to Compensated. A minus or an arrow down means an improvement. Click a figure to show its table";
+        let about = "Change of each metrology figure by the compensation, from the uncompensated to the compensated load. A minus or an arrow down means an improvement. Click a figure to show its table";
         ui.weak("Compensation:").on_hover_text(about);
         for figure in &verdict.figures {
             one(ui, figure, &verdict.axes, cx.out);
@@ -41,7 +41,7 @@ pub fn verdict_strip(ui: &mut Ui, cx: &mut Cx<'_>) {
             ui.weak("updating");
         }
     });
-    // While a slider moves, the strip keeps the answer to the previous settings.
+    // While a slider moves, the strip keeps the errors for the previous settings.
     let of = TableOf::usual(&engine.project().recordings);
     let question = Question::Table(of);
     if engine.gesture.is_none()
@@ -60,7 +60,7 @@ fn verdict(engine: &Engine) -> Option<Verdict> {
     fits.then(|| Verdict::of(quality, metrology))
 }
 
-/// Draws one figure as a button with the name of the figure, and with each axis in the colour of its change.
+/// Draws one metrology figure as a button that shows its name, and each axis in the colour of its change.
 fn one(ui: &mut Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Out) {
     let visuals = ui.visuals().clone();
     let text = |color| TextFormat::simple(TextStyle::Body.resolve(ui.style()), color);
@@ -72,7 +72,7 @@ fn one(ui: &mut Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Out) {
         let (color, sign, word) = match change {
             change if change < 0.0 => (palette::look_back(&visuals), "↓", "better"),
             change if change > 0.0 => (visuals.error_fg_color, "↑", "worse"),
-            _ => (visuals.weak_text_color(), "=", "the same"),
+            _ => (visuals.weak_text_color(), "=", "unchanged"),
         };
         let many = axes.len() > MANY_AXES;
         let change_text = if many { sign.to_owned() } else { format!(" {change:+.0} %") };
@@ -87,7 +87,7 @@ fn one(ui: &mut Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Out) {
     if lines.len() == 1 {
         job.append("–", 5.0, text(visuals.weak_text_color()));
         lines.push(
-            "Not available for these recordings; the Metrology pane gives the reason".to_owned(),
+            "This metrology figure is not available for these recordings; the pane Metrology gives the reason".to_owned(),
         );
     }
     let button = ui.add(egui::Button::new(job).small());

@@ -1,4 +1,4 @@
-//! The choices in a window without recordings: open files, the built-in sensor, or recent files.
+//! The choices in a window without recordings: open files, the built-in simulated sensor, or recent files.
 
 use egui::{Button, RichText};
 
@@ -22,7 +22,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             ),
             (
                 "Built-in sensor",
-                "Opens recordings of a simulated six-axis sensor to try the program on",
+                "Opens recordings of a simulated six-axis sensor, to try the program",
                 Action::OpenBuiltIn(None).into(),
             ),
         ] {

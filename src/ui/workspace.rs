@@ -15,7 +15,7 @@ use crate::ui::{panes, trace_panes};
 
 /// Share of the window that a pane gets when the user moves the pane to an edge.
 const EDGE_SHARE: f32 = 0.34;
-/// Factor by which a pane grows or shrinks at each command.
+/// Factor by which a command enlarges or shrinks a pane.
 const RESIZE_STEP: f32 = 1.2;
 
 impl Serialize for Pane {
@@ -333,7 +333,8 @@ impl Arrangement {
         }
     }
 
-    /// Returns the group of tabs to which a closed pane is added: the group of the traces, else the largest group.
+    /// Returns the group of tabs to which a reopened pane is added: the group that contains the traces, else the largest
+    /// group.
     fn home(&self) -> Option<TileId> {
         let traces = self.tree.tiles.find_pane(&trace_panes::PANE);
         let tabs = self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
@@ -366,7 +367,7 @@ fn tree(root: TileId, tiles: Tiles<Pane>) -> Tree<Pane> {
 
 fn simplification() -> SimplificationOptions {
     SimplificationOptions {
-        // Users drag and close a pane by its tab.
+        // Every pane has a tab, because users drag and close a pane by its tab.
         all_panes_must_have_tabs: true,
         ..Default::default()
     }
@@ -380,7 +381,7 @@ impl Build<'_> {
         self.0.insert_tab_tile(children)
     }
 
-    /// Adds two groups of tabs, one above the other.
+    /// Adds a column with two groups of tabs, one above the other.
     fn column(&mut self, groups: [&[Pane]; 2], first_share: f32) -> TileId {
         let children = groups.map(|panes| self.tabs(panes));
         self.line(LinearDir::Vertical, children, first_share)
@@ -400,7 +401,7 @@ struct Drawing<'a> {
 
 impl Behavior<Pane> for Drawing<'_> {
     fn pane_ui(&mut self, ui: &mut Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        // The pane itself can take the keyboard focus; Tab then moves the focus to the controls of the pane.
+        // The pane as a whole can take the keyboard focus; the Tab key then moves the focus to the controls of the pane.
         let id = egui::Id::unique(("pane", pane.key));
         let whole = ui.interact(ui.max_rect(), id, Sense::focusable_noninteractive());
         whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title));

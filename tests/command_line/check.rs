@@ -27,7 +27,7 @@ fn too_few_poses_are_exit_code_three_and_say_why() {
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("Not enough"), "{text}");
-    assert!(text.contains("coefficients an axis from 8 load cases"), "{text}");
+    assert!(text.contains("coefficients per axis are fitted to 8 load cases"), "{text}");
     let output = run(workshop.path(), &[&arguments[..], &["--json"]].concat());
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&found["verdict"], &found["load_cases"]), (&"insufficient".into(), &8.into()));
@@ -82,7 +82,7 @@ fn axes_that_no_mass_loads_are_named() {
     };
     for arms in [&[][..], &["--arm", "0"]] {
         let message = unreached(arms).unwrap();
-        assert!(message.contains("load nothing on Mx") && message.contains("(--arm)"), "{message}");
+        assert!(message.contains("make no load on Mx") && message.contains("(--arm)"), "{message}");
     }
     assert_eq!(unreached(&["--arm", "0.1"]), None);
 }

@@ -178,7 +178,7 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let text = succeed(workshop.path(), &[&["inspect"], &arguments[..]].concat());
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(text.starts_with("mass: 2.000000 kg, from 3 samples"), "{text}");
-    assert!(text.contains("centre of mass: not found"), "{text}");
+    assert!(text.contains("centre of mass: unknown"), "{text}");
 }
 
 /// Returns the text of a logger that writes ten rows at once, three times a second.

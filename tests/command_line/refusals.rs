@@ -56,8 +56,8 @@ fn files_that_are_no_recordings_are_named() {
             ("--train no_reference.csv", &["no_reference.csv", "no reference"]),
             ("--train a.csv no_reference.csv", &["no_reference.csv"]),
             ("--train a.csv --test no_reference.csv", &["no_reference.csv"]),
-            ("--train a.csv other.csv", &["other", "S1 S2 S3"]),
-            ("--train a.csv --test other.csv", &["other", "S1 S2 S3"]),
+            ("--train a.csv other.csv", &["other", "S1, S2, S3"]),
+            ("--train a.csv --test other.csv", &["other", "S1, S2, S3"]),
             ("--train a.csv --test axes.csv", &["axes", "Fx"]),
         ],
     );

@@ -102,7 +102,7 @@ fn fewer_than_three_groups_give_a_reason_instead_of_an_expected_error() {
         let found = fit(workshop.path(), files);
         assert!(found["expected_error"].is_null(), "{files:?}");
         let reason = found["no_expected_error"].as_str().unwrap();
-        assert!(reason.contains("3 test recordings would give"), "{reason}");
+        assert!(reason.contains("3 test recordings are enough"), "{reason}");
     }
     workshop.write("limits.toml", "expected_error = 1e6\n");
     let words = ["fit", "--train", "a.csv", "b.csv", "--limits", "limits.toml"];
@@ -213,7 +213,11 @@ fn the_error_of_a_bad_file_names_its_folder() {
     assert!(!stderr(&alone).contains("folder"), "{}", stderr(&alone));
     let inside = run(workshop.path(), &["fit", "--train", "e", "e/ce"]);
     assert_eq!(inside.status.code(), Some(2), "{}", stderr(&inside));
-    assert!(stderr(&inside).contains("It is in e/ce: this is a folder"), "{}", stderr(&inside));
+    assert!(
+        stderr(&inside).contains("The file is in e/ce: this is a folder"),
+        "{}",
+        stderr(&inside)
+    );
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn each_wrong_argument_is_answered_with_a_correction() {
         ("sweep a.csv", &["sweep --train a.csv"]),
         ("fit --train runs", &["runs", "one.csv, two.csv", "*.csv"]),
         ("fit --train -", &["standard input", "name a file"]),
-        ("apply c.json - --out .", &["standard input"]),
+        ("apply c.json - --out .", &["live rows (- or --follow)"]),
         ("apply a.csv c.json --out .", &["a.csv is not a calibration", "apply c.json a.csv"]),
         ("fit --train a.csv --f-th 3,5", &["--look-back 3,5"]),
         ("fit --train a.csv b.csv ./a.csv", &["a.csv and ./a.csv"]),

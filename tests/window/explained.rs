@@ -101,7 +101,7 @@ fn every_control_of_every_pane_has_a_hover_text() {
     }
     show(&mut window, "metrology");
     click(&mut window, Role::Button, "Definitions…");
-    for field in ["Still within", "Zero up to", "Reversal threshold Fx"] {
+    for field in ["Constant load within", "Zero load up to", "Reversal threshold Fx"] {
         let rect = window.get_by_role_and_label(Role::SpinButton, field).rect();
         assert!(explains(&mut window, rect.center()), "{field}");
     }
@@ -127,8 +127,8 @@ fn every_control_of_the_import_window_has_a_hover_text() {
     }
     settle(&mut window);
     for tick in [
-        "Computes the load of a known weight from the pose columns",
-        "The reference load is in a file of its own",
+        "Computes the reference load of a known weight from the pose columns",
+        "The reference load is in a separate file",
         "sample rate",
     ] {
         click(&mut window, Role::CheckBox, tick);

@@ -37,11 +37,11 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
         choose(&mut window, column, role);
     }
     assert!(has(&window, "Would load 1 recording, 400 samples at 20"));
-    let load = window.get_by_role_and_label(Role::Button, "Load it");
+    let load = window.get_by_role_and_label(Role::Button, "Load the file");
     assert!(load.accesskit_node().is_disabled() && has(&window, "unit of the load in column 4"));
     type_into(&mut window, "unit of column 4", "N");
     settle(&mut window);
-    click(&mut window, Role::Button, "Load it");
+    click(&mut window, Role::Button, "Load the file");
     assert_eq!(names(&window), ["first"]);
     assert!(train_rmse(&window)[0][0] < 1e-9, "the force is twice a gauge");
 
@@ -67,7 +67,7 @@ fn ten_presses_lead_from_a_file_without_a_header_to_c_code() {
     choose(&mut window, 4, "Fx");
     type_into(&mut window, "unit of column 4", "N");
     settle(&mut window);
-    click(&mut window, Role::Button, "Load it");
+    click(&mut window, Role::Button, "Load the file");
     window.get_by_role_and_label(Role::Button, "Find the best model").click();
     until(&mut window, |shell| shell.engine().models.rows.len() >= 2);
     click(&mut window, Role::Button, "Stop");
@@ -92,7 +92,7 @@ fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     }
     window.get_by_label_contains("unit of the load in column 4").click();
     settle(&mut window);
-    click(&mut window, Role::Button, "Load it");
+    click(&mut window, Role::Button, "Load the file");
     let turned = headerless(100).lines().fold(String::new(), |text, line| {
         let cells: Vec<&str> = line.split(';').collect();
         text + &format!("{};{};{};{}\n", cells[3], cells[1], cells[0], cells[2])
@@ -142,7 +142,7 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
         assert_eq!(rules.len(), n_rules, "{rules:?}");
     }
     assert!(has(&window, "gauges Messstelle 1 Messstelle 2, reference Fx"));
-    click(&mut window, Role::Button, "Load it");
+    click(&mut window, Role::Button, "Load the file");
     assert!(train_rmse(&window)[0][0] < 1e-9);
 }
 
@@ -154,7 +154,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
     });
     let mut window = window(vec![files.write("two_clocks.dat", &text)]);
-    let questions = ["increase steadily: 5", "which columns are gauges"];
+    let questions = ["increase steadily like a time: 5", "which columns are gauges"];
     let is_ticked = |window: &Window, at: usize| {
         let asks_unit = window.query_by_label_contains("unit of the load in column 4");
         let question = asks_unit.filter(|_| at == 1);
@@ -202,7 +202,7 @@ fn a_row_of_imports_ends_at_once() {
         click(&mut window, Role::Button, "Cancel import");
         assert!(has(&window, "Import bare1"));
         if ends == 0 {
-            click(&mut window, Role::Button, "Cancel all (2 left)");
+            click(&mut window, Role::Button, "Cancel all (2 files left)");
         } else {
             type_into(&mut window, "Column map", "other.json");
             window.key_press(Key::Escape);
@@ -241,7 +241,7 @@ fn problems_are_shown_before_loading_and_cancel_loses_nothing() {
     for column in 1..=4 {
         choose(&mut window, column, "Ignore");
     }
-    let load = window.get_by_role_and_label(Role::Button, "Load it");
+    let load = window.get_by_role_and_label(Role::Button, "Load the file");
     assert!(load.accesskit_node().is_disabled());
     click(&mut window, Role::Button, "Cancel import");
     assert!(!has(&window, "Import bare"));
@@ -292,7 +292,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     for (column, role) in [("roll", "Pose roll"), ("pitch", "Pose pitch"), ("yaw", "Pose yaw")] {
         choose(&mut window, column, role);
     }
-    let weight = "Computes the load of a known weight from the pose columns";
+    let weight = "Computes the reference load of a known weight from the pose columns";
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
     message(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
@@ -300,7 +300,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
         |window: &Window| state(window).importing.clone().expect("the estimate is shown");
     let found = importing(&window).map.weight.and_then(|weight| weight.mass_kg);
     assert!((found.unwrap() - 2.0).abs() < 1e-6, "{found:?}");
-    click(&mut window, Role::Button, "Add a mount");
+    click(&mut window, Role::Button, "Add a weight");
     let map = importing(&window).map.weight.unwrap();
     assert_eq!((map.mounts.len(), map.mounts[0].mass_kg), (1, found));
     window.check_accessibility();

@@ -163,7 +163,7 @@ fn arrows_move_through_a_list_from_the_chosen_item_and_enter_chooses() {
     press(&mut window, &[Key::ArrowDown, Key::ArrowDown]);
     assert_eq!(
         focused(&window).as_deref(),
-        Some("All, end to end"),
+        Some("All, one after the other"),
         "the arrows wrap around the end"
     );
     press(&mut window, &[Key::ArrowUp, Key::Enter]);

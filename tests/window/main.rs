@@ -406,7 +406,7 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
     assert_eq!(roles, [Test, Train, Test]);
     let quality = &analysis(&window).calibration.quality;
     assert_eq!((quality.n_train, quality.n_test), (400, 800));
-    menu(&mut window, "Roles", "All train");
+    menu(&mut window, "Roles", "Use all for training");
     assert_eq!(analysis(&window).calibration.quality.n_train, 1200);
 }
 
@@ -414,10 +414,10 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
 fn without_a_training_recording_the_window_offers_a_remedy() {
     let files = Files::new();
     let mut window = window(files.three());
-    menu(&mut window, "Roles", "All off");
+    menu(&mut window, "Roles", "Exclude all");
     assert!(state(&window).problem().is_some());
     assert!(has(&window, "no recording is in the train role"));
-    menu(&mut window, "Roles", "All train");
+    menu(&mut window, "Roles", "Use all for training");
     assert_eq!(state(&window).problem(), None);
 }
 
@@ -431,7 +431,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
     assert_eq!((traces.segments.len(), traces.segments[0].name.as_str()), (1, "b"));
 
     click(&mut window, Role::ComboBox, "on screen");
-    click(&mut window, Role::Button, "All, end to end");
+    click(&mut window, Role::Button, "All, one after the other");
     assert_eq!(state(&window).project().view, View::All);
     assert_eq!(analysis(&window).traces.segments.len(), 3);
     assert_eq!(analysis(&window).traces.times.len(), 1200);
@@ -704,11 +704,11 @@ fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
     window.hover_at(pane.center() + Vec2::new(20.0, 0.0));
     window.run_steps(3);
     assert!(has(&window, "Fx at "));
-    assert!(has(&window, "past sample: "));
+    assert!(has(&window, "look-back to the sample "));
     assert!(has(&window, " s earlier, "));
     window.remove_cursor();
     window.run_steps(3);
-    assert!(!has(&window, "past sample: "));
+    assert!(!has(&window, "look-back to the sample "));
 }
 
 #[test]
@@ -825,7 +825,7 @@ fn moments_alone_are_measured_over_full_scale() {
     let axes = [Axis::Mx, Axis::My];
     let mut window = window(vec![files.recording("a.csv", 0.0, 400, &axes)]);
     assert_eq!(panes(&window, "error [N·m]"), 2);
-    assert!(!has(&window, "F_th is measured over"));
+    assert!(!has(&window, "F_th is a distance over"));
     slide(&mut window, "F_th", 40.0);
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.4);
     click(&mut window, Role::Button, "Reset to 25 % FS, 15 s");
@@ -1106,7 +1106,7 @@ fn faulty_samples_are_counted_and_left_out() {
     let mut window = window(vec![files.write("press.csv", &text)]);
     let n_recordings = |window: &Window| state(window).project().recordings.entries().len();
     assert!(has(&window, "of 2000 samples look faulty"));
-    click(&mut window, Role::Button, "Leave out");
+    click(&mut window, Role::Button, "Leave out faulty samples");
     settle(&mut window);
     assert!(n_recordings(&window) > 1);
     assert!(!has(&window, "look faulty"));
@@ -1130,7 +1130,7 @@ fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
     click(&mut window, Role::Button, "Drift");
     assert!(has(&window, "1 dwell"));
     assert_eq!(panes(&window, "Fz drift [N]"), 1);
-    type_number(&mut window, "at least", "60");
+    type_number(&mut window, "Dwells of at least", "60");
     assert!(has(&window, "no recording has a dwell of 60 s"));
     show(&mut window, "metrology");
     assert!(has(&window, "constant"));
@@ -1181,7 +1181,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
         let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
         window.hover_at(at);
         window.run_steps(4);
-        has(&window, "click to show this cycle alone").then_some(at)
+        has(&window, "click to show only this cycle").then_some(at)
     });
     let at = on_loop.expect("a loop passes the middle");
     assert!(has(&window, "Fz error ") && has(&window, "cycle "));
@@ -1211,7 +1211,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
         }
         click(&mut window, Role::ComboBox, "of");
         click(&mut window, Role::Button, "Test recordings");
-        assert!(has(&window, "Not linked with Traces, which shows other recordings"));
+        assert!(has(&window, "Not linked with Traces: the pane Traces shows other recordings"));
         click(&mut window, Role::ComboBox, "of");
         click(&mut window, Role::Button, "All recordings");
         assert!(has(&window, "The Traces pane shows 1 of 3 recordings"));
@@ -1220,7 +1220,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
             let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);
             window.hover_at(at);
             window.run_steps(4);
-            has(&window, "click to show this cycle alone").then_some(at)
+            has(&window, "click to show only this cycle").then_some(at)
         });
         let at = on_loop.expect("a loop passes the middle");
         window.drag_at(at);

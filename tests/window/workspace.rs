@@ -126,7 +126,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     let first = f_th(&window);
     slide(&mut window, "F_th", 1.5);
     wait(&mut window, 10);
-    menu(&mut window, "Roles", "All off");
+    menu(&mut window, "Roles", "Exclude all");
     wait(&mut window, 10);
     ctrl(&mut window, Key::Z);
     assert_eq!(state(&window).problem(), None, "the training recordings are back");
@@ -456,7 +456,7 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
     show(&mut window, "export");
     type_into(&mut window, "Export to", path.to_str().unwrap());
     click(&mut window, Role::Button, "Write files");
-    click(&mut window, Role::Button, "Leave it");
+    click(&mut window, Role::Button, "Do not write");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
     click(&mut window, Role::Button, "Write files");
     click(&mut window, Role::Button, "Replace it");

@@ -1,4 +1,5 @@
-//! Fits a kernel regression: landmarks, whitened columns, and cross-validation of length scale and ridge.
+//! Fits a kernel regression: selects landmarks, whitens the kernel values, and cross-validates length scale and ridge
+//! strength.
 
 use std::borrow::Cow;
 
@@ -19,52 +20,54 @@ use crate::progress::{Cancelled, Progress};
 
 /// Term on the diagonal of the landmarks' kernel matrix that keeps it invertible. The entries of the matrix are at most 1.
 const JITTER: f64 = 1e-6;
-/// Length scales to try, in units of the root mean square distance of a sample from the mean.
+/// Length scales to try, in units of the root mean square distance of a sample from the mean sample.
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// Powers to try: each column is divided by this power of its standard deviation. With 1, all columns vary alike. With 0.5, a
-/// column that varies little counts less, because much of its variation may be noise. A given length scale implies the last
-/// power.
+/// Powers to try: each input column is divided by this power of its standard deviation. With 1, all columns vary alike. With
+/// 0.5, a column that varies little counts less, because much of its variation may be noise. If the user gives a length
+/// scale, only the last power is used.
 const POWERS: [f64; 2] = [0.5, 1.0];
-/// Ridge strengths to try: ratios of the noise variance to the variance of the function.
+/// Ridge strengths to try: ratios of the noise variance to the prior variance of the fitted function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
-/// Ridge strength if no samples can be held out.
+/// Ridge strength that is used if no samples can be held out to choose it.
 const UNTUNED_STRENGTH: f64 = 1e-3;
 /// Maximum weight of a landmark, in standard deviations of the target. With larger weights, the load is a small difference of
-/// large numbers, which drift of a gauge or rounding in single precision would change strongly.
+/// large numbers. Drift of a gauge or rounding to single precision would change this difference strongly.
 const LARGEST_WEIGHT: f64 = 1e4;
-/// Approximate number of samples by which the length scale is chosen.
+/// Approximate number of samples with which the length scale is chosen.
 const TUNING_SAMPLES: usize = 20_000;
-/// Number of landmarks by which the length scale is chosen.
+/// Number of landmarks with which the length scale is chosen.
 const TUNING_LANDMARKS: usize = 150;
-/// Approximate number of samples among which landmarks are selected.
+/// Approximate number of samples from which the landmarks are selected.
 const CANDIDATES: usize = 4_000;
 
-/// Consecutive samples of one part of the cross-validation. All matrices are row-major.
+/// Consecutive training samples that belong to the same part of the cross-validation. All matrices are row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct RowBlock<'a> {
     pub fold: usize,
     /// Inputs of the kernel, `n × n_inputs`.
     pub inputs: &'a [f64],
-    /// Columns of the [`LinearStage`], `n × n_columns`; empty if the kernel learns the targets directly.
+    /// Columns of the linear fit whose residuals the kernel learns, `n × n_columns`; empty if the kernel learns the targets
+    /// directly.
     pub linear: &'a [f64],
     /// Targets, `n × n_targets`.
     pub targets: &'a [f64],
 }
 
-/// Function that takes one block of rows.
+/// Function that receives one block of samples after the other.
 pub type TakeRows<'a> = &'a mut dyn FnMut(RowBlock<'_>);
 
-/// Linear fit whose residuals a kernel learns. Cross-validation repeats both fits without each part.
+/// Linear fit whose residuals a kernel learns. Cross-validation repeats the linear fit and the kernel fit without each part
+/// of the samples.
 #[derive(Clone, Debug)]
 pub struct LinearStage {
     pub kinds: Vec<ColumnKind>,
-    /// Coefficients that were already subtracted from the targets; see [`Terms::known`].
+    /// Coefficients whose contribution was already subtracted from the targets; see [`Terms::known`].
     pub known: Vec<f64>,
-    /// Ridge shares of the columns for each target; see [`fit_targets`].
+    /// Relative ridge penalty of each column, for each target; see [`fit_targets`].
     pub shares: Vec<Vec<f64>>,
 }
 
-/// Training samples that can be read several times.
+/// Training samples, divided into runs that can each be read several times.
 pub trait Rows: Sync {
     fn n_runs(&self) -> usize;
     fn n_samples(&self, run: usize) -> usize;
@@ -83,9 +86,9 @@ pub struct KernelFit {
 }
 
 impl Kernel {
-    /// Fits a kernel to the training samples. Cross-validation chooses the ridge, and the length scale unless it is given. In a
-    /// hybrid regressor it also chooses the factor of the kernel's prediction. The ridge is the strongest whose error is nearly
-    /// the lowest, among those with all weights below [`LARGEST_WEIGHT`].
+    /// Fits a kernel to the training samples. Cross-validation chooses the ridge strength, and the length scale unless it is
+    /// given. In a hybrid regressor, it also chooses the factor of the kernel's prediction. The chosen ridge strength is the
+    /// strongest whose error is nearly the lowest, among those with all landmark weights up to [`LARGEST_WEIGHT`].
     pub fn fit(
         rows: &impl Rows,
         settings: &KernelSettings,
@@ -100,11 +103,12 @@ impl Kernel {
             Some(_) => (&POWERS[POWERS.len() - 1..], 1),
             None => (&POWERS[..], LENGTH_SCALES.len() * POWERS.len()),
         };
-        // The last pass over all samples counts as much as the passes for all candidates together.
+        // The progress counts the last pass over all samples as much as the passes for all length scales together.
         progress.add_total(2 * tries as u64 * rows.n_runs() as u64);
         let measured = Standardised::measure(rows, progress)?;
         let step = samples.div_ceil(TUNING_SAMPLES);
-        // For each power: the scale of the columns, the landmarks, the best length scale and the errors on the held-out parts.
+        // For each tried power: the scaled columns, the landmarks, the best length scale, and the errors on the held-out
+        // parts.
         let mut found = Vec::new();
         for power in powers {
             let standardised = measured.divided_by(*power);
@@ -154,7 +158,7 @@ impl Kernel {
     }
 }
 
-/// Shift and factor of each column.
+/// Shift and factor that scale each input column.
 struct Standardised {
     shift: Vec<f64>,
     scale: Vec<f64>,
@@ -188,7 +192,8 @@ impl Standardised {
         let factor = |column: usize| {
             let square = sum(1 + d + column) / n;
             let variance = square - shift[column] * shift[column];
-            // Features have a size near one. A much smaller variance is rounding noise.
+            // Input features have a size near one. A much smaller variance is rounding noise, so the column counts as
+            // constant.
             if variance > 1e-20 * square.max(1e-10) { 1.0 / variance.sqrt() } else { 0.0 }
         };
         let scale = (0..d).map(factor).collect();
@@ -278,7 +283,8 @@ impl<'a> Whitened<'a> {
         Some(Self { standardised, landmarks, length_scale, whitening: inverse_factor(&gram)? })
     }
 
-    /// Returns the normal equations of each part for the columns of [`Columns`], from every `step`-th sample.
+    /// Returns the normal equations of each part of the cross-validation, from every `step`-th sample. Their columns are
+    /// described at [`Columns`].
     fn sums(
         &self,
         rows: &impl Rows,
@@ -344,7 +350,8 @@ impl<'a> Whitened<'a> {
         Ok(folds)
     }
 
-    /// Returns the fitted kernel from the sums of all samples, with the residuals of the linear fit, if any, as targets.
+    /// Returns the kernel that is fitted to the sums of all samples. If there is a linear fit, its residuals are the targets
+    /// of the sums.
     fn finish(&self, total: &NormalEquations, columns: &Columns, tuned: Option<Tuned>) -> Kernel {
         let (m, q) = (self.landmarks.len(), total.n_targets());
         let strength = tuned.as_ref().map_or(UNTUNED_STRENGTH, |tuned| tuned.strength);
@@ -369,7 +376,7 @@ impl<'a> Whitened<'a> {
                 noise_variance: squares.iter().map(|square| square / n).collect(),
                 strength,
                 whitening: triangle(&self.whitening),
-                // The matrix is positive definite, because the ridge is on its diagonal.
+                // The matrix can be inverted: the ridge on its diagonal makes it positive definite.
                 posterior: triangle(
                     &inverse_factor(&posterior).unwrap_or_else(|| Mat::zeros(m, m)),
                 ),
@@ -395,7 +402,8 @@ impl<'a> Whitened<'a> {
         })
     }
 
-    /// Cross-validates ridge and factor; `None` with fewer than two parts that have samples.
+    /// Chooses ridge strength and factor of the kernel's prediction by cross-validation; `None` if fewer than two parts have
+    /// samples.
     fn tuned(
         &self,
         parts: &[NormalEquations],
@@ -415,9 +423,9 @@ impl<'a> Whitened<'a> {
         };
         let weakest = STRENGTHS.iter().position(is_sane);
         let strengths = &STRENGTHS[weakest.unwrap_or(STRENGTHS.len() - 1)..];
-        // Without a linear fit before it, the kernel's prediction is always added fully.
+        // Without a linear fit, the kernel predicts the whole load, so its factor is always 1.
         let shares: &[f64] = if columns.of_linear.is_empty() { &[1.0] } else { &SHARES };
-        // Squared errors on each part, by strength, share and axis.
+        // Squared errors on each held-out part, ordered by ridge strength, factor and axis.
         let squares = NormalEquations::each_without(
             &parts,
             |_| true,
@@ -484,9 +492,9 @@ fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
     (0..matrix.nrows()).map(|i| (0..=i).map(|j| matrix[(i, j)]).collect()).collect()
 }
 
-/// Columns of the sums: whitened kernel values φ, a constant, and the columns of the linear fit.
+/// Columns of the normal equations: whitened kernel values φ, a constant, and the columns of the linear fit if there is one.
 struct Columns {
-    /// Indices of φ and of the constant column.
+    /// Indices of the columns φ and of the constant column.
     of_kernel: Vec<usize>,
     of_linear: Vec<usize>,
     kinds: Vec<ColumnKind>,
@@ -527,7 +535,7 @@ impl Columns {
         less(sums, self.linear(sums).as_deref())
     }
 
-    /// Returns the coefficients of φ and the constant, fitted to the targets. The ridge applies to φ.
+    /// Returns the coefficients of φ and of the constant column, fitted to the targets. The ridge shrinks only those of φ.
     fn kernel(&self, sums: &NormalEquations, strength: f64) -> Vec<f64> {
         let terms = Terms { used: &self.of_kernel, kinds: &self.kinds, known: &[] };
         fit(sums, terms, Ridge::Absolute(strength)).coefficients
@@ -550,9 +558,11 @@ fn summed(parts: &[NormalEquations]) -> NormalEquations {
 struct Tuned {
     strength: f64,
     edge: Option<GridEdge>,
-    /// Lowest error over the tried strengths: squared errors divided by the squared targets, summed over the axes.
+    /// Lowest cross-validation error over the tried ridge strengths: squared errors divided by the squared targets, summed
+    /// over the axes.
     least_error: f64,
-    /// Error of the chosen strength on each part, with the same division.
+    /// Error of the chosen ridge strength on each held-out part: squared errors divided by the squared targets, summed over
+    /// the axes.
     of_parts: Vec<f64>,
     /// Factor of the kernel's prediction on each axis.
     shares: Vec<f64>,

@@ -7,7 +7,8 @@ use crate::dot::dot;
 use crate::features::{OutOfRange, Range, Setting, Unit};
 use crate::progress::Cancelled;
 
-/// Number of landmarks. Beyond the maximum, the landmarks' own matrix would take longer than the samples.
+/// Setting for the number of landmarks. Beyond its maximum, computing the landmarks' kernel matrix would take longer than the
+/// pass over the samples.
 pub const LANDMARKS: Setting = Setting {
     key: "landmarks",
     option: "landmarks",
@@ -17,12 +18,12 @@ pub const LANDMARKS: Setting = Setting {
     default: &[200.0],
     range: Range::Whole(1, 2000),
     step: 0.25,
-    explanation: "Number of training samples with which a kernel compares other samples. More landmarks make fit and prediction \
-                  slower and the file larger",
+    explanation: "Number of training samples (landmarks) with which a kernel compares every sample. More landmarks make fit and \
+                  prediction slower and the file larger",
     source: "",
 };
 
-/// Length scale ℓ divided by the root mean square distance of a sample from the mean.
+/// Setting for the length scale ℓ, divided by the root mean square distance of a sample from the mean sample.
 const LENGTH_SCALE: Setting = Setting {
     key: "length_scale",
     option: "",
@@ -39,7 +40,7 @@ const LENGTH_SCALE: Setting = Setting {
 pub struct KernelSettings {
     /// Number of landmark samples.
     pub landmarks: usize,
-    /// Length scale ℓ divided by the RMS distance of a sample from the mean; `None` means chosen by cross-validation.
+    /// Length scale ℓ divided by the RMS distance of a sample from the mean sample; `None` to choose it by cross-validation.
     pub length_scale: Option<f64>,
 }
 
@@ -49,13 +50,13 @@ impl Default for KernelSettings {
     }
 }
 
-/// End of the range of tried strengths at which a kernel's ridge lies.
+/// End of the range of tried ridge strengths, at which the chosen strength of a kernel lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GridEdge {
-    /// Weakest strength that was tried and keeps the weights below their limit.
+    /// Weakest tried ridge strength that keeps the landmark weights below their limit.
     Weakest,
-    /// Strongest strength that was tried.
+    /// Strongest tried ridge strength.
     Strongest,
 }
 
@@ -78,7 +79,7 @@ pub enum KernelError {
 }
 
 impl KernelSettings {
-    /// Checks every value. The error describes the first invalid value.
+    /// Checks every setting. The error describes the first invalid one.
     pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
         LANDMARKS.check(self.landmarks as f64)?;
         self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))
@@ -88,30 +89,30 @@ impl KernelSettings {
 /// Fitted kernel regression `load = offset + Σ weight · k(x, landmark)` with m landmarks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kernel {
-    /// Shift of each input.
+    /// Mean of each input, which is subtracted from it.
     pub input_shift: Vec<f64>,
-    /// Factor of each input after the shift; zero for a constant input.
+    /// Factor by which each input is multiplied after subtracting its mean; zero for a constant input.
     pub input_scale: Vec<f64>,
     /// Length scale ℓ, in the unit of the standardised inputs.
     pub length_scale: f64,
     /// Standardised landmarks: m rows of n_inputs.
     pub landmarks: Vec<Vec<f64>>,
-    /// Weights: n_axes rows of m.
+    /// Weights of the kernel values: one row of m numbers per axis.
     pub weights: Vec<Vec<f64>>,
-    /// Offset of each axis.
+    /// Constant part of the load of each axis.
     pub offset: Vec<f64>,
-    /// Numbers from which the uncertainty of the load is computed.
+    /// Noise variance and matrices from which the uncertainty band of the load is computed.
     pub band: Band,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     pub noise_variance: Vec<f64>,
-    /// Ridge: ratio of the noise variance to the variance of the function.
+    /// Ridge strength: ratio of the noise variance to the prior variance of the fitted function.
     pub strength: f64,
-    /// Rows of the lower triangle W that whitens the kernel values: `φ = W k`.
+    /// Rows of the lower triangular matrix W, which whitens the kernel values: `φ = W k`.
     pub whitening: Vec<Vec<f64>>,
-    /// Rows of the lower triangle P: `|P φ|²` is the variance of the fitted function divided by the noise variance.
+    /// Rows of the lower triangular matrix P: `|P φ|²` is the variance of the fitted function divided by the noise variance.
     pub posterior: Vec<Vec<f64>>,
 }
 
@@ -140,7 +141,7 @@ impl Kernel {
         Ok(())
     }
 
-    /// Multiplies the predictions by one factor per axis. The band does not change.
+    /// Multiplies the predictions by one factor per axis. The uncertainty band does not change.
     pub(crate) fn scale(&mut self, shares: &[f64]) {
         let axes = self.weights.iter_mut().zip(&mut self.offset).zip(shares);
         for ((weights, offset), share) in axes {

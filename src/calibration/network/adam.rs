@@ -1,16 +1,17 @@
 //! Adam optimiser.
 //!
-//! Guarantees: the results are the same with every instruction set, because each parameter is updated on its own. Decayed
-//! moments become zero before they are subnormal, because subnormal numbers are slow.
+//! Guarantees: the results are the same with every instruction set, because each parameter is updated on its own. Moments
+//! that have decayed nearly to zero become exactly zero, because subnormal numbers are slow.
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
 /// Term that keeps the step finite if the second moment is zero.
 const EPSILON: f32 = 1e-8;
-/// Minimum size of a moment. Smaller moments have no effect beside [`EPSILON`].
+/// Minimum magnitude of a moment. Smaller moments have no effect beside [`EPSILON`], and become zero.
 const FLUSH_BELOW: f32 = 1e-30;
 
-/// Moments of the gradient of each parameter (Kingma and Ba 2015, algorithm 1, with its defaults).
+/// Adam optimiser: first and second moment of the gradient of each parameter (Kingma and Ba 2015, algorithm 1, with its
+/// defaults).
 #[derive(Clone, Debug)]
 pub(super) struct Adam {
     first: Vec<f32>,
@@ -23,7 +24,7 @@ impl Adam {
         Self { first: vec![0.0; n_parameters], second: vec![0.0; n_parameters], n_steps: 0 }
     }
 
-    /// Changes the parameters by one step against the gradient.
+    /// Changes the parameters by one Adam step against the gradient of the loss.
     pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64) {
         self.n_steps = self.n_steps.saturating_add(1);
         let unbiased = |decay: f64| 1.0 - decay.powi(self.n_steps);
@@ -38,7 +39,8 @@ impl Adam {
             move || {
                 const B1: f32 = FIRST_DECAY as f32;
                 const B2: f32 = SECOND_DECAY as f32;
-                // The differences are computed in double precision, because `1 − B2` would have only four digits.
+                // The differences are computed in double precision. In single precision, `1 − B2` would have only four
+                // correct digits.
                 const NEW1: f32 = (1.0 - FIRST_DECAY) as f32;
                 const NEW2: f32 = (1.0 - SECOND_DECAY) as f32;
                 for ((parameter, &slope), (first, second)) in all {
@@ -55,7 +57,7 @@ impl Adam {
 
 #[inline(always)]
 fn flushed(moment: f32) -> f32 {
-    // A NaN moment fails this comparison, so it stays NaN and reaches the loss.
+    // The comparison is false for a NaN moment, so it stays NaN and makes the loss NaN, which ends the training.
     if moment.abs() < FLUSH_BELOW { 0.0 } else { moment }
 }
 

@@ -1,4 +1,4 @@
-//! Epochs of a training: each takes the samples in a new order, in small batches with one step of Adam each.
+//! Runs the epochs of a training. Each epoch takes the samples in a new order, in small batches with one Adam step each.
 //!
 //! Guarantees: cancellation takes effect within one batch. The order of the samples depends only on seed and epoch.
 
@@ -16,11 +16,11 @@ use crate::random::Random;
 /// Number of held-out samples that are predicted together.
 const HELD_OUT_BATCH: usize = 256;
 
-/// Numbers of the independent random sequences that follow from one seed.
+/// Numbers of the independent random sequences (for initial weights and order of samples) that follow from one seed.
 const WEIGHTS: u64 = 1;
 const ORDER: u64 = 2;
 
-/// Mean loss per sample.
+/// Mean loss per sample over the training samples and over the held-out samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Losses {
     pub train: f64,
@@ -45,7 +45,7 @@ impl<'a> Standard<'a> {
     }
 }
 
-/// Batch of samples, with the values of all layers for them.
+/// Batch of samples, with the values of all network layers for these samples.
 struct Batch {
     forward: Forward<f32>,
     /// Standardised targets, `capacity × n_targets` row-major.
@@ -75,7 +75,8 @@ impl Batch {
         }
     }
 
-    /// Returns the summed loss of the first `n_samples` samples. `error` takes the index and weighted error of every output.
+    /// Returns the loss, summed over the first `n_samples` samples. `error` is called with the index and the weighted error
+    /// of every output.
     fn loss(
         &mut self,
         parameters: &[f32],
@@ -107,7 +108,7 @@ pub(super) struct Training<'a> {
     adam: Adam,
     batch: Batch,
     backward: Backward<f32>,
-    /// Indices of all training samples, in the order of the present epoch.
+    /// Indices of all training samples, in the order in which the present epoch takes them.
     order: Vec<usize>,
 }
 
@@ -164,7 +165,8 @@ impl<'a> Training<'a> {
         Ok(Losses { train: loss / n as f64, held_out: self.held_out_loss()? })
     }
 
-    /// Changes the parameters by one step with the samples `order[start..end]`. Returns their summed loss before the step.
+    /// Changes the parameters by one Adam step with the samples `order[start..end]`. Returns their summed loss before the
+    /// step.
     fn step(&mut self, start: usize, end: usize, rate: f64) -> f64 {
         let samples = &self.order[start..end];
         let m = samples.len();
@@ -197,7 +199,7 @@ impl<'a> Training<'a> {
 
     /// Checks that losses and parameters are finite; `epoch` counts from one.
     pub fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
-        // The last step can make parameters infinite after the loss was computed.
+        // The parameters are checked too, because the last step can make them infinite after the loss was computed.
         let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
         let which = match losses.held_out {
             _ if !sound => "training",
@@ -208,7 +210,8 @@ impl<'a> Training<'a> {
     }
 }
 
-/// Returns initial parameters: uniform weights with the variance 2 / fan-in (He et al. 2015, equation 10), zero biases.
+/// Returns initial parameters: uniformly distributed weights with the variance 2 / fan-in (He et al. 2015, equation 10), zero
+/// biases.
 fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
     let mut parameters = vec![0.0; shape.n_parameters()];
     for layer in 0..shape.n_layers() {

@@ -1,4 +1,4 @@
-//! Errors of networks, of their samples and of their settings.
+//! Errors in the samples, the settings or the training of a network, or in a network from a file.
 
 use std::fmt;
 
@@ -6,12 +6,12 @@ use crate::calibration::entries::WrongEntries;
 use crate::features::OutOfRange;
 use crate::progress::Cancelled;
 
-/// Column of the samples. The index counts from zero, the text of an error from one.
+/// Column of the samples that an error is about. Its index counts from zero, but the text of the error counts from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Column of a feature.
+    /// Column of an input feature, with its index.
     Input(usize),
-    /// Column of a load axis.
+    /// Column of a target (load axis), with its index.
     Target(usize),
 }
 
@@ -30,7 +30,9 @@ pub enum NetworkError {
     Setting(#[from] OutOfRange),
     #[error("a network needs at least one input and one target column")]
     NoColumns,
-    #[error("there are no {which} samples; load a recording for them or change a role")]
+    #[error(
+        "there are no {which} samples; load a recording for them, or change the role of a recording"
+    )]
     NoSamples { which: &'static str },
     #[error(
         "the held-out samples have {actual} {what} columns, but the training samples have {expected}; use the same features for both"

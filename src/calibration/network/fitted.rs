@@ -1,4 +1,4 @@
-//! Trained network as stored in a file. Weights have single precision, so they are short in files and read back exactly.
+//! Trained network as stored in a file. Weights are stored in single precision, so they are short and are read back exactly.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ pub struct Layer {
 
 /// Trained network: `load = target_shift + target_scale · layers((inputs − input_shift) · input_inverse_scale)`.
 ///
-/// **Source** section 4.2.1 of the paper, which does not describe standardisation, optimiser and seed.
+/// **Source** section 4.2.1 of the paper of Koike et al. (2019), which does not describe standardisation, optimiser and seed.
 ///
 /// **Units** shifts and scales have the units of their columns; all other numbers have none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -53,7 +53,7 @@ impl Network {
         self.layers.iter().map(count).sum()
     }
 
-    /// Multiplies the predictions by one factor per target.
+    /// Multiplies the predictions of the network by one factor per target.
     pub(crate) fn scale(&mut self, shares: &[f64]) {
         let targets = self.target_shift.iter_mut().zip(&mut self.target_scale);
         for ((shift, scale), share) in targets.zip(shares) {
@@ -220,7 +220,7 @@ pub(super) mod tests {
         );
     }
 
-    /// A number beyond single precision becomes infinite when read.
+    /// A number in the file beyond the range of single precision is read as infinite.
     #[test]
     fn a_weight_too_large_for_the_file_is_refused() {
         let text = serde_json::to_string(&any_network(&[])).unwrap();

@@ -1,6 +1,7 @@
 //! Forward and backward pass of a network for a block of samples.
 //!
-//! Guarantees: memory is allocated beforehand. All work is on the calling thread. NaN passes the rectifier to the loss.
+//! Guarantees: memory is allocated beforehand. All work is on the calling thread. The rectifier keeps NaN, so it reaches the
+//! loss.
 //!
 //! Layout: the values of a layer are a matrix with one column per sample. Every layer but the last has an additional unit that
 //! is always one. So the biases are the last column of the weights, and one matrix product includes them.
@@ -37,8 +38,8 @@ impl Shape {
         self.fan_out(self.n_layers() - 1)
     }
 
-    /// Returns the range of a layer's weights and biases in the parameters: `fan_out × (fan_in + 1)`, column-major, biases
-    /// last.
+    /// Returns the range that a layer's weights and biases have in the list of parameters: `fan_out × (fan_in + 1)`,
+    /// column-major, biases last.
     pub fn parameters(&self, layer: usize) -> Range<usize> {
         let count = |layer: usize| self.fan_out(layer) * (self.fan_in(layer) + 1);
         let start = (0..layer).map(count).sum();
@@ -49,13 +50,14 @@ impl Shape {
         self.parameters(self.n_layers() - 1).end
     }
 
-    /// Returns the number of values per sample before a layer, with the additional unit; for `n_layers`, that of the outputs.
+    /// Returns the number of values per sample that enter a layer, with the additional unit. For `layer = n_layers`, it is
+    /// the number of network outputs.
     fn stride(&self, layer: usize) -> usize {
         self.0[layer] + usize::from(layer < self.n_layers())
     }
 }
 
-/// Values of all units for up to `capacity` samples.
+/// Forward pass: values of all units of a network for up to `capacity` samples.
 #[derive(Clone, Debug)]
 pub(super) struct Forward<T> {
     shape: Shape,
@@ -65,7 +67,7 @@ pub(super) struct Forward<T> {
 
 impl<T: Real> Forward<T> {
     pub fn new(shape: &Shape, capacity: usize) -> Self {
-        // All values start at one, because the additional units are never written.
+        // All values start at one, because the additional units must be one and are never written.
         let blocks = (0..=shape.n_layers())
             .map(|layer| vec![T::from(1.0); shape.stride(layer) * capacity])
             .collect();
@@ -76,13 +78,13 @@ impl<T: Real> Forward<T> {
         self.capacity
     }
 
-    /// Returns the inputs of each sample. The caller writes them before [`Forward::run`].
+    /// Returns the network inputs of each sample. The caller writes them before [`Forward::run`].
     pub fn inputs(&mut self) -> impl Iterator<Item = &mut [T]> {
         let n_inputs = self.shape.fan_in(0);
         self.blocks[0].chunks_exact_mut(n_inputs + 1).map(move |column| &mut column[..n_inputs])
     }
 
-    /// Computes the outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
+    /// Computes the network outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
     pub fn run(&mut self, parameters: &[T], n_samples: usize) -> &[T] {
         let shape = &self.shape;
         for layer in 0..shape.n_layers() {
@@ -104,10 +106,11 @@ impl<T: Real> Forward<T> {
     }
 }
 
-/// Derivatives of the loss with respect to the values of a [`Forward`].
+/// Backward pass: derivatives of the loss with respect to the values of a [`Forward`].
 #[derive(Clone, Debug)]
 pub(super) struct Backward<T> {
-    /// Derivatives with respect to the values before each layer, then to the outputs. Empty for the inputs.
+    /// Derivatives of the loss with respect to the values that enter each layer, and last to the outputs. The first list is
+    /// empty, because derivatives with respect to the inputs are not needed.
     slopes: Vec<Vec<T>>,
 }
 
@@ -119,12 +122,13 @@ impl<T: Real> Backward<T> {
         Self { slopes }
     }
 
-    /// Returns the derivatives with respect to the outputs. The caller writes them before [`Backward::run`].
+    /// Returns the derivatives of the loss with respect to the outputs. The caller writes them before [`Backward::run`].
     pub fn output_slopes(&mut self) -> &mut [T] {
         self.slopes.last_mut().expect("a network has an output layer")
     }
 
-    /// Writes the derivatives with respect to the parameters. Before, `forward` must have run on the same `n_samples` samples.
+    /// Writes the derivatives of the loss with respect to the parameters into `gradient`. Before, `forward` must have run on
+    /// the same `n_samples` samples.
     pub fn run(
         &mut self,
         forward: &Forward<T>,
@@ -178,8 +182,8 @@ fn rectify<T: Real>(values: &mut [T]) {
     );
 }
 
-/// Returns the factor of the rectifier: one for a positive value, else zero. A product with this factor keeps NaN, unlike
-/// `max`. Unlike a condition, the product is not compiled to a masked store, which is slow.
+/// Returns the factor by which the rectifier multiplies a value: one for a positive value, else zero. The product keeps NaN,
+/// unlike `max`. Unlike a condition, it is not compiled to a masked store, which is slow.
 #[inline(always)]
 fn switch<T: Real>(value: T) -> T {
     T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })

@@ -1,4 +1,4 @@
-//! Predicts loads in double precision.
+//! Predicts loads with a trained network in double precision.
 //!
 //! Guarantees: except for rounding, the load of a sample does not depend on other samples. A non-finite input gives NaN.
 
@@ -7,17 +7,17 @@ use rayon::prelude::*;
 use super::passes::Forward;
 use crate::calibration::network::fitted::Network;
 
-/// Number of samples that are predicted together. The values of all units fit into the second-level cache.
+/// Number of samples that are predicted together. The values of all units for them fit into the second-level cache.
 const BLOCK_SAMPLES: usize = 256;
 
 impl Network {
     /// Predicts `n × n_targets` loads from `n × n_inputs` inputs, on all threads of the current pool. The number of threads
-    /// does not change the result. Panics if the shapes differ from these, or if [`Network::validate`] would fail.
+    /// does not change the result. Panics if `inputs` or `out` has another length, or if [`Network::validate`] would fail.
     pub fn predict_rows(&self, inputs: &[f64], out: &mut [f64]) {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         let n = inputs.len() / n_inputs;
-        assert_eq!(inputs.len(), n * n_inputs, "input rows must be whole");
-        assert_eq!(out.len(), n * n_targets, "one row of loads per sample");
+        assert_eq!(inputs.len(), n * n_inputs, "each input row must have n_inputs numbers");
+        assert_eq!(out.len(), n * n_targets, "there must be one row of loads per sample");
         let (shape, parameters) = (self.shape(), self.parameters::<f64>());
         let blocks = inputs.par_chunks(BLOCK_SAMPLES * n_inputs);
         out.par_chunks_mut(BLOCK_SAMPLES * n_targets).zip(blocks).for_each_init(
@@ -40,7 +40,7 @@ impl Network {
         let scales = self.input_shift.iter().zip(&self.input_inverse_scale);
         for ((value, input), (shift, inverse_scale)) in values.iter_mut().zip(inputs).zip(scales) {
             let z = (input - shift) * inverse_scale;
-            // The rectifier could turn an infinite input into a finite load.
+            // An infinite input counts as NaN, because the rectifier could turn it into a finite load.
             *value = if z.is_finite() { z } else { f64::NAN };
         }
     }

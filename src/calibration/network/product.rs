@@ -1,16 +1,17 @@
-//! Matrix products on the calling thread, with faer and with own code for the last rows.
+//! Matrix products on the calling thread, by the crate faer, and by code of this file for the last rows.
 //!
 //! Guarantees: the results are repeatable on the same kind of processor.
 //!
-//! Faer processes 16 rows of single precision at a time. In a layer of 100 units, only 4 of the last 16 rows are used, and
-//! dependent sums wait for each other. The own code computes the rows after the last multiple of 16, ten columns at a time.
+//! Faer processes 16 rows of single precision at a time. For a layer of 100 units, it would use only 4 of the last 16 rows,
+//! and dependent sums would wait for each other. The code of this file computes the rows after the last multiple of 16, ten
+//! columns at a time.
 
 use crate::vectorised::vectorised;
 use faer::linalg::matmul::matmul;
 use faer::traits::RealField;
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// Floating-point type of a network.
+/// Floating-point type in which a network is computed.
 pub(super) trait Real: RealField + Copy + PartialOrd + From<f32> {
     /// Computes `out = left · right`.
     fn product(out: Out<Self>, left: View<Self>, right: View<Self>);
@@ -52,7 +53,8 @@ fn by_faer<T: Real>(out: Out<T>, left: View<T>, right: View<T>) {
     matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
 }
 
-/// Matrix to read. Consecutive columns are `stride` numbers apart in memory. If transposed, this is the distance of rows.
+/// Matrix to read. Consecutive columns are `stride` numbers apart in memory. If transposed, consecutive rows are `stride`
+/// numbers apart instead.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, T> {
     values: &'a [T],
@@ -112,17 +114,18 @@ impl<'a, T> Out<'a, T> {
 
 /// Number of rows that faer processes at a time with the widest registers.
 const ROWS_OF_FAER: usize = 16;
-/// Maximum number of rows that the own code computes.
+/// Maximum number of last rows that the code of this file computes.
 const LANES: usize = 8;
-/// Number of columns that are computed together. The sums fit into registers and hide the latency of dependent sums.
+/// Number of output columns that are computed together. Their sums fit into registers and hide the latency of dependent sums.
 const COLUMNS: usize = 10;
-/// Number of products that are summed before the sums are stored. As many columns of the left matrix are copied at a time.
+/// Number of products that are summed in registers before the sums are added to the output. This many columns of the left
+/// matrix are copied at a time.
 const DEPTH: usize = 256;
 
-/// One number for each row.
+/// One number for each of the last rows of the product.
 type Lanes = [f32; LANES];
 
-/// Last rows of a product, from `first_row` on. There are at most [`LANES`] of them.
+/// Product of which the rows from `first_row` on are computed here. There are at most [`LANES`] of these rows.
 struct Edge<'a> {
     out: Out<'a, f32>,
     left: View<'a, f32>,
@@ -149,7 +152,8 @@ impl Edge<'_> {
         }
     }
 
-    /// Copies columns of the left matrix, from `start` on. Lanes beyond the last row have arbitrary values.
+    /// Copies the last rows of the left matrix into `panel`, from column `start` on. Lanes beyond the last row have arbitrary
+    /// values.
     #[inline(always)]
     fn copy_panel(&self, start: usize, panel: &mut [Lanes]) {
         let View { values, stride, .. } = self.left;
@@ -172,7 +176,7 @@ impl Edge<'_> {
         }
     }
 
-    /// Computes `N` columns of the product, from `first` on, and adds them to the output.
+    /// Computes the last rows of `N` columns of the product, from column `first` on, and adds them to the output.
     #[inline(always)]
     fn columns<const N: usize>(&mut self, start: usize, panel: &[Lanes], first: usize) {
         let View { values, stride, .. } = self.right;
@@ -194,7 +198,7 @@ impl Edge<'_> {
     }
 }
 
-/// Returns `N` columns of the product with a matrix whose columns are `stride` numbers apart.
+/// Returns `N` columns of the product of `panel` with a right matrix whose columns are `stride` numbers apart.
 #[inline(always)]
 fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
     let columns: [&[f32]; N] = std::array::from_fn(|at| &right[at * stride..][..panel.len()]);
@@ -207,12 +211,12 @@ fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usi
     sums
 }
 
-/// Returns `N` columns of the product with a matrix whose rows are `stride` numbers apart.
+/// Returns `N` columns of the product of `panel` with a right matrix whose rows are `stride` numbers apart.
 #[inline(always)]
 fn sums_over_rows<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
     let mut sums = [[0.0; LANES]; N];
     for (lanes, row) in panel.iter().zip(right.chunks(stride)) {
-        let row: &[f32; N] = row.first_chunk().expect("the right matrix is whole");
+        let row: &[f32; N] = row.first_chunk().expect("each row of the right matrix has N numbers");
         for column in 0..N {
             add_product(&mut sums[column], lanes, row[column]);
         }

@@ -6,16 +6,17 @@
 use crate::calibration::network::error::{Column, NetworkError};
 use crate::progress::{Cancelled, Progress};
 
-/// Maximum difference from the first sample. Larger differences could overflow single precision.
+/// Maximum difference of a value from that of the first sample. Larger differences could overflow single precision.
 const FARTHEST: f64 = 1e30;
-/// Minimum standard deviation of a column, as a share of its largest value. A smaller deviation is rounding noise.
+/// Minimum standard deviation of a varying column, as a share of its largest value. A smaller deviation is rounding noise, so
+/// the column counts as constant.
 const CONSTANT_BELOW: f64 = 1e-13;
-/// Minimum standard deviation that single precision can represent.
+/// Minimum standard deviation of a varying column. Single precision could not represent a smaller one.
 const SMALLEST_SPREAD: f64 = 1e-30;
 /// Number of rows processed between two checks for cancellation.
 const ROWS_PER_CHECK: usize = 8192;
 
-/// Samples with inputs and targets. Two million samples with 60 inputs and 6 targets need 0.5 GB.
+/// Training samples of a network with inputs and targets. Two million samples with 60 inputs and 6 targets need 0.5 GB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     pub(super) inputs: Table,
@@ -37,17 +38,19 @@ impl Samples {
 
     /// Appends m samples, given as `m × n_inputs` inputs and `m × n_targets` targets. On an error, none is appended.
     ///
-    /// # Errors [`NetworkError::NotFinite`], [`NetworkError::TooLarge`] and [`NetworkError::NoColumns`].
+    /// # Errors
+    /// [`NetworkError::NotFinite`], [`NetworkError::TooLarge`] and [`NetworkError::NoColumns`].
     ///
-    /// # Panics If a row is not whole, or inputs and targets have different numbers of rows.
+    /// # Panics
+    /// If a row is not complete, or inputs and targets have different numbers of rows.
     pub fn push_rows(&mut self, inputs: &[f64], targets: &[f64]) -> Result<(), NetworkError> {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         if n_inputs == 0 || n_targets == 0 {
             return Err(NetworkError::NoColumns);
         }
         let m = inputs.len() / n_inputs;
-        assert_eq!(inputs.len(), m * n_inputs, "input rows must be whole");
-        assert_eq!(targets.len(), m * n_targets, "one target row per input row");
+        assert_eq!(inputs.len(), m * n_inputs, "each input row must have n_inputs numbers");
+        assert_eq!(targets.len(), m * n_targets, "there must be one target row per input row");
         let n = self.n_samples();
         let pushed = self
             .inputs
@@ -76,8 +79,8 @@ impl Samples {
     }
 }
 
-/// Differences of each row from the first row. Of n samples, none, not even the first, is more than √n standard deviations from
-/// the mean. So the error of single precision is below `√n · 6e-8` standard deviations.
+/// Rows of numbers, stored as differences from the first row. Of n samples, none, not even the first, is more than √n
+/// standard deviations from the mean. So the error of single precision is below `√n · 6e-8` standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     width: usize,
@@ -182,7 +185,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Returns the inverse of each [`Self::spread`]; zero for a constant column.
+    /// Returns the inverse standard deviation of each column; zero for a constant column.
     pub fn inverse_spread(&self) -> Vec<f64> {
         let inverse = |&spread: &f64| if spread > 0.0 { 1.0 / spread } else { 0.0 };
         self.spread.iter().map(inverse).collect()
@@ -202,7 +205,7 @@ impl Standardised<'_> {
         self.table.n_rows()
     }
 
-    /// Reads the first and the last number of each row in advance, so that memory accesses overlap.
+    /// Reads the first and the last number of each row before they are used, so that the waits for memory overlap.
     #[inline]
     pub fn prefetch(&self, rows: impl Iterator<Item = usize>) {
         let width = self.table.width;
@@ -211,7 +214,7 @@ impl Standardised<'_> {
         std::hint::black_box(rows.map(ends).sum::<f32>());
     }
 
-    /// Writes the standardised row `k`. A constant column gives zero.
+    /// Writes the standardised numbers of row `k` into `out`. A constant column gives zero.
     #[inline]
     pub fn write_row(&self, k: usize, out: &mut [f32]) {
         let row = &self.table.values[k * self.table.width..][..self.table.width];

@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::features::{OutOfRange, Range, Setting, Unit};
 
-/// Number of hidden layers. A number above the maximum is most likely a typing error.
+/// Setting for the number of hidden layers. A number above the maximum is most likely a typing error.
 const LAYERS: Setting =
     Setting { what: "the number of hidden layers", range: Range::Whole(0, 16), ..UNITS };
 
-/// Units per hidden layer. Beyond the maximum, cancellation would be delayed too long.
+/// Setting for the number of units per hidden layer. Beyond its maximum, cancellation would be delayed too long.
 pub const UNITS: Setting = Setting {
     key: "hidden",
     option: "units",
@@ -20,7 +20,7 @@ pub const UNITS: Setting = Setting {
     ..EPOCHS
 };
 
-/// Samples per step. Beyond the maximum, an epoch has too few steps.
+/// Setting for the number of samples per optimiser step. Beyond its maximum, an epoch has too few steps.
 const BATCH: Setting = Setting {
     key: "batch",
     option: "",
@@ -28,11 +28,11 @@ const BATCH: Setting = Setting {
     what: "the batch",
     default: &[100.0],
     range: Range::Whole(1, 8192),
-    explanation: "Number of samples per step",
+    explanation: "Number of samples per optimiser step",
     ..EPOCHS
 };
 
-/// Number of passes over the samples. Beyond the maximum, a training would take days without improvement.
+/// Setting for the number of passes over the samples. Beyond its maximum, a training would take days without improvement.
 pub const EPOCHS: Setting = Setting {
     key: "epochs",
     option: "epochs",
@@ -46,7 +46,8 @@ pub const EPOCHS: Setting = Setting {
     source: "section 4.2.1",
 };
 
-/// Learning rate of the first step. Adam changes each weight by about this rate, which is enough for standardised data.
+/// Setting for the learning rate of the first step. Adam changes each weight by about this rate per step, which is enough for
+/// standardised data.
 const LEARNING_RATE: Setting = Setting {
     key: "learning_rate",
     option: "",
@@ -60,7 +61,7 @@ const LEARNING_RATE: Setting = Setting {
     ..EPOCHS
 };
 
-/// Switch for a constant learning rate. The paper does not mention a falling rate.
+/// Switch for a constant learning rate. The paper of Koike et al. (2019) does not mention a falling rate.
 pub const CONSTANT_RATE: Setting = Setting {
     key: "constant_rate",
     option: "constant-rate",
@@ -74,7 +75,7 @@ pub const CONSTANT_RATE: Setting = Setting {
     ..EPOCHS
 };
 
-/// Switch for early stopping. The paper trains for a fixed number of epochs.
+/// Switch for early stopping. In the paper of Koike et al. (2019), the training has a fixed number of epochs.
 pub const EARLY_STOPPING: Setting = Setting {
     key: "early_stopping",
     option: "no-early-stopping",
@@ -83,7 +84,8 @@ pub const EARLY_STOPPING: Setting = Setting {
     default: &[1.0],
     range: Range::Switch,
     explanation: "Holds out some training recordings and keeps the network of the epoch that predicts them best. Otherwise the \
-                  network learns from all training recordings, and that of the last epoch is kept, as in the paper",
+                  network learns from all training recordings, and the network of the last epoch is kept, \
+                  as in the paper of Koike et al. (2019)",
     source: "",
     ..EPOCHS
 };
@@ -110,22 +112,23 @@ pub const SEED: Setting = Setting {
     what: "the seed",
     default: &[0.0],
     range: Range::Whole(0, u64::MAX),
-    explanation: "Start of the random numbers; the same seed gives the same network",
+    explanation: "Start of the random numbers that set the first weights and the order of the samples; \
+                  the same seed gives the same network",
     source: "",
     ..EPOCHS
 };
 
-/// Settings of a network. The default layers, batch and epochs are the paper's (section 4.2.1).
+/// Settings of a network. The default layers, batch and epochs are those of the paper of Koike et al. (2019), section 4.2.1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct NetworkSettings {
-    /// Units of each hidden layer, from the inputs to the outputs.
+    /// Number of units of each hidden layer, in order from the inputs to the outputs.
     pub hidden: Vec<usize>,
-    /// Samples per step.
+    /// Number of samples per optimiser step.
     pub batch: usize,
-    /// Number of passes over the samples.
+    /// Number of passes over the training samples.
     pub epochs: usize,
-    /// Learning rate of the first step.
+    /// Learning rate of the first optimiser step.
     pub learning_rate: f64,
     /// Seed of the initial weights and of the order of samples.
     pub seed: u64,
@@ -153,7 +156,7 @@ impl Default for NetworkSettings {
 }
 
 impl NetworkSettings {
-    /// Checks every value. The error describes the first invalid value.
+    /// Checks every setting. The error describes the first invalid one.
     pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
         LAYERS.check(self.hidden.len() as f64)?;
         for &units in &self.hidden {

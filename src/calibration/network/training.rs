@@ -1,7 +1,7 @@
 //! Trains a network and reports the progress.
 //!
-//! Guarantees: the result is the network of the best completed epoch, also after cancellation. Without early stopping, it is
-//! the network of the last completed epoch. A loss that is not finite ends the training with an error.
+//! Guarantees: with early stopping, the result is the network of the best completed epoch, otherwise that of the last
+//! completed epoch. This also holds after cancellation. A loss that is not finite ends the training with an error.
 
 use std::time::{Duration, Instant};
 
@@ -14,14 +14,15 @@ use crate::calibration::network::samples::Samples;
 use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::Progress;
 
-/// Result of one epoch. Losses are squared errors of the standardised targets, summed over the axes and averaged over the
-/// samples. A network that always predicts the mean has the number of axes as its loss.
+/// Report after one epoch of a training. Losses are squared errors of the standardised targets, summed over the axes and
+/// averaged over the samples. A network that always predicts the mean has the number of axes as its loss.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
     /// Number of completed epochs.
     pub epoch: usize,
     pub epochs: usize,
-    /// Loss over the training samples. The error of each sample is that before the step that uses the sample.
+    /// Loss over the training samples. The error of each sample is computed just before the optimiser step that uses the
+    /// sample.
     pub train_loss: f64,
     /// Loss over the held-out samples after the epoch; `None` if no samples are held out.
     pub held_out_loss: Option<f64>,
@@ -31,7 +32,7 @@ pub struct EpochReport {
 }
 
 impl EpochReport {
-    /// Returns the estimated remaining time.
+    /// Returns the estimated remaining time of the training.
     pub fn time_left(&self) -> Duration {
         let left = self.epochs.saturating_sub(self.epoch) as f64;
         self.elapsed.mul_f64(left / self.epoch.max(1) as f64)
@@ -39,11 +40,11 @@ impl EpochReport {
 }
 
 impl Network {
-    /// Trains a network on one thread (section 4.2.1 of the paper).
+    /// Trains a network on one thread (section 4.2.1 of the paper of Koike et al., 2019).
     ///
     /// The initial weights are those of He et al. (2015). Hidden units are rectified, outputs are linear, and the loss is the
     /// squared error of the standardised targets. The learning rate of Adam (Kingma and Ba 2015) falls along half a cosine
-    /// (Loshchilov and Hutter 2017, without restarts), or is constant. `progress` counts batches.
+    /// (Loshchilov and Hutter 2017, without restarts), or is constant. `progress` counts the batches that are done.
     ///
     /// The best epoch has the lowest held-out loss, or the lowest training loss if no samples are held out.
     ///

@@ -1,4 +1,4 @@
-//! Actions of the user. Short ones are done at once, others in the background.
+//! Actions of the user. Quick actions are done at once, slow ones in the background.
 
 use super::*;
 use crate::import::inspect::Known;
@@ -6,7 +6,7 @@ use crate::questions::WITHIN;
 use crate::questions::models::asked::List;
 
 impl Engine {
-    /// Does an action of the user. Long work runs in the background.
+    /// Carries out an action of the user. Slow work runs in the background.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Edit(edit) => self.edit(edit),
@@ -80,7 +80,7 @@ impl Engine {
             Action::Discard => self.leave(),
             Action::Cancel => {
                 self.lanes.cancel();
-                // Tasks that the status line does not show are not cancelled.
+                // Background tasks that the status line does not show are not cancelled, because the user did not start them.
                 let seen = self.tasks.iter().filter(|task| task.is_seen);
                 seen.for_each(|task| task.lane.cancel());
                 self.waiting.clear();
@@ -97,7 +97,7 @@ impl Engine {
         self.follow();
     }
 
-    /// Writes the file of [`Engine::replacing`] if `yes`.
+    /// Writes the file that waits for confirmation in [`Engine::replacing`] if `yes`; otherwise drops it.
     pub(super) fn replace(&mut self, yes: bool) {
         match self.replacing.take().filter(|_| yes) {
             None => {}
@@ -116,8 +116,8 @@ impl Engine {
         }
     }
 
-    /// Returns a training with the present settings. The trained calibration is autosaved at once, even if the window is
-    /// hidden.
+    /// Returns the request for a training with the present settings. The trained calibration is autosaved at once, even if
+    /// the window is hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
         let request = self.request_of(recordings);
@@ -149,7 +149,8 @@ impl Engine {
     pub(super) fn show_left(&mut self, yes: bool) {
         self.shows_left = yes;
         if yes {
-            // Other windows may have crashed, or restored or discarded sessions, since the list was made.
+            // Since this list of autosaved sessions was made, other windows may have crashed, or restored or discarded
+            // sessions.
             self.recoverable = self.recovery.left();
             self.recoverable.retain(|left| !self.restored.contains(&left.path));
         }
@@ -170,7 +171,7 @@ impl Engine {
             self.notice(Level::Error, text);
             return;
         }
-        // A calibration with a request was fitted here, and not read from a file.
+        // A calibration that comes with a request was fitted in this session, not read from a file.
         if let FileContent::Calibration(calibration, Some(_)) = &content
             && let Some(undetermined) = calibration.undetermined()
         {
@@ -181,7 +182,7 @@ impl Engine {
         self.save_whole(content, path, existing);
     }
 
-    /// Writes a file, with a warning if the format cannot hold a part of the calibration.
+    /// Writes the whole content to a file, with a warning if the file format cannot hold a part of a calibration.
     pub(super) fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
         if let Some(caution) = content.caution(&path) {
             self.notice(Level::Warning, caution);
@@ -236,7 +237,7 @@ impl Engine {
         self.tasks.push(Begun { is_seen, turn, lane });
     }
 
-    /// Shows these files in the import window, one after another.
+    /// Opens the import window for these files, one after another.
     pub(super) fn begin_import(&mut self, mut paths: Vec<PathBuf>) {
         if paths.is_empty() {
             return;
@@ -253,7 +254,7 @@ impl Engine {
         }
     }
 
-    /// Changes what is known about the file in the import window, and inspects the file again.
+    /// Changes the state of the import window by `change`, and inspects the file again in the background.
     pub(super) fn inspect(&mut self, change: impl FnOnce(&mut Importing) -> Preview) {
         if let Some(importing) = &mut self.importing {
             let preview = change(importing);

@@ -3,7 +3,7 @@
 use super::*;
 
 impl Engine {
-    /// Replaces all loaded data by a session; `path` is `None` for an autosaved session.
+    /// Replaces all loaded data by an opened session. `path` is `None` for an autosaved session.
     pub(super) fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
         self.layout.clone_from(&opened.session.layout);
         self.unproven = opened.trained.take().transpose().unwrap_or_else(|error| {
@@ -20,19 +20,19 @@ impl Engine {
         if is_built_in {
             self.await_turn(InTurn::Simulate(late));
         }
-        // An autosaved session counts as unsaved, because its file is removed after it is restored.
+        // A restored autosaved session counts as unsaved, because its file is removed once it is restored.
         self.saved = Some(match &path {
             Some(_) => self.project.clone(),
             None => Project::default(),
         });
         self.session = path;
-        // Undo must not bring back the data of the previous session, because saving would then overwrite this session with them.
+        // Undo must not bring back the data of the previous session, because saving would then write them over this session.
         self.history = History::default();
         self.lanes.of_mut::<Analyse>().forget();
         self.prove();
     }
 
-    /// Does an action that discards all loaded data. If there are unsaved changes, the user is asked first.
+    /// Carries out an action that discards all loaded data. If there are unsaved changes, the user is asked first.
     pub(super) fn leave_for(&mut self, leaving: Leaving) {
         self.leaving = Some(leaving);
         if !self.is_unsaved() {
@@ -53,13 +53,13 @@ impl Engine {
         }
     }
 
-    /// Starts the autosave in `folder`, and offers the autosaved sessions of crashed windows.
+    /// Starts the autosave in `folder`, and shows the user the autosaved sessions of crashed windows.
     pub fn recover_in(&mut self, folder: &Path) {
         self.recovery = Recovery::begin(folder);
         self.act(Action::ShowLeft(true));
     }
 
-    /// Passes unsaved changes to the autosave. `layout` returns the layout of the panes.
+    /// Passes the newest document to the autosave if it has changed. `layout` returns the layout of the panes.
     pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
@@ -73,13 +73,14 @@ impl Engine {
             self.recovery.keep(newest, is_saved);
             self.kept = Some(self.project.clone());
         }
-        // Restored files are replaced by the autosave of this window only when all their recordings are loaded.
+        // The autosave of this window replaces the files of restored sessions. This begins only when all their recordings are
+        // loaded.
         if self.tasks.is_empty() {
             self.recovery.take_over(std::mem::take(&mut self.restored));
         }
     }
 
-    /// Ends the autosave, and removes its file. The window calls this when it closes normally.
+    /// Ends the autosave, and removes the file of this window. The window calls this when it closes normally.
     pub fn end(&mut self) {
         self.recovery.end();
     }

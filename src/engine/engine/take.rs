@@ -1,11 +1,11 @@
-//! Results of background work, taken into the document.
+//! Puts results of background work into the document.
 
 use super::*;
 
 impl Engine {
-    /// Takes the results of background work. The window calls this before each frame.
+    /// Puts the finished results of background work into the document. The window calls this before each frame.
     pub fn take(&mut self) {
-        // Checked before answers are taken. If no search runs now, no further answer of a search arrives after this call.
+        // This is checked before the results are taken. If no search runs now, all results of the search have arrived.
         let have_ended = self.lane::<TryModels>().is_idle();
         for failed in self.lanes.take() {
             self.notice(Level::Error, failed);
@@ -23,7 +23,7 @@ impl Engine {
             && importing.path == asked.path
         {
             let problem = self.preview.problem().map(str::to_owned);
-            // The answer for an older map would undo the newest change of the map.
+            // The result for an older column map would undo the newest change of the map, so it is ignored.
             let found = self.preview.answer().filter(|_| self.preview.is_current());
             importing.is_detecting &= found.is_none() && problem.is_none();
             match found {
@@ -37,7 +37,8 @@ impl Engine {
         self.follow();
     }
 
-    /// Adds the present fit to the list of models, if the list is not empty and has no model with the present settings.
+    /// Adds the model of the present fit to the list of models, unless the list is empty or already has a model with the
+    /// present settings.
     fn list_present(&mut self) {
         let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
         let is_wanted = !self.models.rows.is_empty() && !self.models.has_present(&self.project);
@@ -46,7 +47,7 @@ impl Engine {
         }
     }
 
-    /// Adds the present calibration to the list of models. `is_asked` is true if the user asked to keep it.
+    /// Adds the model of the present calibration to the list of models. `is_asked` is true if the user asked to keep it.
     pub(super) fn list(&mut self, is_asked: bool) {
         if let Some((_, analysis)) = self.exact() {
             let calibration = Arc::clone(&analysis.calibration);
@@ -56,7 +57,7 @@ impl Engine {
         }
     }
 
-    /// Starts the automatic choice of thresholds by cross-validation, unless the user has chosen thresholds.
+    /// Starts the automatic choice of F_th and t_th by cross-validation, unless the user has chosen these thresholds.
     fn find_first_thresholds(&mut self) {
         let thresholds = self.project.thresholds();
         let features = &self.project.settings.features;
@@ -83,7 +84,7 @@ impl Engine {
         let Some(map) = map else { return };
         let measure = map.scale.default_measure();
         let Ok(found) = map.suggestion(measure) else { return };
-        // This is no undo step of its own, so that undo returns to the document before the files were opened.
+        // Setting the thresholds is no undo step of its own. So undo returns to the document before the files were opened.
         let set = self.project.edit(Edit::Thresholds(found.thresholds));
         debug_assert!(set.is_ok(), "thresholds fit any recordings");
         let shown = ShownFTh::of(map.distance);
@@ -92,7 +93,8 @@ impl Engine {
         self.notice(Level::Info, text);
     }
 
-    /// Adds tried models to the list. `have_ended` is true if no search or comparison runs.
+    /// Adds the models that a search or comparison has fitted to the list. `have_ended` is true if no search or comparison
+    /// runs.
     pub(super) fn take_models(&mut self, have_ended: bool) {
         let lane = self.lanes.of_mut::<TryModels>();
         if let (Some(asked), Some(found)) = (lane.answered(), lane.answer())
@@ -100,7 +102,7 @@ impl Engine {
         {
             self.models.take(asked, found);
         }
-        // All models are in the list. The question is removed, because it would keep its recordings in memory.
+        // All fitted models are now in the list. The request is removed, because it would keep its recordings in memory.
         if have_ended {
             lane.forget();
         }
@@ -164,7 +166,8 @@ impl Engine {
             Done::Restored(path, opened) => self.leave_for(Leaving::Restore(path, opened)),
             Done::Located(place, found) => self.take_located(&place, found),
             Done::Proven(trained, recordings, proven) => {
-                // Another session may have been opened since the check began, or the check may have been started twice.
+                // The result is ignored if another session was opened since this check began, or if an earlier check has
+                // already ended.
                 let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &trained);
                 if self.unproven.take_if(is_own).is_none() {
                     return;
@@ -182,15 +185,15 @@ impl Engine {
     }
 
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
-        // A session with the built-in sensor that was just opened has no unsaved changes.
+        // A session that was just opened has no unsaved changes, and stays so when its simulated recordings arrive.
         let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
         let refused = self.change(|project| {
-            // An opened session with a split had no recordings to split until now.
+            // A split of the opened session waits here for these recordings, because the session had none when it was opened.
             let waits = |split: &&Split| split.whole.entries().is_empty();
             let split = project.split.as_ref().filter(waits);
             let split = split.map(|split| Edit::Split(split.fraction));
             let refused = project.take_set(set).err();
-            // A calibration that was opened while the recordings were simulated is applied to them.
+            // If the user opened a calibration during the simulation, it is now applied to the simulated recordings.
             let applied = project.applied.take();
             let fits = project.edit(Edit::Apply(applied)).err();
             let split = split.and_then(|split| project.edit(split).err());
@@ -274,12 +277,13 @@ impl Engine {
         }
     }
 
-    /// Adds files of the session that were missing and have been found. Files that cannot be read stay missing.
+    /// Adds missing files of the session that have been found at `place`. Files that cannot be read stay in the list of
+    /// missing files.
     pub(super) fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
         let mut parts = Vec::new();
         for (file, part) in found {
             let at = self.project.lost.iter().position(|lost| *lost == file);
-            // Another session may have been opened since the search began.
+            // The missing file is no longer in the list if another session was opened since the search began.
             let Some(at) = at else { continue };
             if let Some(Ok(_)) = part.loaded {
                 self.project.lost.remove(at);
@@ -299,7 +303,7 @@ impl Engine {
         self.prove();
     }
 
-    /// Starts the check that the trained calibration of the session belongs to its recordings, once all are loaded.
+    /// Starts the check that the session's trained calibration was trained on the session's recordings, once all are loaded.
     pub(super) fn prove(&mut self) {
         let recordings = &self.project.recordings;
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
@@ -309,7 +313,7 @@ impl Engine {
         }
     }
 
-    /// Takes the trained calibration of the session as if it had just been trained.
+    /// Uses the trained calibration that was read with the session as if it had just been trained.
     pub(super) fn take_trained(
         &mut self,
         calibration: Arc<Calibration>,

@@ -1,5 +1,6 @@
-//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names, but have
-//! their own templates and notations of numbers. Texts of the user appear only in comments, which these texts cannot end.
+//! Calibrations as source code for machines without this program. All languages share one [`Program`] and its names. Each has
+//! its own template and notation of numbers. Texts of the user appear only in comments, and are escaped so that they cannot
+//! end a comment.
 
 mod program;
 
@@ -19,27 +20,28 @@ use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 use crate::shown::{joined, printable};
 
-/// Maximum look-back of exported code (s), which limits its memory. The value is the step in time that counts as a leap of
-/// the clock, which no look-back crosses.
+/// Maximum time that exported code looks back (s), which limits its memory. A longer step in time counts as a reset of the
+/// clock, which no look-back crosses.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
-/// Meanings of the status flags, for the comments of every language.
+/// Explanations of the sample's status flags, for the comments of the code in every language.
 const STATUSES: &str = include_str!("../templates/statuses.txt");
 
 #[derive(Clone, Copy)]
 pub(in crate::export) struct Language {
     pub template: &'static str,
-    /// Escapes a text of the user for a comment.
+    /// Escapes a text of the user for a comment of the language.
     pub comment: fn(&str) -> String,
-    /// Opening and closing bracket of lists.
+    /// Opening and closing bracket of lists in the language.
     pub brackets: (char, char),
-    /// Separators where a list continues in the next line, and between the rows of a table.
+    /// Separator where a list of numbers continues in the next line, and separator between the rows of a matrix.
     pub breaks: (&'static str, &'static str),
     pub number: fn(f64) -> String,
     pub time: fn(f64) -> String,
-    /// Writes a single-precision weight in a form that no language rounds a second time.
+    /// Writes a single-precision weight so that every language reads exactly this number.
     pub weight: fn(f32) -> String,
-    /// Returns true if the language reserves a name, or the code already uses this name. The arguments are name and code.
+    /// Returns true if the language reserves a name, or if the code already uses the name. The arguments are the name and the
+    /// code.
     pub is_taken: fn(&str, &str) -> bool,
 }
 
@@ -64,7 +66,7 @@ pub(in crate::export) const CODE: Target = Target {
 };
 
 impl Language {
-    /// Language with this program's notation of numbers, and without reserved names.
+    /// Language with Rust's notation of numbers and without reserved names, from which the others differ.
     pub const PLAIN: Self = Self {
         template: "",
         comment: |text| printable(text).into_owned(),
@@ -80,7 +82,7 @@ impl Language {
         out.write_all(self.source(export).1.as_bytes())
     }
 
-    /// Returns the name that the code uses, and the code.
+    /// Returns the name of the calibration in the code, and the code.
     pub fn source(self, export: &Export<'_>) -> (String, String) {
         let mut name = identifier(export.name);
         let mut code = named_code(export, self, &name);
@@ -141,7 +143,7 @@ impl Language {
     }
 }
 
-/// Fills the template of a block's source with the names of the program and the number of the block's values.
+/// Fills the template of a feature block's source code with the names of the program and the number of the block's values.
 fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, minijinja::Error> {
     let names = context! {
         prefix => state.lookup("prefix"),
@@ -157,7 +159,8 @@ fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Returns the filled template of a language. The template reads the fields of [`Program`], and the counts added here.
+/// Returns the filled template of a language. The template reads the fields of [`Program`], and the numbers that are computed
+/// here.
 fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     let program = Program::new(export.calibration);
     let mut search_cost = String::new();
@@ -227,33 +230,35 @@ fn n_inputs(layer: &Layer) -> usize {
     layer.weights.first().map_or(0, Vec::len)
 }
 
-/// Returns the weights by input: all weights of the first input, then all weights of the second, and so on.
+/// Returns the weights of a network layer by input: all weights of the first input, then all weights of the second, and so
+/// on.
 pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f32> + '_ {
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }
 
-/// Returns the memory of a calibration on a robot (bytes), constants and state in single precision, at the recordings' rate.
+/// Returns the memory that a calibration needs on a robot (bytes): constants and state in single precision, at the
+/// recordings' sample rate.
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)
 }
 
-/// Memory of a C export on a Cortex-M4F.
+/// Memory that an exported calibration in C needs on a Cortex-M4F.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Footprint {
-    /// Size of one state with float numbers (bytes).
+    /// Size of the state of one sensor in single precision (bytes).
     pub memory: usize,
-    /// Approximate size of the update and its coefficients (bytes).
+    /// Approximate size of the machine code and of the coefficients (bytes).
     pub program: usize,
 }
 
 impl Footprint {
-    /// Returns true if many small controllers have less memory.
+    /// Returns true if the state is larger than the memory of many small controllers.
     pub fn is_large(self) -> bool {
         self.memory > 65_536
     }
 
-    /// Returns the memory of this calibration.
+    /// Returns the memory that this calibration needs.
     pub fn of(calibration: &Calibration) -> Self {
         let program = Program::new(calibration);
         Self {
@@ -300,7 +305,8 @@ fn n_constants(program: &Program) -> usize {
     n
 }
 
-/// Returns the estimated size of the update's machine code (bytes), as compiled with -O2. A test compares it with a compiler.
+/// Returns the estimated size of the update function's machine code (bytes), as compiled with -O2. A test compares the
+/// estimate with a compiler's output.
 fn code_bytes(program: &Program) -> usize {
     let mut bytes = 460 + 230 * program.blocks.len();
     if program.keeps_samples() {
@@ -315,7 +321,7 @@ fn code_bytes(program: &Program) -> usize {
     bytes
 }
 
-/// Returns the size of a state in C with numbers of `real` bytes, as declared by the template.
+/// Returns the size of a sensor's state in C (bytes), as the template declares it. `real` is the size of a number (bytes).
 fn state_bytes(program: &Program, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
     let clock = real; // as wide as a number, in single and in double precision

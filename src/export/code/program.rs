@@ -1,8 +1,9 @@
-//! Calibration in the form that exported code runs. Constants are combined beforehand, so that an update needs few steps.
+//! Calibration in the form that exported code runs. Constants are combined beforehand, so that the update for a sample needs
+//! few steps.
 //!
-//! Guarantees: the program gives the loads of the calibration, except for rounding. Gauges are taken relative to a centre near
-//! their mean that is exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no
-//! digits in single precision.
+//! Guarantees: exported code gives the loads of the calibration, except for rounding. A centre near the mean, exact in single
+//! precision, is subtracted from each gauge. Past gauges are taken relative to the present gauges. So large raw offsets cost
+//! no digits in single precision.
 
 use serde::Serialize;
 
@@ -11,39 +12,40 @@ use crate::dot::dot;
 use crate::features::look_back::measured;
 use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 
-/// Shortest step between stored samples (s), for old files that ask to store every sample.
+/// Shortest time between stored samples (s). It replaces the zero of old files, which asks to store every sample.
 const SHORTEST_STEP_SECS: f64 = 1e-5;
 
-/// The steps of one update with their constants. A *row* consists of gauges minus centre, then past gauges minus present
-/// gauges for each history, then monomials. The load is `linear` of the row plus `learned`.
+/// The steps of the update for one sample, with their constants. A *row* consists of the gauges minus their centre, then past
+/// minus present gauges for each look-back, lag, creep or play value, then monomials and auxiliary columns. The load is the
+/// map `linear` applied to the row, plus the output of the network or kernel `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
-    /// Conventional calibration for gauges minus centre.
+    /// Conventional calibration, as a map from the gauges minus their centre to the load.
     pub conventional: Affine,
-    /// F_th squared and t_th (s) of each look-back.
+    /// Force threshold F_th squared and time threshold t_th (s) of each look-back.
     pub look_backs: Vec<(f64, f64)>,
-    /// Axes that count in the distance of the look-back, each with the factor of its load.
+    /// Index of each axis that counts in the distance between two samples of a look-back, with the factor of its load.
     pub measured: Vec<(usize, f64)>,
-    /// Time for which samples are stored (s); zero if no block needs them.
+    /// Time for which exported code stores samples (s); zero if no feature needs stored samples.
     pub window_secs: f64,
     /// Minimum time between stored samples (s).
     pub history_step_secs: f64,
-    /// Step in time above which a gap begins (s).
+    /// Step in time above which the recording counts as paused (s), so that the stored history starts anew.
     pub gap_secs: f64,
-    /// Load per axis beyond which the sensor was not tested.
+    /// Load of each axis beyond which the sensor was not tested.
     pub limits: Vec<f64>,
-    /// Reading at which each gauge is clipped from below; empty if unknown.
+    /// Lowest reading of each gauge, at which it is clipped; empty if unknown.
     pub gauge_low: Vec<f64>,
     pub gauge_high: Vec<f64>,
-    /// True if the clipping limits apply to tared gauges.
+    /// True if the clipping limits apply to gauges after the tare is subtracted.
     pub limits_tared: bool,
-    /// Tared gauges of the unloaded sensor.
+    /// Readings of the gauges of the unloaded sensor, after the tare is subtracted.
     pub unloaded: Vec<f64>,
     pub blocks: Vec<RunBlock>,
-    /// Auxiliary channels of an update, each with its unit and range.
+    /// Auxiliary channels that each update needs, as name with unit and range.
     pub auxiliary: Vec<String>,
-    /// Factor and constant that turn gauges minus centre into standardised gauges.
+    /// Factor and constant that turn each gauge minus its centre into a standardised gauge.
     pub standardise: Vec<(f64, f64)>,
     pub n_columns: usize,
     pub linear: Option<Affine>,
@@ -56,14 +58,14 @@ pub(in crate::export) struct RunBlock {
     pub source: Source,
 }
 
-/// `load = matrix · row + base`.
+/// Linear map from a row to the loads: `load = matrix · row + base`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Affine {
     pub matrix: Vec<Vec<f64>>,
     pub base: Vec<f64>,
 }
 
-/// The learned part, which is added to the linear part; its inputs are `row · factor + constant`.
+/// The network or kernel, whose output is added to that of the linear map. Its inputs are `row · factor + constant`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct LearnedProgram {
     pub inputs: Vec<(f64, f64)>,
@@ -76,7 +78,7 @@ impl Program {
         let features = &calibration.features;
         let scale = &calibration.gauge_scale;
         let n_columns = design.where_column(|column| column != Column::Offset).len();
-        // Rounded, so that single-precision code subtracts the same number.
+        // The centre is rounded to single precision, so that single-precision code subtracts the same number.
         let centre: Vec<f64> = scale.shift.iter().map(|s| f64::from(*s as f32)).collect();
         let standardise: Vec<_> = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
             .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
@@ -126,8 +128,9 @@ impl Program {
         program
     }
 
-    /// Returns the number of samples that the ring buffer holds, in whole boxes: the samples of the window, one older sample,
-    /// the newest sample, and a box that is being overwritten (16 samples in C and Rust, 64 in MATLAB).
+    /// Returns the number of samples that the ring buffer holds, rounded up to whole boxes. These are the samples of the
+    /// stored time, one older sample, the newest sample, and a box that is being overwritten (16 samples in C and Rust, 64 in
+    /// MATLAB).
     pub fn ring_samples(&self) -> usize {
         let in_window = (self.window_secs / self.history_step_secs).floor() as usize;
         (in_window + 3 + 64).next_multiple_of(256)
@@ -137,7 +140,8 @@ impl Program {
         !self.look_backs.is_empty() || self.window_secs > 0.0
     }
 
-    /// Returns the number of multiplications of one update, without the search, which visits all stored samples at worst.
+    /// Returns the number of multiplications in the update for one sample. The search of the look-back is not counted; at
+    /// worst, it visits all stored samples.
     pub fn n_products(&self) -> usize {
         let n_axes = self.conventional.base.len();
         let learned = match self.learned.as_ref().map(|learned| &learned.regression) {
@@ -148,7 +152,8 @@ impl Program {
         n_axes * (self.centre.len() + self.n_columns) + learned
     }
 
-    /// Returns the map from a row to the inputs of the regression: standardised first as features, then as inputs.
+    /// Returns the factors and constants from a row to the inputs of the network or kernel. They combine two
+    /// standardisations: of the features and of the inputs.
     fn inputs(&self, design: &Design, regression: &Learned) -> Vec<(f64, f64)> {
         let (shift, factor) = match regression {
             Learned::Network(Network { input_shift, input_inverse_scale, .. }) => {
@@ -169,7 +174,7 @@ impl Program {
     }
 }
 
-/// Returns the limit of each axis; for an axis without a known limit, a value that no load reaches.
+/// Returns the largest known load of each axis; for an axis without a known one, a value that no load reaches.
 fn limits(calibration: &Calibration) -> Vec<f64> {
     let limit = |axis| match calibration.limits.get(axis) {
         Some(limit) if *limit > 0.0 => *limit,
@@ -186,7 +191,7 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
         for (column, slope) in map.columns.iter().zip(raw) {
             match column {
                 Column::Offset => offset = *slope,
-                // A row holds past minus present gauges, so the slope of a past gauge also counts for the present gauge.
+                // A row holds past minus present gauges. So the slope of a past gauge also counts for the present gauge.
                 Column::Past { gauge, .. } => {
                     row[*gauge] += slope;
                     row.push(*slope);

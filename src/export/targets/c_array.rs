@@ -1,4 +1,4 @@
-//! The conventional matrix as a C array, as drivers have it in their source code.
+//! The conventional calibration matrix as a C array, as sensor drivers have it in their source code.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! Calibration as a single C99 file that needs no heap.
+//! Calibration as a single C99 file, whose code allocates no memory on the heap.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

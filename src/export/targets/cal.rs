@@ -1,7 +1,7 @@
 //! ATI-style `.cal` files: XML with the matrix of a conventional calibration of up to eight gauges and six axes.
 //!
-//! Guarantees: a written file reads back to the same matrix; names are case-sensitive; a file with a missing row, an invalid
-//! number or an unknown unit is refused, never guessed.
+//! Guarantees: a written file gives the same matrix when it is read back. Names of elements and attributes are
+//! case-sensitive. A file with a missing row, an invalid number or an unknown unit is refused, so that nothing is guessed.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -59,13 +59,13 @@ enum CalError {
     Unit { attribute: &'static str, unit: String, known: &'static str },
 }
 
-/// Returns the symbol of an axis in `.cal` files, where moments are called T.
+/// Returns the symbol of an axis in `.cal` files, where moments are called T (torque).
 fn spelled(axis: Axis) -> String {
     axis.symbol().replace('M', "T")
 }
 
-/// Writes the conventional matrix as `UserAxis` rows, and again as `Axis` rows with scale 1 for programs that read only
-/// `Axis`.
+/// Writes the conventional matrix as XML elements `UserAxis`, one per axis. It is repeated as `Axis` elements with scale 1
+/// for programs that read only `Axis`.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();
@@ -88,7 +88,7 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     out.write_all(text.as_bytes())
 }
 
-/// Converts a date from the first form to the second; other texts stay unchanged.
+/// Converts a date from the format `from` to the format `to`. Texts that are no dates stay unchanged.
 fn in_order(text: &str, [from, to]: [&str; 2]) -> String {
     match jiff::civil::Date::strptime(from, text) {
         Ok(day) => day.strftime(to).to_string(),
@@ -96,7 +96,8 @@ fn in_order(text: &str, [from, to]: [&str; 2]) -> String {
     }
 }
 
-/// Renames the gauges of a calibration that knows them only by their order. Does nothing if the number of names differs.
+/// Names the gauges of a calibration whose file identifies them only by their order. Does nothing if the number of names
+/// differs from that of the gauges.
 pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
     if names.len() != calibration.gauges.len() {
         return;
@@ -106,7 +107,7 @@ pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
 
 type Attributes = BTreeMap<String, String>;
 
-/// Reads the `UserAxis` rows; gauges are called SG0, SG1 and so on.
+/// Reads the matrix from the XML elements `UserAxis`. Gauges are called SG0, SG1 and so on.
 fn read(content: &[u8]) -> Result<Calibration, CalError> {
     let mut sensor = None;
     let mut about = None;
@@ -217,7 +218,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
     }
 }
 
-/// Returns the SI value of one unit of force or moment, which an attribute names. The unit must be one of `known`.
+/// Returns the unit that an attribute names, as its value in N or N·m. The unit must be one of `known`.
 fn unit(
     about: &Attributes,
     attribute_name: &'static str,
@@ -266,7 +267,7 @@ fn attribute<'a>(
     Ok(text.trim())
 }
 
-/// Returns a number that is not negative.
+/// Returns the number in an attribute. A negative number is an error.
 fn number(of: &Attributes, element: &'static str, name: &'static str) -> Result<f64, CalError> {
     parsed(attribute(of, element, name)?, name, 0.0)
 }

@@ -1,4 +1,4 @@
-//! The matrices of a calibration as a table with named rows and columns.
+//! The conventional and compensated matrices of a calibration as a table with named rows and columns.
 
 use std::io;
 
@@ -21,7 +21,8 @@ pub(super) static CSV: Target = Target {
     ..Target::PLAIN
 };
 
-/// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
+/// Writes the facts as lines that begin with `#`, then one row for each axis of the conventional and of the compensated
+/// calibration.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     for line in export.lines(|text| printable(text).into_owned()) {
@@ -36,7 +37,7 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let maps = std::iter::once(("conventional", "", &calibration.conventional))
         .chain(compensated.map(|map| ("compensated", &*blocks, map)));
     for (name, blocks, map) in maps {
-        // Readers of the table must see that the calibration is not of a real sensor.
+        // Readers of the table must see that the calibration is of a simulated sensor, not of a real one.
         let name = if calibration.simulated {
             format!("{name} (simulated sensor)")
         } else {
@@ -45,7 +46,7 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
         for ((axis, unit), row) in calibration.axes.iter().zip(&calibration.units).zip(&map.matrix)
         {
             let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
-            // A map has some of all columns, in the same order.
+            // The matrix of a calibration has some of the columns of the table, in the same order.
             let mut own = map.columns.iter().zip(row).peekable();
             let numbers = columns.iter().map(|column| {
                 let number = own.next_if(|(own, _)| *own == column);

@@ -1,4 +1,4 @@
-//! The complete calibration, which this program can read back.
+//! The complete calibration as JSON, which this program can read back.
 
 use crate::calibration::Calibration;
 use crate::export::target::Target;

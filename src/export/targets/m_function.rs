@@ -1,4 +1,5 @@
-//! Calibration as a single MATLAB function without cell arrays and with fixed sizes, which Simulink accepts.
+//! Calibration as a single MATLAB function that Simulink accepts, because it uses no cell arrays and only arrays of fixed
+//! size.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
@@ -13,21 +14,21 @@ pub(super) static M_FUNCTION: Target = Target {
 
 pub(super) static MATLAB: Language = Language {
     template: include_str!("../templates/calibration.m"),
-    // Comments are in ASCII, because the meaning of other characters depends on the machine that reads the file.
+    // Comments are in ASCII only, because other characters depend on the text encoding of the machine that reads the file.
     comment: ascii,
     breaks: (", ...\n    ", ";\n    "),
     is_taken,
     ..Language::PLAIN
 };
 
-/// Names that a function in MATLAB or Octave must not have.
+/// Words that MATLAB or Octave reserves, so that a function must not have one as its name.
 const KEYWORDS: &str = "\
     break case catch classdef continue do else elseif end endfunction endif endwhile enumeration events for function \
     global if methods otherwise parfor persistent properties return spmd switch try until unwind_protect while \
     endfor end_try_catch";
 
-/// Returns true if the code must not use this name. The code contains the name of its own function once; a second occurrence
-/// means a function of MATLAB.
+/// Returns true if the function must not have this name. The code contains its own name once. A second occurrence means that
+/// the code calls a MATLAB function of the same name.
 fn is_taken(name: &str, code: &str) -> bool {
     let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let words = code

@@ -1,4 +1,4 @@
-//! All arrays of a calibration for MATLAB (version 5).
+//! All arrays of a calibration as a MATLAB file of version 5.
 
 use super::numpy::NUMPY;
 use crate::export::arrays::arrays;

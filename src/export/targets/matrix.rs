@@ -1,4 +1,5 @@
-//! The conventional matrix alone, for formats that hold nothing else. The user is warned of the omissions before writing.
+//! The conventional matrix without compensation and offset, for file formats that hold nothing else. The user is warned of
+//! the omissions before writing.
 
 use crate::calibration::Calibration;
 use crate::export::target::{Export, Outline, Refusal, Target};
@@ -11,7 +12,7 @@ pub(super) const MATRIX: Target = Target {
     ..Target::PLAIN
 };
 
-/// Returns a warning about the omitted parts; `None` if the matrix is the whole calibration.
+/// Returns a warning about the parts that the file omits; `None` if the conventional matrix is the whole calibration.
 fn caution(calibration: &Calibration) -> Option<String> {
     let is_more = calibration.learned.is_some()
         || calibration.columns().len() > calibration.conventional.columns.len();
@@ -28,13 +29,14 @@ fn caution(calibration: &Calibration) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// Returns the coefficients of the gauges for each axis, without the offset.
+/// Returns the row of gauge coefficients of each axis in the conventional calibration, without the axis' offset.
 pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
     let n_gauges = calibration.gauges.len();
     calibration.conventional.matrix.iter().map(move |row| &row[..n_gauges])
 }
 
-/// Returns the facts as lines escaped by `comment`, and a line with the omitted offsets; `how` is their unit or order.
+/// Returns the facts about the calibration, each as a line escaped by `comment`. A last line gives the omitted offsets; `how`
+/// is their unit or order.
 pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
     let offsets = export.calibration.conventional.matrix.iter().filter_map(|row| row.last());
     let offsets = (export.calibration.offset)
@@ -42,7 +44,7 @@ pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String)
     export.lines(comment).chain(offsets).collect()
 }
 
-/// Checks that a calibration has all six axes, and from `least` to `most` gauges.
+/// Checks that a calibration has all six axes, and from `least` to `most` gauges, as the file format requires.
 pub(super) fn check(
     file: &'static str,
     (least, most): (usize, usize),

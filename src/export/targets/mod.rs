@@ -1,4 +1,4 @@
-//! The formats of calibration files, one file each. [`TARGETS`] is the only list of them.
+//! The formats of calibration files, one source file each. [`TARGETS`] is the only list of them.
 
 mod c_array;
 mod c_header;
@@ -21,7 +21,7 @@ pub(super) use self::package::files;
 use super::target::Target;
 use crate::shown::joined;
 
-/// All formats, the complete one first.
+/// All formats of calibration files. The first one holds the complete calibration.
 pub static TARGETS: &[&Target] = &[
     &json::JSON,
     &c_header::C_HEADER,
@@ -37,7 +37,7 @@ pub static TARGETS: &[&Target] = &[
     &matlab::MATLAB,
 ];
 
-/// Returns the format for a file by its ending, and for a path that names a folder, the format of libraries.
+/// Returns the format that the file name ending selects. A path that names a folder selects the format of libraries.
 pub fn target_for(path: &Path) -> Option<&'static Target> {
     if asks_for_folder(path) {
         return Some(&package::PACKAGE);
@@ -46,7 +46,8 @@ pub fn target_for(path: &Path) -> Option<&'static Target> {
     TARGETS.iter().copied().find(|target| target.endings.contains(&&*ending))
 }
 
-/// Returns the format of a file to be written, or a message with all formats if the ending of its name is none of them.
+/// Returns the format of a file to be written. If the file name ending belongs to no format, returns a message that lists the
+/// endings.
 pub fn known_target(path: &Path) -> Result<&'static Target, String> {
     target_for(path).ok_or_else(|| {
         let (path, endings) = (path.display(), target_endings());
@@ -59,17 +60,17 @@ pub(super) fn asks_for_folder(path: &Path) -> bool {
     last.is_some_and(|last| is_separator(char::from(*last)))
 }
 
-/// Returns true if the format of this file names the gauges. Otherwise gauges are known by their order.
+/// Returns true if the format of this file contains the names of the gauges. Otherwise gauges are identified by their order.
 pub fn names_gauges(path: &Path) -> bool {
     target_for(path).is_none_or(|target| target.names_gauges)
 }
 
-/// Returns the usual endings of all formats with their dots, for messages.
+/// Returns the usual file name endings of all formats with their dots, for messages.
 pub fn target_endings() -> String {
     joined(" ", TARGETS.iter().map(|target| format!(".{}", target.endings[0])))
 }
 
-/// Returns a list of all formats with their contents, for help texts.
+/// Returns a list of all formats with their file name endings, for help texts.
 pub fn listed_targets() -> String {
     let listed = |target: &&Target| format!(".{} {}", target.endings.join(" ."), target.name);
     joined(", ", TARGETS.iter().map(listed))

@@ -1,10 +1,10 @@
-//! All arrays of a calibration for NumPy.
+//! All arrays of a calibration as a NumPy archive.
 
 use crate::export::arrays::arrays;
 use crate::export::target::Target;
 use crate::formats::npz;
 
-/// NumPy archive (`.npz`), in which vectors have one dimension.
+/// NumPy archive (`.npz`), in which vectors are one-dimensional arrays.
 pub(super) const NUMPY: Target = Target {
     name: "NumPy arrays",
     endings: &["npz"],

@@ -1,8 +1,8 @@
 //! Calibrations as parameters of ROS 2 for `ros2 param load` and `--params-file`.
 //!
-//! Guarantees, as ROS 2 requires: parameters of all nodes (`/**`), each a flag, a number, a text or a list of these; no list
-//! is empty or nested; a real number always has a point. A matrix is one row-major list, beside its numbers of rows and
-//! columns. Empty parts are omitted, so a block without parameters in the file is not used.
+//! Guarantees, as ROS 2 requires: the parameters are for all nodes (`/**`). Each is a flag, a number, a text or a list of
+//! these. No list is empty or nested. A real number always has a decimal point. A matrix is one row-major list, beside its
+//! numbers of rows and columns. Empty parts are omitted, so a feature block without parameters in the file is not used.
 
 use std::io;
 
@@ -48,14 +48,14 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns a parameter name of letters, digits and underscores.
+/// Returns a parameter name that consists only of letters, digits and underscores, as ROS 2 requires.
 fn key(name: &str) -> String {
     let name =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' });
     name.collect()
 }
 
-/// Returns a field as parameters; an empty field gives none.
+/// Returns a part of the calibration as ROS 2 parameters; an empty part gives none.
 fn entries(field: &Field) -> Vec<(&'static str, String)> {
     let listed = |texts: Vec<String>| {
         if texts.is_empty() {
@@ -81,7 +81,7 @@ fn entries(field: &Field) -> Vec<(&'static str, String)> {
     }
 }
 
-/// Returns a number that always has a point, because many YAML readers take `1e-7` for a text.
+/// Returns a number with a decimal point, because many YAML readers take `1e-7` for a text.
 fn number(value: f64) -> String {
     let text = format!("{value:?}");
     match text.split_once('e') {

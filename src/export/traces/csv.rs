@@ -1,4 +1,4 @@
-//! Traces as delimited text.
+//! Tables of loads and errors over time as delimited text.
 
 use std::io;
 

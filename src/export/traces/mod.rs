@@ -1,5 +1,5 @@
-//! Loads and errors over time as tables, one row per sample. Rows are computed while they are written, so only the loads of one
-//! recording are in memory. Numbers read back to the same value.
+//! Loads and errors over time as tables, one row per sample. Each row is computed when it is written, so only the loads of
+//! one recording are in memory. Written numbers read back to the same value.
 
 mod csv;
 #[cfg(feature = "parquet")]
@@ -25,20 +25,21 @@ pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
     parquet::FORMAT,
 ];
 
-/// Interval of a recording whose loads are written.
+/// Part of a recording for which loads are written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval<'a> {
-    /// The whole recording that contains the interval, since a past sample may lie before the interval.
+    /// The whole recording that contains the part, because the look-back may need samples before the part.
     pub recording: &'a Recording,
     /// Decimation: one of every `decimation` samples is used.
     pub decimation: usize,
-    /// Range of the samples to write, counted after decimation.
+    /// Indices of the samples to write, counted after decimation.
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of intervals of recordings as one of `files`. A row has recording and time, and per axis Reference,
-/// Uncompensated, Compensated and the errors Uncompensated − Reference and Compensated − Reference. Cells that need a
-/// missing reference are empty. The ending chooses one of [`TRACE_FORMATS`]; an unknown ending means the first format.
+/// Writes the loads of parts of recordings as one of `files`. A row has the recording and the time. For each axis follow
+/// Reference, Uncompensated and Compensated loads, and the errors Uncompensated − Reference and Compensated − Reference.
+/// Cells that need a missing reference are empty. The file name ending selects one of [`TRACE_FORMATS`]. An unknown ending
+/// means the first format.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the work.
@@ -128,20 +129,20 @@ pub fn write_loads_csv(
 
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSample<'a> {
-    /// Time of the sample since the start (s).
+    /// Time of the sample since the start of the recording (s), from which loads are computed.
     pub time: f64,
-    /// Time of the sample as written (s).
+    /// Time of the sample as it is written to the file (s).
     pub clock_secs: f64,
-    /// Gauges, in the order of the calibration.
+    /// Gauges of the sample, in the order of the calibration.
     pub gauges: &'a [f64],
     pub auxiliary: &'a [f64],
-    /// Axes and values of the reference load; empty if there is none.
+    /// Axes of the reference load and its values; empty if there is no reference.
     pub reference: (&'a [Axis], &'a [f64]),
-    /// True if the value of an auxiliary channel is too old.
+    /// True if an auxiliary channel has had no new value for too long.
     pub is_held: bool,
 }
 
-/// Writes loads, one row per sample, as comma-separated text or JSON lines.
+/// Writer of loads, one row per sample, as comma-separated text or JSON lines.
 pub struct LoadRows<W: io::Write> {
     columns: Columns,
     out: RowWriter<W>,
@@ -153,7 +154,7 @@ enum RowWriter<W: io::Write> {
         out: CsvWriter<W>,
         with_status: bool,
     },
-    /// One JSON object per line. `keys` are the keys in front of the status.
+    /// One JSON object per sample and line. `keys` are the JSON keys before the status.
     Json {
         out: W,
         keys: Vec<String>,
@@ -161,7 +162,7 @@ enum RowWriter<W: io::Write> {
 }
 
 impl<W: io::Write> LoadRows<W> {
-    /// Begins comma-separated text and writes its header. `reference` lists the axes with a known reference.
+    /// Begins comma-separated text and writes its header. `reference` lists the axes with a known reference load.
     pub fn new(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -175,7 +176,7 @@ impl<W: io::Write> LoadRows<W> {
         Ok(Self { columns, out: RowWriter::Csv { out, with_status }, row: Vec::new() })
     }
 
-    /// Begins like [`Self::new`], with a status column, or as JSON lines without a header.
+    /// Begins the output like [`Self::new`], but with a status column, or as JSON lines without a header.
     pub fn live(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -204,7 +205,8 @@ impl<W: io::Write> LoadRows<W> {
         self.end_row(&status.to_string(), None)
     }
 
-    /// Writes the row of a sample without loads: its time if known, its status, and in JSON lines the reason.
+    /// Writes the row of a sample for which no load can be computed: its time if known, its status, and in JSON lines the
+    /// reason.
     pub fn write_without_load(
         &mut self,
         time: Option<f64>,
@@ -245,7 +247,7 @@ impl<W: io::Write> LoadRows<W> {
     }
 }
 
-/// Reference, conventional and compensated load of one axis; `None` for a missing one.
+/// Reference, conventional and compensated load of one axis; `None` for a missing load.
 type Loads = [Option<f64>; 3];
 
 struct Quantity {
@@ -270,7 +272,7 @@ const QUANTITIES: [Quantity; 5] = [
     },
 ];
 
-/// Quantity, axis, and index of the axis in the calibration.
+/// Quantity of a table column, its axis, and the index of the axis in the calibration.
 type Column = (&'static Quantity, Axis, usize);
 
 struct Columns {
@@ -278,7 +280,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// Returns the columns for these quantities. A quantity that needs a reference has a column for each axis with a
+    /// Returns the table columns for these quantities. A quantity that needs a reference has a column only for axes with a
     /// reference in at least one recording.
     fn of(calibration: &Calibration, reference: &[Axis], quantities: &'static [Quantity]) -> Self {
         let columns = quantities.iter().flat_map(|quantity| {
@@ -300,7 +302,8 @@ impl Columns {
         std::iter::once("t [s]".to_owned()).chain(labels).collect()
     }
 
-    /// Fills the numbers of one sample, from its reference, conventional and compensated load; `None` for a missing number.
+    /// Computes the numbers of one row from the reference, conventional and compensated loads of the sample; `None` for a
+    /// missing number.
     fn fill(
         &self,
         time: f64,

@@ -1,4 +1,4 @@
-//! Traces as Apache Parquet, whose cells without a number are null.
+//! Tables of loads and errors over time as Apache Parquet. Cells without a number are null.
 
 use std::io;
 

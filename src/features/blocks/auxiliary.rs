@@ -1,7 +1,8 @@
 //! Feature block of auxiliary channels: each channel and its product with each gauge, at present or through a low-pass.
 //!
-//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`. At the first sample, u is the present value `(a − a₀)/σ`; with τ = 0 it always
-//! is. For each τ and channel the columns are u (drift of the zero) and u zᵢ (drift of the sensitivity).
+//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`. Here a is the channel, a₀ its reference value, σ its standard deviation, and u
+//! the output of the low-pass. At the first sample, u is the present value `(a − a₀)/σ`; with τ = 0 it always is. For each τ
+//! and channel the columns are u (drift of the zero) and u zᵢ with the standardised gauge zᵢ (drift of the sensitivity).
 
 use crate::features::block::{Appends, Block, Inputs, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -9,7 +10,7 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Rows, Source};
 
-/// Feature block of auxiliary channels. Its values are time constants (s); zero means the present value.
+/// Feature block of auxiliary channels. Its values are time constants (s); zero means the present value of the channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Auxiliary;
 
@@ -156,14 +157,14 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// State of the low-passes of all auxiliary channels.
+/// Output of the low-passes of all auxiliary channels.
 #[derive(Clone, Debug)]
 struct Effects {
     taus_secs: Vec<f64>,
     channels: Vec<AuxiliaryChannel>,
     scale: GaugeScale,
     z: Vec<f64>,
-    /// Output of each low-pass: one set of channels for each time constant. Empty before the first sample.
+    /// Output of each low-pass: one value per channel for each time constant. Empty before the first sample.
     states: Vec<f64>,
     last_secs: f64,
 }

@@ -1,10 +1,10 @@
-//! Feature block of creep: first-order low-passes of each gauge (reference 22 of the paper).
+//! Feature block of creep: first-order low-passes of each gauge (reference 22 in Koike et al. (2019)).
 //!
-//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, with y = s at the first sample. The equation is exact for a gauge that is constant
-//! between samples, so the sample rate may change.
+//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, with the gauge s, the output y of the low-pass, and y = s at the first sample. The
+//! equation is exact for a gauge that is constant between samples, so the sample rate may change.
 //!
-//! The influence of the time before the first sample fades as e^(−t/τ). So the column is `s + (1 − e^(−t/τ)) (y − s)`: at first
-//! the present gauge s, after some time constants y.
+//! The influence of the unknown signal before the first sample fades as e^(−t/τ), with the time t since the first sample. So
+//! the column is `s + (1 − e^(−t/τ)) (y − s)`. At first, this is the present gauge s; after some time constants, it is y.
 
 use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
 use crate::features::setting::{Range, Setting, Unit};
@@ -27,10 +27,10 @@ const TAUS: Setting = Setting {
     source: "reference 22 of the paper",
 };
 
-/// Weight `1 − e^(−t/τ)` from which a state counts as determined, reached after three time constants.
+/// Weight `1 − e^(−t/τ)` of a low-pass from which its output counts as determined, reached after three time constants.
 const DETERMINED: f64 = 0.95;
 
-/// Time constants that cross-validation tries (s), as far as the recordings resolve them.
+/// Time constants that cross-validation tries (s), as far as the recordings can resolve them.
 const CANDIDATES: [f64; 18] = [
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0,
     200.0, 500.0,
@@ -158,12 +158,12 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// State of the low-passes of all gauges.
+/// Outputs of the low-passes of all gauges.
 #[derive(Clone, Debug)]
 struct LowPasses {
-    /// Each time constant τ (s) with the weight `1 − e^(−t/τ)` of its states.
+    /// Each time constant τ (s) with the weight `1 − e^(−t/τ)` of its low-passes.
     taus: Vec<(f64, f64)>,
-    /// Output of each low-pass: one set of gauges for each time constant. Empty before the first sample.
+    /// Output of each low-pass: one value per gauge for each time constant. Empty before the first sample.
     states: Vec<f64>,
     last_secs: f64,
 }

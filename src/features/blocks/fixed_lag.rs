@@ -1,7 +1,7 @@
-//! Feature block of fixed lags: the gauges a fixed time Δ ago, `s(t − Δ)` (references 23 and 24 of the paper).
+//! Feature block of fixed lags: the gauges a fixed time Δ ago, `s(t − Δ)` (references 23 and 24 in Koike et al. (2019)).
 //!
-//! Guarantees: gauges are interpolated between samples, so jitter and rounded times cause no jumps. Until Δ has passed, the
-//! columns are the present gauges. Samples older than the longest lag are dropped.
+//! Guarantees: gauges are interpolated between samples, so jitter and rounded times cause no jumps. Until the time Δ has
+//! passed since the start, the columns are the present gauges. Samples older than the longest lag are dropped.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use crate::features::kept::Kept;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
 
-/// Feature block of fixed lags. Its values are lags (s).
+/// Feature block of fixed lags. Its values are the lags (s).
 #[derive(Clone, Copy, Debug)]
 pub struct FixedLag;
 
@@ -28,7 +28,8 @@ const LAGS: Setting = Setting {
     source: "references 23 and 24 of the paper",
 };
 
-/// Lags that cross-validation tries (s): from those of filters and amplifiers to those of the paper's look-back.
+/// Lags that cross-validation tries (s): from typical lags of filters and amplifiers to those of the look-back in Koike et
+/// al. (2019).
 const CANDIDATES: [f64; 14] =
     [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
@@ -196,13 +197,13 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// Recent samples, up to the longest lag.
+/// Samples stored for the lags, up to the longest lag.
 #[derive(Clone, Debug)]
 struct Lags {
     lags_secs: Vec<f64>,
     times: VecDeque<f64>,
     gauges: VecDeque<f64>,
-    /// For each lag, the index of the oldest kept sample whose age is below the lag.
+    /// For each lag, the index of the oldest stored sample whose age is below the lag.
     younger: Vec<usize>,
     kept: Kept,
 }
@@ -246,7 +247,7 @@ impl Stream for Lags {
                 *out = before + share * (after - before);
             }
         }
-        // One older sample is kept for the next interpolation.
+        // One sample older than the longest lag is kept, because the next interpolation needs it.
         let unused = self.younger.iter().copied().min().unwrap_or(0);
         for _ in 1..unused {
             self.times.pop_front();

@@ -1,15 +1,15 @@
 //! Feature block of play operators: a position p follows each gauge s through a clearance of ± r. This is the generalised
-//! Prandtl-Ishlinskii model. The inverse of such a model has the same form, so the inverse is fitted directly.
+//! Prandtl-Ishlinskii model of hysteresis. The inverse of such a model has the same form, so the inverse is fitted directly.
 //!
 //! `p ← max(s − r, min(s + r, p))`. The radii r are in standard deviations of the gauge, so that one list fits gauges in any
-//! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer depends
-//! on the start. Until then, the column is the present gauge.
+//! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer
+//! depends on its start. Until then, the column is the present gauge.
 
 use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Numbers, Precision, Rows, Source};
 
-/// Feature block of play operators. Its values are radii (σ).
+/// Feature block of play operators. Its values are the radii r of the play (in standard deviations of the gauge).
 #[derive(Clone, Copy, Debug)]
 pub struct Play;
 
@@ -27,7 +27,8 @@ const RADII: Setting = Setting {
     source: "Prandtl-Ishlinskii",
 };
 
-/// Radii that cross-validation tries (σ), in equal ratios: from almost no play to the whole range of a gauge.
+/// Radii that cross-validation tries (in standard deviations of the gauge), in equal ratios: from almost no play to the whole
+/// range of a gauge.
 const CANDIDATES: [f64; 12] = [0.05, 0.073, 0.11, 0.16, 0.23, 0.33, 0.49, 0.71, 1.0, 1.5, 2.2, 3.2];
 
 impl Block for Play {
@@ -155,19 +156,19 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// State of the play operators of all gauges.
+/// State of the play operators of all gauges and radii.
 #[derive(Clone, Debug)]
 struct Operators {
-    /// Radii in the unit of the gauge: one set of gauges for each value of the setting.
+    /// Radii of the play in the unit of the gauge: one radius per gauge for each value of the setting.
     radii: Vec<f64>,
-    /// Position of each operator, in the order of the radii. Empty before the first sample.
+    /// Position of each play operator, in the order of the radii. Empty before the first sample.
     positions: Vec<f64>,
-    /// Minimum and maximum of each gauge so far.
+    /// Minimum and maximum of each gauge since the first sample.
     travel: Vec<[f64; 2]>,
 }
 
 impl Operators {
-    /// Creates the operators before the first sample. `deviations` are the standard deviations of the gauges.
+    /// Creates the play operators before the first sample. `deviations` are the standard deviations of the gauges.
     fn new(radii: &[f64], deviations: &[f64]) -> Self {
         Self {
             radii: radii
@@ -180,7 +181,7 @@ impl Operators {
     }
 }
 
-/// Returns true if the range of the gauge so far determines the position of an operator with this radius.
+/// Returns true if the range of the gauge since the first sample determines the position of a play operator with this radius.
 fn is_determined([low, high]: [f64; 2], radius: f64) -> bool {
     high - low >= 2.0 * radius
 }

@@ -1,7 +1,9 @@
-//! Feature block of polynomials: squares, products and cubes of the present gauges, for nonlinearity without hysteresis.
+//! Feature block that appends squares, products and cubes of the present gauge values to the columns of the fit. They
+//! describe nonlinearity without hysteresis.
 //!
-//! The terms are those of a balance calibration with 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients: `zᵢ zⱼ` for i ≤ j,
-//! then `zᵢ³`. Gauges are standardised first, so that the powers have similar size.
+//! For six gauges, the calibration matrix then has 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients, as is usual for
+//! wind-tunnel balances. The appended terms are `zᵢ zⱼ` for i ≤ j, then `zᵢ³`. zᵢ is the standardised value of gauge i, so
+//! that the powers have similar size.
 
 use crate::features::block::{Appends, Block, Inputs, Stream};
 use crate::features::gauge_scale::GaugeScale;
@@ -9,7 +11,8 @@ use crate::features::monomial::Monomial;
 use crate::features::setting::{Choice, Range, Setting, Unit};
 use crate::features::source::{Code, Rows, Source};
 
-/// Feature block of polynomials. Its value is the degree.
+/// Feature block that appends powers and products of the gauges. Its setting is the degree of the polynomial: 1 (nothing
+/// appended), 2 or 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Polynomial;
 
@@ -21,18 +24,18 @@ const DEGREE: Setting = Setting {
     unit: Unit::new("", "", ["DEGREE"; 2]),
     default: &[1.0],
     range: Range::OneOf(&[
-        Choice { value: 1, label: "none", explanation: "Only the gauges themselves" },
-        Choice { value: 2, label: "degree 2", explanation: "Squares and products of the gauges" },
+        Choice { value: 1, label: "none", explanation: "Appends nothing: the load is linear in the gauges" },
+        Choice { value: 2, label: "degree 2", explanation: "Appends the squares of the gauges and the products of two gauges" },
         Choice {
             value: 3,
             label: "degree 3",
-            explanation: "Squares, products and cubes of the gauges",
+            explanation: "Appends the squares and cubes of the gauges and the products of two gauges",
         },
     ]),
     step: 1.0,
-    explanation: "Appends squares and products of the standardised gauges, and cubes with degree 3. These columns describe \
-                  nonlinearity, not hysteresis",
-    source: "6 × 27 and 6 × 33 coefficients for six gauges",
+    explanation: "Appends squares and products of the standardised gauges as columns of the fit, with degree 3 also cubes. These \
+                  columns describe nonlinearity, not hysteresis",
+    source: "as in balance calibrations with 6 × 27 or 6 × 33 coefficients for six gauges",
 };
 
 impl Block for Polynomial {
@@ -152,7 +155,7 @@ fn has_cubes(degree: &[f64]) -> bool {
     degree.iter().any(|degree| *degree > 2.0)
 }
 
-/// Returns the monomials in the order in which [`Powers`] writes them.
+/// Returns the powers and products of gauges that this degree appends, in the order in which [`Powers`] writes them.
 fn monomials(degree: f64, n_gauges: usize) -> Vec<Monomial> {
     let gauges = |from_degree| 0..if degree >= from_degree { n_gauges } else { 0 };
     let products = gauges(2.0)
@@ -160,7 +163,7 @@ fn monomials(degree: f64, n_gauges: usize) -> Vec<Monomial> {
     products.chain(gauges(3.0).map(Monomial::Cube)).collect()
 }
 
-/// Computes the monomials of the present sample. Earlier samples have no effect.
+/// Computes powers and products of the gauges from the present sample alone. Earlier samples have no effect.
 #[derive(Clone, Debug)]
 struct Powers {
     scale: GaugeScale,

@@ -1,36 +1,38 @@
-//! Look-back of a running sensor, which processes one sample at a time.
+//! Look-back (search for the past sample) of a running sensor, which processes one sample at a time.
 //!
-//! Guarantees: the past sample equals that of [`LoadPath`](super::LoadPath) for the whole recording. Memory holds at most twice
-//! the samples within the longest t_th. The cost per sample grows with the logarithm of this number, unless loads stay near
-//! F_th.
+//! Guarantees: the past sample is the one that [`LoadPath`](super::LoadPath) finds in the whole recording. Memory holds at
+//! most twice the samples within the longest time threshold t_th. The computing time per sample grows with the logarithm of
+//! this number, unless load differences stay near the force threshold F_th.
 
 use super::thresholds::{Thresholds, measured};
 use crate::features::kept::Kept;
 
-/// Number of samples in the smallest bounding box, and of boxes in the next larger one.
+/// Number of samples in the smallest bounding box of loads, and number of these boxes in the next larger box.
 const FAN_OUT: usize = 16;
-/// Number of samples in the largest bounding box. Old samples are dropped in whole boxes, so that the other boxes stay valid.
+/// Number of samples in the largest bounding box of loads. Old samples are dropped in whole boxes, so that the boxes of the
+/// kept samples stay valid.
 const LARGEST: usize = FAN_OUT * FAN_OUT;
 
-/// Recent samples of a running sensor, in which past samples are searched.
+/// Recent samples of a running sensor, among which the look-back searches the past sample.
 #[derive(Clone, Debug)]
 pub struct LiveLookBack {
-    /// Index and weight of each axis with a nonzero weight.
+    /// Index and weight of each load axis whose weight in the load difference is not zero.
     used: Vec<(usize, f64)>,
     longest_secs: f64,
     n_gauges: usize,
     times: Vec<f64>,
     gauges: Vec<f64>,
-    /// Weighted conventional loads, `n × used.len()` row-major.
+    /// Conventional loads, each axis in `used` multiplied by its weight: one row for each sample.
     points: Vec<f64>,
-    /// Bounding boxes of `FAN_OUT` and of `LARGEST` samples: minimum and maximum of each axis.
+    /// Bounding boxes of the loads of each `FAN_OUT` and of each `LARGEST` samples: minimum and maximum of each axis.
     boxes: [Vec<f64>; 2],
     kept: Kept,
 }
 
 impl LiveLookBack {
-    /// Creates an empty history. `weights` holds one factor per axis. Later thresholds must have t_th ≤ `longest_secs`. Of
-    /// samples closer together than `step_secs`, only the first is kept.
+    /// Creates the memory before the first sample. `weights` holds the weight of each axis in the load difference. Later
+    /// searches must have a time threshold t_th ≤ `longest_secs`. Of samples closer together in time than `step_secs`, only
+    /// the first is kept.
     pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize, step_secs: f64) -> Self {
         Self {
             used: measured(weights),
@@ -49,7 +51,8 @@ impl LiveLookBack {
         if self.kept.newest {
             self.forget(time);
         } else {
-            // The boxes of a dropped sample stay slightly too large, which changes no result.
+            // The bounding boxes still include the dropped sample, so they may be slightly too large, which changes no
+            // result.
             self.times.pop();
             self.gauges.truncate(self.gauges.len() - self.n_gauges);
             self.points.truncate(self.points.len() - width);
@@ -75,7 +78,8 @@ impl LiveLookBack {
         }
     }
 
-    /// Returns the gauges of the newest sample's past sample, or else the newest gauges. Panics before the first sample.
+    /// Returns the gauges of the past sample that belongs to the newest sample, or the newest gauges if there is no past
+    /// sample. Panics before the first sample.
     pub fn past_gauges(&self, thresholds: Thresholds) -> &[f64] {
         let newest = self.times.len() - 1;
         let found = self.find(newest, thresholds).unwrap_or(newest);
@@ -108,7 +112,7 @@ impl LiveLookBack {
         None
     }
 
-    /// Drops the older half of the samples if all of them are older than the longest t_th.
+    /// Drops the older half of the samples if all samples of this half are older than the longest time threshold t_th.
     fn forget(&mut self, now: f64) {
         let old = |sample: usize| now - self.times[sample] > self.longest_secs;
         let half = self.times.len() / 2 / LARGEST * LARGEST;
@@ -125,12 +129,14 @@ impl LiveLookBack {
     }
 }
 
-/// Returns the squared distance of two loads, rounded in the same order as in the search over whole recordings.
+/// Returns the squared distance between two loads. The sum is rounded in the same order as in the search in whole recordings,
+/// so that both find the same sample.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b))
 }
 
-/// Returns the squared distance to the farthest corner of a box. Rounding is monotone, so no sample in it is farther.
+/// Returns the squared distance from a load to the farthest corner of a bounding box. Rounding is monotone, so no sample in
+/// the box is farther away.
 fn farthest(bounds: &[f64], point: &[f64]) -> f64 {
     bounds.chunks_exact(2).zip(point).fold(0.0, |sum, (bounds, at)| {
         let reach = (at - bounds[0]).max(bounds[1] - at);

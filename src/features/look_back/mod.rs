@@ -1,16 +1,19 @@
-//! Look-back, the paper's rule (Eq. 9-12): finds the last sample whose load differs from the present load by at least F_th.
+//! Look-back, the rule of Koike et al. (2019), Eq. 9-12: finds the last sample whose load differs from the present load by at
+//! least the force threshold F_th. This sample is called the past sample; its gauge values are features of the present one.
 //!
-//! The past sample of sample k is the last sample j ≤ k with `d(k, j) ≥ F_th` and `t_k − t_j ≤ t_th`, or else k itself.
+//! The past sample of sample k is the last sample j ≤ k with the load difference `d(k, j) ≥ F_th` and the age `t_k − t_j ≤
+//! t_th` (time threshold). Without such a sample, it is k itself.
 //!
-//! Guarantees: the result equals that of a sample-by-sample search. The cost per sample grows with the logarithm of the number
-//! of samples within t_th, unless load differences stay near F_th.
+//! Guarantees: the result equals that of a search sample by sample. The computing time per sample grows with the logarithm of
+//! the number of samples within t_th, unless load differences stay near F_th.
 //!
-//! In the paper, t_past is t_interval before the present (Eq. 9). The present load is a function of the past and the present
-//! gauges (Eq. 10). It is a function of the present gauges alone if the force never differed by F_th (Eq. 11), or differed only
-//! longer ago than t_th (Eq. 12).
+//! In that paper, the time t_past of the past sample is t_interval before the present (Eq. 9). The present load is a function
+//! of the past and the present gauges (Eq. 10). It is a function of the present gauges alone if the force never differed by
+//! F_th (Eq. 11), or differed only longer ago than t_th (Eq. 12).
 //!
-//! Method: samples are stored in groups of eight whose distances are computed together. Each group has a bounding box of its
-//! loads, and each four boxes have a larger box. A box whose farthest corner is nearer than F_th is skipped.
+//! Method: samples are stored in groups of eight, whose distances from the present load are computed together. Each group has
+//! a bounding box of its loads, and each four boxes have a larger box. A box whose farthest corner is nearer to the present
+//! load than F_th cannot contain the past sample and is skipped.
 
 mod live;
 mod thresholds;
@@ -29,37 +32,38 @@ pub(crate) use live::LiveLookBack;
 pub(crate) use thresholds::measured;
 pub use thresholds::{Distance, F_TH, HISTORY_RATE, T_TH, Thresholds};
 
-/// Number of samples whose distances are computed together.
+/// Number of samples whose load distances are computed together by vector instructions.
 const LANES: usize = 8;
-/// Number of samples that one thread processes at a time, a multiple of [`LANES`].
+/// Number of samples for which one thread searches the past samples at a time, a multiple of [`LANES`].
 const RUN: usize = 1 << 15;
-/// Number of boxes in the next larger box.
+/// Number of bounding boxes that are joined to the next larger box.
 const FAN_OUT: usize = 4;
 
-/// One load component of each of eight samples.
+/// One load component of eight successive samples.
 type Lanes = [f64; LANES];
 
-/// Conventional load of one recording, prepared for the search.
+/// Conventional load of one recording, prepared for the search of past samples.
 #[derive(Clone, Debug)]
 pub struct LoadPath(Arc<dyn Search>);
 
-/// [`Path`] for any number of load components. Inside the search, this number is a constant.
+/// Search for past samples in a [`Path`] with any number of load components, which is a constant of its type.
 trait Search: fmt::Debug + Send + Sync {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32>;
 }
 
 impl LoadPath {
-    /// Prepares `loads` (`n × weights.len()`, row-major). Axes with weight zero are ignored. Panics if more than six weights
-    /// are not zero, or `loads` is not a whole number of rows.
+    /// Prepares the search for past samples in `loads`, which holds one row of `weights.len()` axes for each sample. Axes
+    /// with weight zero are ignored. Panics if more than six weights are not zero, or if the last row of `loads` is
+    /// incomplete.
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
         let width = weights.len().max(1);
-        assert_eq!(loads.len() % width, 0, "loads must be whole rows");
+        assert_eq!(loads.len() % width, 0, "the loads must be whole rows, with one number per axis");
         let load = |k: usize, axis: usize| loads[k * width + axis];
         Self::thinned(loads.len() / width, &load, weights, None)
     }
 
-    /// Prepares the samples with these times and the loads `load(k, axis)`. Of samples closer together than `step_secs`, only
-    /// the first can be a past sample. Panics if more than six weights are not zero.
+    /// Prepares the search for past samples among samples with these times (s) and the loads `load(k, axis)`. Of samples
+    /// closer together than `step_secs`, only the first can be a past sample. Panics if more than six weights are not zero.
     pub fn with_history_step(
         times: &[f64],
         load: &(dyn Fn(usize, usize) -> f64 + Sync),
@@ -93,15 +97,16 @@ impl LoadPath {
         })
     }
 
-    /// Returns the index of the past sample of each sample (Eq. 9-12). A sample without past sample gets its own index. With
-    /// F_th = 0, every sample is its own past sample.
+    /// Returns for each sample the index of its past sample (Eq. 9-12 of the paper). A sample without past sample gets its
+    /// own index. With F_th = 0, every sample is its own past sample.
     ///
-    /// `times` must not decrease. Panics unless there is one time per row of loads.
+    /// `times` (s) must not decrease. Panics unless there is one time for each sample.
     pub fn past_samples(&self, times: &[f64], thresholds: Thresholds) -> Vec<u32> {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
-    /// Returns [`past_samples`](Self::past_samples). After cancellation, the remaining samples get their own index.
+    /// Returns the same as [`past_samples`](Self::past_samples). After a cancellation, the samples not yet searched get their
+    /// own index.
     pub fn past_samples_until(
         &self,
         times: &[f64],
@@ -112,7 +117,8 @@ impl LoadPath {
     }
 }
 
-/// Returns the samples that are kept: the first, and each at least `step_secs` after the last kept one. `None` means all.
+/// Returns the indices of the samples that may become past samples: the first, and each at least `step_secs` after the last
+/// kept one. `None` means all samples.
 fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     let mut kept = Kept::new(step_secs);
     let dropped = times.iter().position(|time| !kept.take(*time))?;
@@ -120,15 +126,17 @@ fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     Some((0..dropped).chain(later).map(|k| k as u32).collect())
 }
 
-/// Weighted loads with `D` components, and their bounding boxes.
+/// Loads of one recording with `D` components, each multiplied by its weight, and the bounding boxes of these loads.
 #[derive(Clone, Debug)]
 struct Path<const D: usize> {
     n: usize,
     /// Indices of the kept samples, and the weighted loads of all samples. `None` if all samples are kept.
     thinned: Option<(Vec<u32>, Vec<[f64; D]>)>,
-    /// Weighted loads of the kept samples, as `groups[g][dimension][lane]`. The last group repeats the last sample.
+    /// Weighted loads of the kept samples, as `groups[g][dimension][lane]`; `lane` is the place of a sample in its group of
+    /// eight. The last group is filled up with the last sample.
     groups: Vec<[Lanes; D]>,
-    /// Bounding boxes: `levels[0]` holds one box per group, and each next level one box for `FAN_OUT` boxes of the level below.
+    /// Bounding boxes of loads: `levels[0]` holds one box per group, and each next level one box for `FAN_OUT` boxes of the
+    /// level below.
     levels: Vec<Vec<Bounds<D>>>,
 }
 
@@ -140,7 +148,7 @@ struct Bounds<const D: usize> {
 
 impl<const D: usize> Search for Path<D> {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
-        assert_eq!(times.len(), self.n, "one time per sample");
+        assert_eq!(times.len(), self.n, "each sample must have one time");
         let mut past: Vec<u32> = (0..self.n as u32).collect();
         if thresholds.f_th <= 0.0 || D == 0 {
             return past; // every sample is its own past sample
@@ -231,10 +239,11 @@ impl<const D: usize> Path<D> {
             return self.search_kept(thinned, times, thresholds, from, past);
         }
         let least = thresholds.f_th * thresholds.f_th;
-        // Times never decrease, so all samples older than t_th come before the other samples.
+        // Times never decrease, so all samples older than the time threshold t_th come before the other samples.
         let is_old = |time: &f64| times[from] - time > thresholds.t_th_secs;
         let mut oldest = times[..from].partition_point(is_old);
-        // The rule compares the rounded difference t_k − t_j, so the limit t_k − t_th must not be computed instead.
+        // The rule compares the rounded difference t_k − t_j with t_th. A limit t_k − t_th must not be computed instead,
+        // because it would be rounded differently.
         let advance = |oldest: &mut usize, k: usize| {
             while *oldest < k && times[k] - times[*oldest] > thresholds.t_th_secs {
                 *oldest += 1;
@@ -242,7 +251,8 @@ impl<const D: usize> Path<D> {
         };
         for (group, past) in (from / LANES..).zip(past.chunks_mut(LANES)) {
             let first = group * LANES;
-            // The eight samples of a group have similar loads, so most boxes can be skipped for the whole group at once.
+            // The eight samples of a group have similar loads, so most bounding boxes can be skipped for all eight samples at
+            // once.
             let around = self.levels[0][group];
             let own_is_near = around.farthest_of(&around) < least;
             let mut end = group;
@@ -278,7 +288,8 @@ impl<const D: usize> Path<D> {
         std::array::from_fn(|dimension| group[dimension][k % LANES])
     }
 
-    /// Returns the last sample in the groups `first..end` whose load has at least the squared distance `least` to `point`.
+    /// Returns the index of the last sample in the groups `first..end` whose load has at least the squared distance `least`
+    /// from `point`; `None` if there is none.
     #[inline(always)]
     fn find(&self, point: &[f64; D], mut end: usize, first: usize, least: f64) -> Option<usize> {
         while end > first {
@@ -295,8 +306,8 @@ impl<const D: usize> Path<D> {
         None
     }
 
-    /// Returns the number of groups in the largest box that ends at group `end` and cannot contain the past sample. Boxes of
-    /// fewer than `size` groups are not tried. `None` if no box can be skipped.
+    /// Returns the number of groups that the search can skip: those in the largest bounding box that ends before group `end`
+    /// and cannot contain the past sample. Boxes of fewer than `size` groups are not tried. `None` if no box can be skipped.
     #[inline(always)]
     fn skip(
         &self,
@@ -335,8 +346,8 @@ impl<const D: usize> Bounds<D> {
         })
     }
 
-    /// Returns the squared distance from `point` to the farthest corner of the box, rounded in the order of [`far_lanes`].
-    /// Rounding is monotone, so no sample in the box is farther.
+    /// Returns the squared distance from the load `point` to the farthest corner of the box, rounded in the same order as in
+    /// [`far_lanes`]. Rounding is monotone, so no sample in the box is farther away.
     #[inline(always)]
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;
@@ -363,7 +374,7 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
-/// Returns a bit mask of the samples in a group whose squared distance to `point` is at least `least`.
+/// Returns a bit mask of the samples in a group whose load has at least the squared distance `least` from `point`.
 #[inline(always)]
 fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -> u32 {
     let mut squares = [0.0; LANES];

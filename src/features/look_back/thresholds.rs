@@ -3,37 +3,40 @@ use serde::{Deserialize, Serialize};
 use crate::features::setting::{Range, Setting, Unit};
 use crate::recording::Axis;
 
-/// Minimum load difference between present and past sample; the default is the paper's (section 4.2).
+/// Force threshold F_th of a look-back: minimum load difference between the present and the past sample. The default is that
+/// of Koike et al. (2019), section 4.2.
 pub const F_TH: Setting = Setting {
     key: "f_th",
     option: "f-th",
     label: "F_th",
-    what: "F_th",
+    what: "the force threshold F_th",
     unit: Unit::NEWTONS,
     default: &[3.0],
     range: Range::NotNegative,
     step: 0.1,
-    explanation: "Minimum load difference of the look-back: appends the gauges at the last moment when the conventional load \
-                  differed by at least this much. With 0, Compensated equals Uncompensated. Values near the mean hysteresis \
-                  (2.64 N in the paper) help most",
+    explanation: "Force threshold of the look-back: appends the gauge values of the last moment at which the conventional load \
+                  differed from the present one by at least this much. With 0, Compensated equals Uncompensated. Values near \
+                  the mean hysteresis of the sensor (2.64 N in the paper of Koike et al.) help most",
     source: "Eq. 9-12, Fig. 2",
 };
 
-/// Maximum age of the past sample; the default is the paper's (section 4.2).
+/// Time threshold t_th of a look-back: maximum age of the past sample. The default is that of Koike et al. (2019), section
+/// 4.2.
 pub const T_TH: Setting = Setting {
     key: "t_th_secs",
     option: "t-th",
     label: "t_th",
-    what: "t_th",
+    what: "the time threshold t_th",
     unit: Unit::SECONDS,
     default: &[15.0],
     range: Range::NotNegative,
     step: 0.1,
-    explanation: "Maximum age of the past sample. With 0 s, Compensated equals Uncompensated",
+    explanation: "Time threshold of the look-back: maximum age of the past sample, whose gauge values it appends. With 0 s, \
+                  Compensated equals Uncompensated",
     source: "Eq. 12",
 };
 
-/// Rate at which samples are kept for look-backs and lags.
+/// Number of samples per second that are kept in memory for look-backs and lags.
 pub const HISTORY_RATE: Setting = Setting {
     key: "history_rate_hz",
     option: "history-rate",
@@ -48,24 +51,25 @@ pub const HISTORY_RATE: Setting = Setting {
     source: "",
 };
 
-/// Thresholds of a look-back: [`F_TH`] and [`T_TH`].
+/// Force threshold [`F_TH`] and time threshold [`T_TH`] of a look-back.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
-    /// F_th in N; for [`Distance::FullScale`] as a share of full scale, 0.1 for 10 %.
+    /// Force threshold F_th in N. For [`Distance::FullScale`], it is a share of full scale: 0.1 means 10 %.
     pub f_th: f64,
     /// t_th in s.
     pub t_th_secs: f64,
 }
 
 impl Default for Thresholds {
-    /// Returns the paper's thresholds (section 4.2): 3 N and 15 s.
+    /// Returns the thresholds of Koike et al. (2019), section 4.2: 3 N and 15 s.
     fn default() -> Self {
         Self::default_for(Distance::Force)
     }
 }
 
 impl Thresholds {
-    /// Returns the paper's thresholds, 3 N and 15 s. 3 N is 0.25 of the 12 N for which the paper's sensor is rated.
+    /// Returns the default thresholds for this norm of the load difference: 3 N or 0.25 of full scale, and 15 s. 3 N is 0.25
+    /// of the 12 N for which the sensor of Koike et al. (2019) is rated.
     pub fn default_for(distance: Distance) -> Self {
         Self {
             f_th: match distance {
@@ -77,14 +81,15 @@ impl Thresholds {
     }
 }
 
-/// Norm of the load difference that is compared with F_th. At run time, only conventional loads are known.
+/// Norm of the load difference that is compared with the force threshold F_th. It uses conventional loads, because at run
+/// time no other loads are known.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
 )]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Distance {
-    /// Euclidean norm over the force axes (N), as in the paper.
+    /// Euclidean norm over the force axes (N), as in the paper of Koike et al. (2019).
     #[default]
     Force,
     /// Euclidean norm over all axes, each divided by its full scale.
@@ -107,9 +112,9 @@ impl Distance {
 
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Force => "Norm of the force difference in newtons, as in the paper",
+            Self::Force => "Euclidean norm of the force difference in newtons, without moments, as in the paper of Koike et al.",
             Self::FullScale => {
-                "Norm over all axes, each divided by its full scale: for sensors whose moments change independently of the forces"
+                "Norm of the load difference over all axes, each divided by its full scale: for sensors whose moments change independently of the forces"
             }
         }
     }
@@ -121,7 +126,8 @@ impl Distance {
         }
     }
 
-    /// Returns the factor of each axis in the load difference. Without a force axis, the factor is 1 / full scale.
+    /// Returns the factor of each axis in the load difference: 1 for forces and 0 for moments, or 1 / full scale for each
+    /// axis. Without a force axis, the factors are always 1 / full scale.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
             Self::Force => axes.iter().map(|axis| f64::from(axis.is_force())).collect(),
@@ -132,13 +138,14 @@ impl Distance {
         }
     }
 
-    /// Returns the norm that is used for these axes: [`Distance::FullScale`] if there is no force axis.
+    /// Returns the norm of the load difference that is used for these axes: [`Distance::FullScale`] if there is no force
+    /// axis, else this norm.
     pub fn effective(self, axes: &[Axis]) -> Self {
         if axes.iter().any(|axis| axis.is_force()) { self } else { Self::FullScale }
     }
 }
 
-/// Returns the index and the weight of each axis with a nonzero weight.
+/// Returns index and weight of each load axis whose weight in the load difference is not zero.
 pub(crate) fn measured(weights: &[f64]) -> Vec<(usize, f64)> {
     let weights = weights.iter().copied().enumerate();
     weights.filter(|(_, weight)| *weight != 0.0).collect()

@@ -1,4 +1,4 @@
-//! Kind and unit of a column, derived from its name.
+//! Kind (time, gauge or load axis) and unit of a column, derived from its name in a file.
 
 mod path;
 mod words;
@@ -13,22 +13,22 @@ use crate::recording::units::{
     TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius,
 };
 
-/// Units that may follow a gauge's name without brackets. In brackets, a gauge may have any unit.
+/// Units that may follow a gauge's name without brackets, as in `S1 mV`. In brackets, a gauge may have any unit.
 const GAUGE_UNITS: &str = "v mv uv µv counts count lsb raw adc ohm ohms strain pf";
 /// Units that only gauges have. A column with one of these units is a gauge, whatever its name.
 const GAUGE_ONLY_UNITS: &str =
     "mv/v uv/v µv/v μv/v v/v um/m µm/m μm/m ustrain µstrain µε με microstrain";
-/// French word for time, and also for weather. A column with this name is a time only with a unit of time.
+/// French word that means time, and also weather. A column with this name is a time only if its unit is one of time.
 const TIME_WITH_UNIT: &str = "temps";
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ColumnName {
-    /// Name as written, without a unit in brackets.
+    /// Name of the column as written, without a unit in brackets.
     pub name: String,
     pub kind: Option<Kind>,
     /// Unit as written: any text in brackets, or a known unit behind the name.
     pub unit: Option<String>,
-    /// Topic or struct in front of the name; empty if the name is not a path.
+    /// Topic or struct in front of the name, such as `run` in `run.S1`; empty if the name is not a path.
     pub source: String,
 }
 
@@ -43,7 +43,7 @@ impl ColumnName {
             let kind = kind_of(start)?;
             is_unit_of(kind, suffix).then_some(plain_name(kind, Some(suffix)))
         });
-        // The suffix is tried first: `time_s` is not the plural `times`.
+        // A unit behind the name is tried first, so that `time_s` is not taken for the plural `times`.
         let understood = with_suffix.or_else(|| {
             let kind = kind_of(name)?;
             let is_unit = kind == Kind::Time && TimeUnit::from_name(name).is_some();
@@ -82,7 +82,8 @@ impl ColumnName {
         if words.iter().any(is_of_load) {
             return None;
         }
-        // A unit of one letter (C, F, K) is ambiguous, so the name must also have a word that starts with T.
+        // A unit of one letter (C, F, K) is ambiguous. The column is a temperature only if its name also has a word that
+        // starts with T.
         let is_temperature = |unit: &str| {
             temperature_in_celsius(unit).is_some()
                 && (unit.len() > 1 || words.iter().any(|word| word.starts_with('t')))
@@ -99,7 +100,7 @@ impl ColumnName {
         )
     }
 
-    /// Returns true if the name or the unit belongs to a load, but the name gives no axis.
+    /// Returns true if the name or the unit belongs to a force or moment, but the name does not tell the axis.
     pub fn is_unnamed_load(&self, unit: Option<&str>) -> bool {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST {
@@ -111,7 +112,8 @@ impl ColumnName {
             || (words::is_load(&words) && unit.is_none_or(|own| !is_of_gauges_alone(own)))
     }
 
-    /// Returns true if this column holds the whole seconds of a time stamp, and `other` its nanoseconds.
+    /// Returns true if this column holds the whole seconds of a time stamp, and the column `other` the nanoseconds of the
+    /// same stamp.
     pub fn is_completed_by(&self, other: &Self) -> bool {
         let stamp = stamp_of_part(&self.name, SECONDS);
         stamp.is_some() && stamp == stamp_of_part(&other.name, NANOSECONDS)
@@ -119,8 +121,9 @@ impl ColumnName {
 }
 
 impl Kind {
-    /// Returns the kind that the name and the unit give together. A load's name with the unit of a gauge gives a gauge. A
-    /// gauge's name with the unit of a load gives no kind, since the axis is unknown. `T` in degrees is no time.
+    /// Returns the kind of a column whose name alone gives this kind, after a look at its unit. A load's name with the unit
+    /// of a gauge gives a gauge. A gauge's name with the unit of a load gives no kind, since the axis is unknown. `T` in
+    /// degrees is a temperature, not a time.
     pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {
@@ -132,7 +135,8 @@ impl Kind {
     }
 }
 
-/// Splits `name [unit]` or `name (unit)`, with any unit. Empty brackets give no unit; an index stays in the name.
+/// Splits `name [unit]` or `name (unit)` into name and unit. Empty brackets give no unit; an index in brackets stays in the
+/// name.
 fn split_brackets(cell: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some(inside) = cell.strip_suffix(close)
@@ -144,14 +148,14 @@ fn split_brackets(cell: &str) -> (&str, Option<&str>) {
             return (name.trim_end(), (!unit.is_empty()).then_some(unit));
         }
     }
-    // "Fx in kN", as some spreadsheets write it.
+    // Some spreadsheets write a unit as in "Fx in kN".
     match cell.rsplit_once(" in ") {
         Some((name, unit)) if is_known_unit(unit.trim()) => (name.trim_end(), Some(unit.trim())),
         _ => (cell, None),
     }
 }
 
-/// Returns true if the text in brackets is an index or the number of a repeated name: `0`, `1,2`, `0:3`.
+/// Returns true if the text in brackets is no unit but an index or the number of a repeated name: `0`, `1,2`, `0:3`.
 fn is_index(inside: &str) -> bool {
     let is_part = |c: char| c.is_ascii_digit() || [',', ':', ' '].contains(&c);
     inside.contains(|c: char| c.is_ascii_digit()) && inside.chars().all(is_part)

@@ -1,17 +1,18 @@
-//! Recognises paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`, `field.wrench.force.x`,
-//! `/gauges/data[0]`), and fields of a struct (`run.S1`). An ambiguous path is neither a gauge nor a load.
+//! Recognises column names that are paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`,
+//! `field.wrench.force.x`, `/gauges/data[0]`), and fields of a struct (`run.S1`). An ambiguous path is neither a gauge nor a
+//! load.
 
 use super::words::{self, Kind, is_one_of, plain, plain_kind};
 
-/// Words in the path of a quantity that is derived from a load but is no load, such as a deviation, an error or a setpoint.
+/// Words in the path of a column that is derived from a load but holds no load, such as a deviation, an error or a setpoint.
 const NO_LOADS: &str = "std stddev bias offset offsets error err residual covariance cov command cmd desired setpoint target goal";
 const LOADS: &str = "force forces wrench wrenches torque torques moment moments ft load loads ati ref reference effort weight";
 /// Words that occur only in the path of a gauge.
 const GAUGES: &str =
     "gauge gauges gage gages strain strains sg stg dms straingauge straingauges coinft";
-/// Words in the paths of gauges and also of other signals. Beside a word for a load, these words do not mean a gauge.
+/// Words in the paths of gauges and also of other signals. Next to a word for a load, they do not mean a gauge.
 const CHANNELS: &str = "raw adc channel channels ch ai volts voltages";
-/// Parts of a path that do not tell what the column holds.
+/// Words in a path that do not tell what the column holds.
 const NEUTRAL: &str = "data value values field";
 pub(super) const SECONDS: &str = "sec secs";
 pub(super) const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs";
@@ -19,19 +20,19 @@ pub(super) const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs";
 pub(super) struct Understood<'a> {
     pub kind: Kind,
     pub unit: Option<&'a str>,
-    /// Parts of a path in front of the part that gives the kind, in lower case.
+    /// Start of the path in front of the word that gives the column's kind, in lower case.
     pub source: String,
 }
 
-/// Returns the name of the time stamp that a column is a part of, if the last word of the column's name is one of `words`.
-/// The name of the stamp is empty if the column's name has no other word.
+/// Returns the name of the time stamp of which a column holds a part (such as its nanoseconds), if the last word of the
+/// column's name is one of `words`. The result is empty if the column's name has no other word.
 pub(super) fn stamp_of_part<'a>(name: &'a str, words: &str) -> Option<&'a str> {
     let name = name.trim();
     let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
     is_one_of(&last.to_lowercase(), words).then_some(stamp)
 }
 
-/// Parses a path; `None` if the name is not a path or has no kind.
+/// Parses a column name as a path; `None` if it is not a path, or the path does not tell the column's kind.
 pub(super) fn understood(name: &str) -> Option<Understood<'static>> {
     let (stem, is_element) = without_index(name);
     if !is_element && !name.contains(['/', '.']) {
@@ -44,7 +45,7 @@ pub(super) fn understood(name: &str) -> Option<Understood<'static>> {
         Some(Understood { kind, unit, source: all[..n_before].join("/") })
     };
     if is_element {
-        // `rostopic echo -p` names the elements of a bare array like this. Gauges are published as bare arrays.
+        // `rostopic echo -p` writes such names for a message that holds only an array. Gauges are published as such messages.
         let is_bare = all == ["field", "data"];
         let is_gauge = is_measured && (is_bare || is_gauges(&all));
         return path(Kind::Gauge, all.len(), None).filter(|_| is_gauge);
@@ -82,7 +83,7 @@ pub(super) fn understood(name: &str) -> Option<Understood<'static>> {
     path(kind, before.len(), None).filter(|_| is_kind)
 }
 
-/// Splits the index off an element of an array: `data[0]`, `data.0`, `data0`. Returns false if there is no index.
+/// Splits the index off a name of an array's element: `data[0]`, `data.0`, `data0`. Returns false if there is no index.
 fn without_index(name: &str) -> (&str, bool) {
     let bracketed = || name.strip_suffix(']')?.rsplit_once('[');
     if let Some((stem, index)) = bracketed()
@@ -100,14 +101,14 @@ fn without_index(name: &str) -> (&str, bool) {
     if is_data { (stem, true) } else { (name, false) }
 }
 
-/// Returns true if one of the words of a path's part, without the digits behind the word, is in this list.
+/// Returns true if a word of this part of a path is in the list `words`. Digits behind a word are ignored.
 fn has_one_of(segment: &str, words: &str) -> bool {
     segment
         .split(['_', '-', ' '])
         .any(|part| is_one_of(part.trim_end_matches(|c: char| c.is_ascii_digit()), words))
 }
 
-/// Returns true if the path of an array names gauges.
+/// Returns true if a path that names an array names gauges.
 fn is_gauges(segments: &[&str]) -> bool {
     let mut telling = segments.iter().rev().filter(|s| !is_one_of(s, NEUTRAL));
     let Some(segment) = telling.next() else {

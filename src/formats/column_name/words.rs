@@ -1,8 +1,8 @@
-//! Words for times, gauges and loads, in the languages of the people who write headers.
+//! Words for times, gauges and loads in column names, in the languages of the people who write headers.
 
 use crate::recording::Axis;
 
-/// Maximum length of a column name that is compared with these words (bytes).
+/// Maximum length of a column name that is compared with the words of this file (bytes).
 pub(super) const LONGEST: usize = 64;
 
 /// Names of a time column, in lower case without separators. A unit of time alone, such as `ms`, also names a time column,
@@ -10,31 +10,32 @@ pub(super) const LONGEST: usize = 64;
 const TIMES: &str = "\
     t time times timestamp timestamps stamp elapsed elapsedtime epoch unixtime %time zeit zeitstempel tiempo tempo \
     时间 時間 時刻";
-/// Words in front of a gauge's number, in lower case. `strain gauge` is compared separately.
+/// Words that name a gauge if a number follows, in lower case. `strain gauge` is compared separately.
 const GAUGES: &str = "\
     s sg stg g gauge ch chan channel ai u v raw strain sensor adc a coinft_raw coinft dms dehnung kanal jauge voie \
     galga canal canale estensimetro extensometro extensômetro 通道 应变 应变片 ひずみ チャンネル bridge brücke \
     bruecke messbrücke pont puente ponte voltage";
-/// Words for the reference that may stand in front of an axis.
+/// Words for the reference sensor that may stand in front of a load axis.
 const REFERENCES: &str = "ati reference referenz ref applied true";
-/// Words for a force, in lower case; symbols first.
+/// Words for a force in column names, in lower case; symbols of one letter first.
 const FORCES: &str = "f force kraft fuerza forza força forca 力 荷重";
-/// Words for a moment, in lower case; symbols first.
+/// Words for a moment in column names, in lower case; symbols of one letter first.
 const MOMENTS: &str =
     "m t moment torque drehmoment couple momento coppia binário 力矩 扭矩 转矩 トルク モーメント";
-/// Words that may stand in front of the letter x, y or z.
+/// Words that may stand in front of the letter x, y or z of a load axis, as in `axis x`.
 const BEFORE_DIRECTION: &str = "in en axe eje asse eixo axis";
-/// Words that may stand behind the letter x, y or z.
+/// Words that may stand behind the letter x, y or z of a load axis, as in `x axis`.
 const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向";
-/// Words for a load of unknown axis, in lower case, besides the words for forces and moments.
+/// Words for a load whose axis is unknown, in lower case, besides the words for forces and moments.
 const LOADS: &str = "load last weight effort carico carga";
-/// Names of auxiliary channels, in lower case: temperature, humidity, supply voltage.
+/// Words for auxiliary channels in column names, in lower case: temperature, humidity, supply voltage.
 const AUXILIARIES: &str = "\
     temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \
     luftfeuchtigkeit humidité humedad umidità umidade 湿度 supply excitation vsup vsupply vexc vcc vdd vbat speisung \
     speisespannung versorgung versorgungsspannung alimentation alimentación alimentazione alimentação 电源 電源 \
     電源電圧";
-/// Words that rule out an auxiliary channel, whatever the other words: a corrected load, a setpoint, a time of day.
+/// Words that rule out an auxiliary channel, whatever the other words of the name: a corrected load, a setpoint, a time of
+/// day.
 const NOT_MEASURED: &str =
     "compensated comp corrected compensation setpoint target status time error soll";
 
@@ -54,7 +55,7 @@ pub(super) fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', ' '], "")
 }
 
-/// Returns the kind of a column from its name, without a path in front and without a unit behind the name.
+/// Returns the kind of a column from its name alone, without a path in front and without a unit behind it.
 pub(super) fn plain_kind(name: &str) -> Option<Kind> {
     if name.len() > LONGEST {
         return None;
@@ -73,14 +74,15 @@ pub(super) fn is_load(words: &[&str]) -> bool {
     let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
     let is_load = |word: &&str| [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(word, list));
     let mut long = words.iter().filter(|word| word.len() > 1);
-    // The raw signal of a load cell is a gauge. In "F_ref", a letter beside a word for the reference names a load.
+    // The raw signal of a load cell is a gauge, not a load. A letter next to a word for the reference, as in "F_ref", names a
+    // load.
     !has("cell")
         && (long.any(is_load)
             || has("fx fy fz mx my mz tx ty tz")
             || (has(REFERENCES) && has("f m")))
 }
 
-/// Returns true if one of the words of a name, in lower case and without numbers, names an auxiliary channel.
+/// Returns true if these words of a column name, in lower case and without numbers, name an auxiliary channel.
 pub(super) fn is_auxiliary(words: &[&str]) -> bool {
     let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
     has(AUXILIARIES) && !has(NOT_MEASURED)
@@ -90,7 +92,7 @@ pub(super) fn is_time(plain: &str) -> bool {
     is_one_of(plain, TIMES)
 }
 
-/// Returns the word in front of a gauge's number, in lower case; `None` if the name is not that of a gauge.
+/// Returns the word in front of the number in a gauge's name, in lower case; `None` if the name is not that of a gauge.
 pub(super) fn gauge_stem(name: &str) -> Option<String> {
     let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let n_digits = name.len() - start.len();
@@ -103,13 +105,13 @@ fn quantities() -> [(&'static str, &'static [Axis]); 2] {
     [(FORCES, &Axis::ALL[..3]), (MOMENTS, &Axis::ALL[3..])]
 }
 
-/// Returns the first three axes for the name of a force, the last three for the name of a moment.
+/// Returns the axes Fx, Fy, Fz for a word that means force, and Mx, My, Mz for a word that means moment.
 pub(super) fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
     let found = quantities().into_iter().find(|(words, _)| is_one_of(word, words));
     found.map(|(_, axes)| axes)
 }
 
-/// Returns the axis that a name gives, in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
+/// Returns the load axis of a column name, which is in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
 pub(super) fn axis_of(plain: &str) -> Option<Axis> {
     let bare = REFERENCES.split(' ').find_map(|word| plain.strip_prefix(word)).unwrap_or(plain);
     quantities().into_iter().find_map(|(words, axes)| {
@@ -118,7 +120,7 @@ pub(super) fn axis_of(plain: &str) -> Option<Axis> {
         let of_symbol =
             |text: &str| symbols.iter().find_map(|symbol| letter(text.strip_prefix(*symbol)?));
         let of_word = |word: &&str| {
-            // The symbol may follow the word, as in `Kraft Fx`.
+            // A symbol such as `Fx` may follow the word, as in `Kraft Fx`.
             let of_rest = |rest| direction(rest).or_else(|| of_symbol(rest));
             let after = bare.strip_prefix(*word).and_then(of_rest);
             after.or_else(|| direction(bare.strip_suffix(*word)?))

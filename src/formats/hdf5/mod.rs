@@ -1,4 +1,5 @@
-//! HDF5 files: groups of arrays and tables of records, read with the feature `hdf5`. MATLAB's `-v7.3` files are HDF5.
+//! Reader of HDF5 files (groups of arrays and tables of records), built with the feature `hdf5`. MATLAB's `-v7.3` files are
+//! HDF5.
 
 #[cfg(feature = "hdf5")]
 mod read;

@@ -1,5 +1,5 @@
-//! Reads datasets of numbers as arrays, and datasets of records as columns. Each group is a table of its own, unless all
-//! groups together form one table.
+//! Reads HDF5 files: a dataset of numbers becomes an array, a dataset of records becomes columns. Each group is a table of
+//! its own, unless all groups together form one table.
 //!
 //! Guarantees: the total size of all datasets is checked before memory is allocated. Values that were never written become NaN.
 
@@ -19,11 +19,11 @@ use super::super::number::{Field, FromOrigin, Number};
 use super::super::parts::{self, Group};
 use crate::recording::Day;
 
-/// Maximum depth to which groups within groups are read, since groups may contain each other in a circle.
+/// Maximum number of nested groups that are read, since groups may contain each other in a circle.
 const DEPTH_LIMIT: usize = 6;
-/// Maximum number of datasets and groups that are read, which limits the time for a damaged file.
+/// Maximum number of datasets and groups that are read, so that a damaged file cannot take endless time.
 const MEMBER_LIMIT: usize = 10_000;
-/// Maximum total length of the column names of an array (bytes), which limits the memory for a damaged file.
+/// Maximum total length of an array's column names (bytes), so that a damaged file cannot fill the memory.
 const LABELS_LIMIT_BYTES: u64 = 1 << 20;
 
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
@@ -75,13 +75,13 @@ impl Reading<'_> {
             path => format!("{path}/{name}"),
         };
         let mut group = Group { name: path.to_owned(), ..Group::default() };
-        // Listing opens all members at once. Opening each member by its name would search the list every time.
+        // Listing opens all members of a group at once. Opening each member by its name would search the list every time.
         let (datasets, mut inner) = match (node.iter_datasets(), node.iter_groups()) {
             (Ok(datasets), Ok(groups)) => {
                 (datasets.collect::<BTreeMap<_, _>>(), groups.collect::<BTreeMap<_, _>>())
             }
             (Err(error), _) | (_, Err(error)) if path.is_empty() => return Err(damaged(error)),
-            // A group below the root that cannot be listed is skipped, and reading goes on.
+            // A group that cannot be listed is left out, and reading goes on, unless the group is the root.
             _ => {
                 self.left_out.push(format!("{path} (not readable)"));
                 return Ok(());
@@ -105,7 +105,7 @@ impl Reading<'_> {
                 Content::Other(what) => self.left_out.push(format!("{} ({what})", path_of(name))),
             }
         }
-        // A group with the same arrays as an earlier group is a link to that group.
+        // A group with the same arrays as an earlier group is a link to that group and is not read again.
         if !group.arrays.is_empty() && !self.group_hashes.insert(hash_of(&group.arrays)) {
             return Ok(());
         }
@@ -113,7 +113,7 @@ impl Reading<'_> {
         if depth == DEPTH_LIMIT {
             return Ok(());
         }
-        // MATLAB keeps the contents of cells and objects in these groups.
+        // MATLAB keeps the contents of cell arrays and objects in these groups, which are not read.
         inner.retain(|name, _| !["#refs#", "#subsystem#"].contains(&name.as_str()));
         for (name, node) in inner {
             self.n_members += 1;
@@ -149,7 +149,7 @@ impl Reading<'_> {
             (Datatype::Compound { members, .. }, _) if is_complex(members) => {
                 return other("complex numbers");
             }
-            // In the worst case each byte of a record is a number.
+            // In the worst case each byte of a record is a number, so the memory is estimated from that.
             (Datatype::Compound { size, .. }, _) => u64::from(*size) * size_of::<f64>() as u64,
             (_, Some(_)) => size_of::<f64>() as u64,
             (Datatype::String { .. } | Datatype::VariableLength { is_string: true, .. }, _) => {
@@ -180,7 +180,7 @@ impl Reading<'_> {
         let gaps = chunks.and_then(|(chunk_shape, chunks)| Gaps::of(&shape, &chunk_shape, &chunks));
         if let Some(gaps) = &gaps {
             let n = (0..n_values).filter(|&at| gaps.has(at)).count();
-            self.left_out.push(format!("{path} ({n} of {n_values} values: never written)"));
+            self.left_out.push(format!("{path} ({n} of {n_values} values were never written)"));
         }
         if let Datatype::Compound { size, members } = &datatype {
             let mut arrays = records(members, *size as usize, n_values, &raw);
@@ -201,22 +201,22 @@ impl Reading<'_> {
         gaps.iter().for_each(|gaps| gaps.mark(&mut values.0, 1));
         let mut shape: Vec<usize> = shape.iter().map(|length| *length as usize).collect();
         if class.is_some() {
-            // MATLAB stores arrays column by column.
+            // MATLAB stores arrays column by column, so the lengths of the dimensions are in reverse order.
             shape.reverse();
         }
         Ok(Content::Array(Array { is_by_column: class.is_some(), ..field.array(&shape, values) }))
     }
 }
 
-/// Chunks of a dataset that were never written.
+/// Chunks (separately stored blocks) of a dataset that were never written.
 struct Gaps {
-    /// Length of the dataset and of one chunk, for each dimension.
+    /// Length of the dataset and length of one chunk in each dimension (elements).
     shape: Vec<(u64, u64)>,
     is_written: Vec<bool>,
 }
 
 impl Gaps {
-    /// Returns the gaps between these chunks, or `None` if there are none.
+    /// Returns the chunks of a dataset that are missing in the list `chunks`, or `None` if none is missing.
     fn of(shape: &[u64], chunk_shape: &[u64], chunks: &[Chunk]) -> Option<Self> {
         let chunk_shape = chunk_shape.iter().map(|length| (*length).max(1));
         let shape: Vec<(u64, u64)> = shape.iter().copied().zip(chunk_shape).collect();
@@ -236,7 +236,7 @@ impl Gaps {
         gaps.is_written.contains(&false).then_some(gaps)
     }
 
-    /// Returns the index of the chunk that holds the value with this index.
+    /// Returns the index of the chunk that holds the element with this index.
     fn chunk(&self, at: usize) -> usize {
         let (mut rest, mut place, mut stride) = (at as u64, 0, 1);
         for (length, chunk) in self.shape.iter().rev() {
@@ -251,7 +251,7 @@ impl Gaps {
         !self.is_written[self.chunk(at)]
     }
 
-    /// Replaces values that were never written by NaN; each element of the dataset has `n_each` values.
+    /// Replaces elements of the dataset that were never written by NaN; each element has `n_each` values.
     fn mark(&self, values: &mut [f64], n_each: usize) {
         for (at, own) in values.chunks_mut(n_each.max(1)).enumerate() {
             if self.has(at) {
@@ -266,7 +266,7 @@ fn is_complex(members: &[CompoundMember]) -> bool {
     members.len() == 2 && members.iter().all(is_part)
 }
 
-/// Returns the number of values of a dataset with this shape; saturates if the product overflows.
+/// Returns the number of values of a dataset with this shape, or the largest number if the product overflows.
 fn n_values(shape: &[u64]) -> u64 {
     shape.iter().fold(1, |n: u64, length| n.saturating_mul(*length))
 }
@@ -280,7 +280,8 @@ fn hash_of(arrays: &[Array]) -> u64 {
     hasher.finish()
 }
 
-/// Returns the column names that pandas stores for an array. The names for `block0_values` are in `block0_items`.
+/// Returns the column names that pandas stores for an array in another dataset. The names for `block0_values` are in
+/// `block0_items`.
 fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
     let items = name.strip_suffix("_values");
     let items = items.and_then(|block| datasets.get(&format!("{block}_items")));
@@ -311,7 +312,7 @@ fn records(
     members.iter().filter_map(array).take(COLUMN_LIMIT).collect()
 }
 
-/// Returns the storage of a numeric dataset, or of a field of its records; `None` if it is not numeric.
+/// Returns how the numbers of a dataset, or of a field of its records, are stored; `None` if it does not hold numbers.
 fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
     let (number, order) = match datatype {
         Datatype::FixedPoint { size, byte_order, layout } => {
@@ -321,7 +322,7 @@ fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
         Datatype::FloatingPoint { size, byte_order, .. } => {
             (Number::of_kind('f', *size as usize)?, byte_order)
         }
-        // Booleans are stored as enumerations.
+        // HDF5 stores booleans as enumerations with a numeric base type.
         Datatype::Enumeration { base_type, .. } => return field_of(name, offset, base_type),
         Datatype::Array { base_type, dimensions } => {
             let one = field_of(name, offset, base_type).filter(|field| field.n_each == 1)?;

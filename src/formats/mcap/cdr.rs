@@ -5,7 +5,7 @@
 
 use super::super::number::Number;
 
-/// Reader of one message from start to end. Each method returns `None` if the message ends too early.
+/// Reader of one ROS 2 message from start to end. Each method returns `None` if the message ends too early.
 pub(super) struct Cdr<'a> {
     body: &'a [u8],
     at: usize,
@@ -39,7 +39,7 @@ impl<'a> Cdr<'a> {
         self.bytes(n_bytes).map(drop)
     }
 
-    /// Reads a header and returns its time stamp (ns). The name of the frame is skipped.
+    /// Reads the header of a ROS 2 message and returns its time stamp (ns). The name of the coordinate frame is skipped.
     pub fn header_nanosecs(&mut self) -> Option<i64> {
         let secs = self.number(Number::Int(4))? as i64;
         let nanosecs = self.number(Number::Uint(4))? as i64;

@@ -1,4 +1,4 @@
-//! MCAP recordings of ROS 2, read with the feature `mcap`.
+//! Reader of MCAP recordings of ROS 2, built with the feature `mcap`.
 
 #[cfg(feature = "mcap")]
 mod cdr;

@@ -1,7 +1,8 @@
-//! Reads MCAP recordings of ROS 2: gauges from a topic of arrays, the reference from a topic of wrenches, on two clocks.
+//! Reads MCAP recordings of ROS 2: gauges from a topic of arrays, and the reference from a topic of wrenches, each with its
+//! own clock.
 //!
-//! Guarantees: only one chunk is in memory at a time. A recording without its end (killed recorder) is read as far as it goes.
-//! If several topics qualify, the user chooses.
+//! Guarantees: only one chunk (block of records) is in memory at a time. A recording that was cut off, because its recorder
+//! was killed, is read as far as it goes. If several topics could be gauges or reference, the user can choose.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -21,10 +22,10 @@ use crate::recording::Axis;
 const FILE: &str = "the recording";
 const NANOS: i64 = 1_000_000_000;
 const DOUBLE: Number = Number::Float(8);
-/// Maximum declared size of a chunk (bytes). Real chunks have a few megabytes.
+/// Maximum size that a chunk of records may declare (bytes). Real chunks have a few megabytes.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
-/// Reads all topics, and returns one or two of the topics as a table.
+/// Reads all topics of a recording, and returns one or two of them (gauges, reference) as a table.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut topics = Topics::default();
     let mut file = BufReader::new(source.open()?);
@@ -70,7 +71,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     Ok(Some(Columns { ends_early, ..topics.columns(source.parts)? }))
 }
 
-/// Returns the kind and the content of the first record, and the bytes after it; `None` if the record is cut short.
+/// Returns kind and content of the first record in `records`, and the bytes after it; `None` if the record is cut short.
 fn first_record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (kind, rest) = records.split_first()?;
     let (n_bytes, rest) = rest.split_first_chunk()?;
@@ -101,7 +102,7 @@ fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
             rest = after_text(rest)?;
         }
         if kind == op::CHANNEL {
-            // A map of texts with its total length in front.
+            // The metadata of a channel are a map of texts with its total length in front.
             let (n_bytes, metadata) = rest.split_first_chunk()?;
             rest = metadata.get(..u32::from_le_bytes(*n_bytes) as usize)?;
             while !rest.is_empty() {
@@ -127,7 +128,7 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
     Budget::of_file(0).take(CHUNK, n_bytes, 1)?;
     let damaged = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::UnexpectedEof => FileError::cut_short(CHUNK),
-        // The decoders report damaged input as errors of several kinds.
+        // The decoders report damaged input as errors of several kinds, all of which mean damage here.
         _ => FileError::damaged(CHUNK, error.to_string()),
     };
     let decoder: Box<dyn Read + '_> = match compression {
@@ -138,11 +139,11 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
             return Err(FileError::Compression {
                 what: CHUNK.to_owned(),
                 codec: other.to_owned(),
-                instead: "zstd, lz4 or none",
+                instead: "zstd, lz4 or no compression",
             });
         }
     };
-    // Packed data may have an end mark behind the records.
+    // Packed data may have an end mark behind the records, so no more than the declared size is read.
     let limit_bytes = if compression.is_empty() { u64::MAX } else { n_bytes };
     let mut records = Vec::new();
     decoder.take(limit_bytes).read_to_end(&mut records).map_err(damaged)?;
@@ -281,8 +282,8 @@ impl Topics {
         }
     }
 
-    /// Returns the wanted topics as columns, else one topic of arrays and one of wrenches. Lists the topics that are left
-    /// out.
+    /// Returns the topics `wanted` as columns; if none is wanted, one topic of arrays and one of wrenches. Lists the topics
+    /// that are left out.
     fn columns(self, wanted: &[String]) -> Result<Columns, FileError> {
         let readable: Vec<(u16, &Topic)> = self
             .topics
@@ -300,7 +301,8 @@ impl Topics {
                 .iter()
                 .filter_map(|name| readable.iter().find(|(_, topic)| topic.name == *name))
                 .collect();
-            // Of a wrench and another topic, the other topic holds the gauges; otherwise the order of `wanted` counts.
+            // If one of two wanted topics is a wrench, the other topic holds the gauges. Otherwise the first topic in
+            // `wanted` does.
             chosen.sort_by_key(|(_, topic)| topic.is_wrench());
             [0_usize, 1].map(|at| chosen.get(at).map(|(id, _)| *id))
         };
@@ -338,7 +340,7 @@ impl Topics {
             if topic.is_wrench() && (is_second || wanted.len() < 2) {
                 topic.add_to(&mut table, time, axis);
             } else if is_second || topic.is_wrench() {
-                // The role of this topic is unknown, so its columns are named by topic and index.
+                // Whether this topic holds gauges or the reference is unknown, so its columns are named by topic and index.
                 topic.add_to(&mut table, time, |column| format!("{path}[{column}]"));
             } else {
                 topic.add_to(&mut table, time, |column| format!("S{}", column + 1));
@@ -362,7 +364,8 @@ impl Topic {
         matches!(self.shape, Some(Shape::Array(_)))
     }
 
-    /// Returns the topic that is most likely the reference, or the gauges: by its kind, its name, then its number of samples.
+    /// Returns the topic that most likely holds the reference, or the gauges: by its kind, its name, then its number of
+    /// samples.
     fn most_likely(topics: &[(u16, &Self)], is_wrench: bool) -> Option<u16> {
         const REFERENCES: [&str; 6] = ["ati", "ref", "reference", "truth", "gt", "load"];
         const GAUGES: [&str; 8] =
@@ -374,13 +377,14 @@ impl Topic {
             (topic.is_list(), is_named, topic.samples.len())
         };
         let of_kind = topics.iter().rev().filter(|(_, topic)| topic.is_wrench() == is_wrench);
-        // `max_by_key` returns the last of equal elements.
+        // `max_by_key` returns the last of equal elements, so the order is reversed to get the first.
         of_kind.max_by_key(rank).map(|(id, _)| *id)
     }
 
-    /// Appends a column of times and one column for each number of a message. Rows are sorted by time.
+    /// Appends a column of times to the table, and one column for each number of the topic's messages. Rows are sorted by
+    /// time.
     fn add_to(mut self, table: &mut Columns, time: &str, name: impl Fn(usize) -> String) {
-        // Drivers that do not know the time leave the stamp at zero.
+        // Drivers that do not know the time set the time stamp to zero.
         let is_stamped = |sample: &Sample| sample.stamp_nanosecs.is_some_and(|stamp| stamp != 0);
         let has_stamps = self.samples.iter().any(is_stamped);
         let nanosecs = |sample: &Sample| match sample.stamp_nanosecs {

@@ -1,4 +1,4 @@
-//! Parquet files: numeric columns, read and written with the feature `parquet`.
+//! Reads and writes numeric columns of Parquet files, if built with the feature `parquet`.
 
 #[cfg(feature = "parquet")]
 mod read;

@@ -1,4 +1,4 @@
-//! Reads the numeric columns of a Parquet file, and lists the others.
+//! Reads the numeric columns of a Parquet file, and lists the other columns as left out.
 
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -64,12 +64,12 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
 
 fn damaged(error: ParquetError) -> FileError {
     let why = error.to_string();
-    // The crate names a missing codec only in the text of its error.
+    // The crate names a compression that it was built without only in the text of its error.
     if why.contains("Disabled feature at compile time") {
         return FileError::Compression {
             what: FILE.to_owned(),
             codec: why.rsplit(' ').next().unwrap_or_default().to_owned(),
-            instead: "zstd, snappy, gzip, lz4 or none",
+            instead: "zstd, snappy, gzip, lz4 or no compression",
         };
     }
     match error {
@@ -93,7 +93,7 @@ fn time_unit(column: &ColumnDescriptor) -> &'static str {
     }
 }
 
-/// Returns the number by which the stored whole numbers of a decimal column are divided; 1 for any other column.
+/// Returns the divisor that turns the stored whole numbers of a decimal column into its values; 1 for any other column.
 fn decimal_scale(column: &ColumnDescriptor) -> f64 {
     match column.converted_type() {
         ConvertedType::DECIMAL => 10_f64.powi(column.type_scale()),
@@ -122,7 +122,7 @@ fn append(
     }
 }
 
-/// Appends all values, with NaN for missing ones.
+/// Appends all values of a column, with NaN for missing values.
 fn all<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     values: &mut Vec<f64>,

@@ -1,4 +1,5 @@
-//! Writes a table as Apache Parquet: a column of names, then one column of optional doubles for each number of a row.
+//! Writes a table as Apache Parquet: a column with the name of each row, then columns of optional doubles, one for each
+//! number of a row.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 
-/// Number of rows written at once: few enough for small memories, many enough for fast readers.
+/// Number of rows that are written as one group: few enough for small memories, many enough for fast readers.
 const GROUP_ROWS: usize = 1 << 16;
 
 pub(crate) struct ParquetTable<'a> {

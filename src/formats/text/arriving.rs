@@ -1,23 +1,23 @@
 //! Splits text that arrives in pieces into whole lines. The encoding is detected from the first line, as for whole files. A
-//! line without an end does not fill the memory.
+//! line without an end is cut at a limit and does not fill the memory.
 
 use super::blocks::LINE_LIMIT_BYTES;
 use super::encoding::{Encoding, decoded, encoding_of};
 
 /// Text that replaces a line longer than [`LINE_LIMIT_BYTES`].
 const TOO_LONG: &str = "(a line of more than 1 MiB)";
-/// Number of bytes that suffice to detect the encoding, if no line has ended before.
+/// Number of bytes that suffice to detect the encoding of a text whose first line has not ended yet.
 const ENCODING_BYTES: usize = 1 << 10;
 
 #[derive(Debug, Default)]
 pub(crate) struct ArrivingLines {
     encoding: Option<Encoding>,
-    /// Bytes still to be decoded.
+    /// Bytes that are still to be decoded to text.
     raw: Vec<u8>,
     text: Vec<u8>,
     /// Position in `text` where the next line starts.
     start: usize,
-    /// Position in `text` up to which no end of line was found.
+    /// Position in `text` up to which the search for the next end of a line found none.
     searched: usize,
     is_too_long: bool,
 }
@@ -33,7 +33,7 @@ impl ArrivingLines {
 
     fn decode(&mut self) {
         let encoding = *self.encoding.get_or_insert_with(|| {
-            // Bytes that are not text are decoded as UTF-8; they make no table and are refused later.
+            // Bytes that are not text are decoded as UTF-8. They make no table, so that they are refused later.
             let (encoding, mark_bytes) = encoding_of(&self.raw).unwrap_or((Encoding::Utf8, 0));
             self.raw.drain(..mark_bytes);
             encoding

@@ -43,7 +43,7 @@ impl Preamble {
                     moment: unit("torque unit", "counts per unit torque")?,
                 });
             }
-            // `Force Units: N`, with the value in the same cell or in the next.
+            // The preamble has lines such as `Force Units: N`, with the value in the same cell or in the next.
             if let Some((key, value)) = line.split_once(':') {
                 let bare = |text: &str| text.trim_matches([' ', '"', ',', '\t', '\r']).to_owned();
                 values.push((bare(key).to_lowercase(), bare(value)));
@@ -53,7 +53,7 @@ impl Preamble {
     }
 }
 
-/// Returns true if a status word reports an error; `None` if the cell is neither a number nor hexadecimal digits.
+/// Returns true if the status word in a cell reports an error; `None` if the cell is neither a number nor hexadecimal digits.
 pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
     let text = match cell {
         Cell::Number(number) => {

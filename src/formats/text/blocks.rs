@@ -9,18 +9,18 @@ use super::encoding::Text;
 use super::serial_monitor::Arrows;
 use crate::formats::error::FileError;
 
-/// Maximum length of a line (bytes). Without a limit one line could fill the memory.
+/// Maximum length of a line (bytes). Without a limit, one line could fill the memory.
 pub(super) const LINE_LIMIT_BYTES: usize = 1 << 20;
 
 #[derive(Debug)]
 pub(in crate::formats) struct Blocks {
     pub(super) text: Text,
     block_bytes: usize,
-    /// Start of a line whose end is not read yet.
+    /// Start of a line whose end has not been read yet.
     carry: Vec<u8>,
     is_at_end: bool,
-    /// Arrows behind the times that a terminal writes in front of each line. `Some(None)` if the file has no arrows, `None`
-    /// until the first block is read.
+    /// Arrows that a serial terminal writes behind the time in front of each line. `Some(None)` if the file has no arrows,
+    /// `None` until the first block is read.
     arrows: Option<Option<Arrows>>,
 }
 
@@ -40,7 +40,7 @@ impl Blocks {
         })
     }
 
-    /// Returns the whole lines among `n_bytes` bytes from byte `at` on. The next block is not affected.
+    /// Returns the whole lines among `n_bytes` bytes from byte `at` on. This does not change which block is next.
     pub fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
         if at + (n_bytes as u64) < self.text.file_bytes {
@@ -54,7 +54,8 @@ impl Blocks {
         Ok(lines)
     }
 
-    /// Returns the start of the file: `at_least` bytes or more, and one line that is no comment, if the file is long enough.
+    /// Returns the start of the file: at least `at_least` bytes, and at least one line that is no comment, if the file is
+    /// long enough.
     pub fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;
@@ -67,7 +68,8 @@ impl Blocks {
         Ok(head)
     }
 
-    /// Returns the next block, or `None` at the end. Only the last line of the file may lack its line end.
+    /// Returns the next block of whole lines, or `None` at the end of the file. Only the last line of the file may lack its
+    /// line end.
     pub fn next(&mut self) -> Result<Option<Vec<u8>>, FileError> {
         let mut block = Vec::with_capacity(self.carry.len() + self.block_bytes);
         block.append(&mut self.carry);
@@ -83,7 +85,7 @@ impl Blocks {
                 return Err(FileError::LineTooLong { limit_bytes: LINE_LIMIT_BYTES });
             }
         }
-        // The part of the file that is read may end in the middle of a line, which is dropped.
+        // If only a part of the file is read, this part may end in the middle of a line, which is dropped.
         if self.is_at_end && self.text.is_sample() {
             self.carry.clear();
             block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));

@@ -14,7 +14,7 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
         };
         line.iter().filter(outside_quotes).count()
     };
-    // `max_by_key` returns the last of equal elements.
+    // `max_by_key` returns the last of equal elements, so a tab is preferred to a semicolon, and both to a comma.
     [Comma, Semicolon, Tab]
         .into_iter()
         .filter(|own| count(*own) > 0)
@@ -23,12 +23,12 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
 }
 
 impl Delimiter {
-    /// Returns true if a comma inside a cell can be a decimal comma, because commas do not separate the cells.
+    /// Returns true if a comma in a cell can be a decimal comma, which requires that commas do not separate the cells.
     pub(crate) fn allows_decimal_comma(self) -> bool {
         self != Self::Comma
     }
 
-    /// Returns the delimiter as a byte; a blank stands for any run of blanks and tabs.
+    /// Returns the byte that separates cells. A blank stands for any run of blanks and tabs.
     pub(crate) const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
@@ -55,18 +55,19 @@ impl TextLayout {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
             point: match (self.decimal, self.delimiter) {
                 (Decimal::Point, _) => b'.',
-                // If commas separate the cells, a number with a decimal comma is quoted, never plain. The byte 0xff occurs in
-                // no text.
+                // If commas separate the cells, a number with a decimal comma is quoted and is never read as a plain number.
+                // The decimal mark is then the byte 0xff, which occurs in no text.
                 (Decimal::Comma, Delimiter::Comma) => 0xff,
                 (Decimal::Comma, _) => b',',
             },
         })
     }
 
-    /// Returns the number in a cell, and true if its comma was read as a decimal point although a point is expected.
+    /// Returns the number in a cell, and true if its comma was read as a decimal mark although the layout has the decimal
+    /// point.
     pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
-        // If commas separate the cells, a comma in quotes separates thousands.
+        // If commas separate the cells, a comma within a quoted cell separates thousands.
         let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
         let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
         let grouped = before_thousands.and_then(|own| grouped_by(cell, own, point));
@@ -78,8 +79,8 @@ impl TextLayout {
         plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
     }
 
-    /// Returns [`Self::number`] minus `since`. The whole part is subtracted before conversion to a float, so no digit is
-    /// lost.
+    /// Returns the number in a cell, as [`Self::number`] does, minus `since`. The whole part is subtracted before conversion
+    /// to a float, so no digit is lost.
     pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         let text = std::str::from_utf8(cell).ok()?;
@@ -130,7 +131,7 @@ pub(crate) fn is_skipped(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), None | Some(b'#'))
 }
 
-/// Cells of one line, without surrounding blanks and quotes. Doubled quotes inside quotes stay doubled.
+/// Cells of one line of text, without surrounding blanks and quotes. Doubled quotes inside quotes stay doubled.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells<'a> {
     rest: Option<&'a [u8]>,
@@ -222,9 +223,9 @@ fn closing_quote(rest: &[u8]) -> Option<usize> {
     }
 }
 
-/// Reads the plain number at the start of `text`: a sign, digits and a `point`, at most 18 digits. Returns the number and
-/// the position of its end. The result is that of [`number`], in less time: the digits as a whole number (up to 2^53) and
-/// the power of ten are both exact, so their quotient is the nearest floating-point number.
+/// Reads the plain number at the start of `text`: a sign, digits and a decimal mark `point`, at most 18 digits. Returns the
+/// number and the position of its end. The result is that of [`number`], in less time: the digits as a whole number (up to
+/// 2^53) and the power of ten are both exact, so their quotient is the nearest floating-point number.
 fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     const POWERS: [f64; 19] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
@@ -259,12 +260,12 @@ fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     Some((if is_negative { -value } else { value }, at))
 }
 
-/// Returns the number in a cell with a decimal point, also NaN and infinity.
+/// Returns the number in a cell whose decimal mark is a point, also NaN and infinity.
 pub(crate) fn number(cell: &[u8]) -> Option<f64> {
     std::str::from_utf8(cell).ok()?.parse().ok()
 }
 
-/// Returns a number whose digits are grouped in threes by `thousands`, with decimals after `point`.
+/// Returns the number in a cell whose digits are grouped in threes by `thousands`, with the decimal mark `point`.
 fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
     let text = std::str::from_utf8(cell).ok()?;
     let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
@@ -299,7 +300,7 @@ pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     }
 }
 
-/// Returns the number in a cell, with its only comma as the decimal point.
+/// Returns the number in a cell whose only comma is the decimal mark.
 pub(crate) fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
     let (whole, part) = std::str::from_utf8(cell).ok()?.split_once(',')?;
     let is_point_elsewhere = whole.contains('.') || part.contains('.');

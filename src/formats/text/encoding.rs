@@ -9,10 +9,10 @@ use serde::Serialize;
 
 use crate::formats::error::FileError;
 
-/// Number of first bytes from which the kind of a file is detected.
+/// Number of first bytes of a file from which its kind and encoding are detected.
 const HEAD_BYTES: usize = 8 << 10;
-/// A file with more than one control character in this number of bytes is not text. Fewer control characters are accidents
-/// of a logger, which cost only single rows.
+/// A file with more than one control character in this number of bytes is not text. Fewer control characters are accidents of
+/// a logger, which spoil only single rows.
 const BYTES_PER_CONTROL_CHARACTER: usize = 20;
 const BYTE_ORDER_MARKS: [(&[u8], Encoding); 3] = [
     (b"\xef\xbb\xbf", Encoding::Utf8),
@@ -26,16 +26,16 @@ pub enum Encoding {
     /// UTF-8, or ASCII.
     #[strum(serialize = "UTF-8")]
     Utf8,
-    /// Low byte first.
+    /// UTF-16 with the low byte first.
     #[strum(serialize = "UTF-16 (little-endian)")]
     Utf16LittleEndian,
-    /// High byte first.
+    /// UTF-16 with the high byte first.
     #[strum(serialize = "UTF-16 (big-endian)")]
     Utf16BigEndian,
-    /// One byte per character; names are decoded as Latin-1.
+    /// Another encoding with one byte per character; names of columns are decoded as Latin-1.
     #[strum(serialize = "Latin-1")]
     Latin1,
-    /// File of arrays instead of text.
+    /// No text: the file holds arrays or columns of numbers.
     #[strum(serialize = "arrays")]
     Arrays,
 }
@@ -45,7 +45,7 @@ impl Encoding {
         self.into()
     }
 
-    /// Returns the number of bytes in the file per character of plain text.
+    /// Returns the number of bytes that a plain (ASCII) character takes in the file.
     pub(super) const fn bytes_per_character(self) -> u64 {
         match self {
             Self::Utf8 | Self::Latin1 | Self::Arrays => 1,
@@ -60,12 +60,12 @@ pub(super) struct Text {
     left_bytes: u64,
     /// Length of the file when it was opened (bytes).
     pub file_bytes: u64,
-    /// Number of bytes that are read at most: the length of the file or the limit.
+    /// Maximum number of bytes that are read: the length of the file or the caller's limit.
     pub read_bytes: u64,
     pub encoding: Encoding,
     /// True if some lines end with `\r` alone.
     has_bare_returns: bool,
-    /// Bytes of a character that is not read completely.
+    /// First bytes of a character whose other bytes are not yet read.
     half_character: Vec<u8>,
 }
 
@@ -95,17 +95,17 @@ impl Text {
         })
     }
 
-    /// Returns true if the file continues after the part that is read.
+    /// Returns true if the file is longer than the part that is read.
     pub fn is_sample(&self) -> bool {
         self.file_bytes > self.read_bytes
     }
 
-    /// Appends the text of the next `wanted_bytes` of the file; returns true if there may be more.
+    /// Appends the text of the next `wanted_bytes` of the file to `text`. Returns true if more text may follow.
     pub fn read_into(&mut self, text: &mut Vec<u8>, wanted_bytes: usize) -> io::Result<bool> {
         let wanted_bytes = self.left_bytes.min(wanted_bytes as u64);
         let start = text.len();
         let mut raw = std::mem::take(&mut self.half_character);
-        // Text of single bytes needs no conversion.
+        // Text with one byte per character needs no conversion.
         let into = if self.encoding.bytes_per_character() == 1 { &mut *text } else { &mut raw };
         let n_bytes = (&mut self.file).take(wanted_bytes).read_to_end(into)? as u64;
         self.left_bytes -= n_bytes;
@@ -114,14 +114,14 @@ impl Text {
         self.half_character = half_character;
         text.append(&mut new);
         if self.has_bare_returns {
-            // The previous text may end with a return whose next character is known only now.
+            // The text read before may end with `\r`, and only now is it known whether `\n` follows.
             mend_line_ends(&mut text[start.saturating_sub(1)..], has_more);
         }
         Ok(has_more)
     }
 
-    /// Returns the text of `n_bytes` bytes from byte `at` on, apart from [`Self::read_into`]. Characters at both ends may be
-    /// cut.
+    /// Returns the text of `n_bytes` bytes from byte `at` on, independently of [`Self::read_into`]. Characters at both ends
+    /// may be cut.
     pub fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;
@@ -135,7 +135,7 @@ impl Text {
     }
 }
 
-/// Replaces each `\r` that no `\n` follows by `\n`, except a `\r` at the end of a text that `has_more`.
+/// Replaces each `\r` that no `\n` follows by `\n`, except a `\r` at the end of a text if `has_more` says that more follows.
 fn mend_line_ends(text: &mut [u8], has_more: bool) {
     for at in 0..text.len() {
         let next = text.get(at + 1);
@@ -145,7 +145,7 @@ fn mend_line_ends(text: &mut [u8], has_more: bool) {
     }
 }
 
-/// Returns UTF-8 text, and the bytes of an incomplete last character.
+/// Converts bytes in this encoding to UTF-8 text. Returns the text, and the bytes of an incomplete last character.
 pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
     let unit = match encoding {
         Encoding::Utf8 | Encoding::Latin1 | Encoding::Arrays => return (raw, Vec::new()),
@@ -164,7 +164,8 @@ pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>
     (text.into_bytes(), rest)
 }
 
-/// Returns the encoding and the length of the byte order mark, or an error that names the kind of a file without text.
+/// Returns the encoding of a file and the length of its byte order mark. The error for a file without text names the kind of
+/// the file.
 pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if let Some(other) = other_kind(head) {
         return Err(other);
@@ -173,7 +174,7 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if let Some((mark, encoding)) = marked {
         return Ok((*encoding, mark.len()));
     }
-    // Tables are mostly digits, and every other byte of a digit in UTF-16 is zero.
+    // Tables are mostly digits. In UTF-16, every other byte of a digit is zero.
     let zeros_from = |start: usize| head.iter().skip(start).step_by(2).filter(|b| **b == 0).count();
     let (even, odd) = (zeros_from(0), zeros_from(1));
     let is_most_of_half = |zeros: usize| zeros > 4 && zeros * 20 > head.len() * 9;
@@ -191,14 +192,14 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
             instead: "unpack it, or export the recording as CSV",
         });
     }
-    // The first bytes may end in the middle of a character.
+    // The inspected first bytes of the file may end in the middle of a character.
     let is_utf8 =
         std::str::from_utf8(head).map_or_else(|error| error.error_len().is_none(), |_| true);
     let encoding = if is_utf8 { Encoding::Utf8 } else { Encoding::Latin1 };
     Ok((encoding, 0))
 }
 
-/// Returns the error for a file whose first bytes show another kind of file, with a way to convert it.
+/// Returns the error for a file whose first bytes show that it is no text, with a way to convert it.
 fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
     const TO_XLSX: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
@@ -223,7 +224,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (
             b"#ROSBAG",
             "a ROS 1 recording (.bag)",
-            "write each topic as CSV, which is read as it is: `rostopic echo -b FILE.bag -p /TOPIC > TOPIC.csv`",
+            "write each topic as a CSV file, which this program reads: `rostopic echo -b FILE.bag -p /TOPIC > TOPIC.csv`",
         ),
         (
             b"TDSm",
@@ -233,7 +234,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (
             b"SQLite format",
             "a database (.db3 of ROS 2)",
-            "make an MCAP recording of it: `mcap convert FILE.db3 FILE.mcap`, or `ros2 bag convert`",
+            "convert it to an MCAP recording: `mcap convert FILE.db3 FILE.mcap`, or `ros2 bag convert`",
         ),
         (
             b"ARROW1",
@@ -248,7 +249,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (
             b"\x80\x04\x95",
             "a pickle of Python",
-            "in Python: `import pickle, numpy; d = pickle.load(open(\"FILE\", \"rb\"))`, then `numpy.savez(\"FILE.npz\", t=d[\"t\"], S=d[\"S\"], F=d[\"F\"])` with its own names",
+            "in Python: `import pickle, numpy; d = pickle.load(open(\"FILE\", \"rb\"))`, then `numpy.savez(\"FILE.npz\", t=d[\"t\"], S=d[\"S\"], F=d[\"F\"])` with the names of its entries",
         ),
         (b"{\\rtf", "a document of a word processor", "save it as plain text, or as CSV"),
         (b"%PDF", "a PDF document", EXPORT),

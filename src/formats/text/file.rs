@@ -1,5 +1,5 @@
-//! Text file that is inspected and read in blocks, several of which are parsed at a time. Results come in file order for any
-//! number of threads. Only a few blocks are in memory at a time.
+//! Text file that is inspected and read in blocks, several of which are parsed at the same time. Results come in file order
+//! for any number of threads. Only a few blocks are in memory at a time.
 
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use crate::formats::format::Format;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::Day;
 
-/// Format of every file without the signature of another format.
+/// Format of every file whose first bytes match no other format.
 pub(in crate::formats) const FORMAT: Format = Format {
     name: "delimited text",
     endings: &["csv", "txt", "tsv", "dat"],
@@ -27,11 +27,11 @@ pub(in crate::formats) const FORMAT: Format = Format {
 
 /// Minimum number of first bytes of a file in which the header of its table is searched.
 const HEAD_BYTES: usize = 1 << 16;
-/// Minimum and maximum number of bytes that are read at each place of a sample.
+/// Minimum and maximum number of bytes that are read at each of the places from which sample rows are taken.
 const PLACE_BYTES: std::ops::RangeInclusive<usize> = 4 << 10..=128 << 10;
-/// Number of blocks per thread, enough for an even share of the work.
+/// Number of blocks per thread, enough for an even share of the work among threads.
 const BLOCKS_PER_THREAD: usize = 8;
-/// Maximum number of blocks that are parsed at a time. It limits memory on machines with many cores.
+/// Maximum number of blocks that are parsed at the same time, which limits memory on machines with many cores.
 const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
 
 #[derive(Debug)]
@@ -62,7 +62,8 @@ impl TextFile {
         locate(&self.head, layout)
     }
 
-    /// Returns the cells of the first rows, and of some rows all over the file. The time does not grow with the file.
+    /// Returns the cells of the first rows, and of some rows from all over the file. The time for this does not grow with the
+    /// file.
     pub(in crate::formats) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let places = self.places.get_or_init(|| self.read_places());
         layout::sample(&self.head, layout, head, places)
@@ -76,13 +77,13 @@ impl TextFile {
     fn read_places(&self) -> Vec<Vec<u8>> {
         let (n_inspected, line_bytes) = layout::inspected(&self.head);
         let bytes_per_character = self.encoding().bytes_per_character();
-        // Begins with the line end in front of the first line, so that this line counts as whole.
+        // Reading begins with the line end in front of the first line, so that this line counts as whole.
         let start = (n_inspected as u64 * bytes_per_character).saturating_sub(bytes_per_character);
         let n_more = self.blocks.text.file_bytes.saturating_sub(start);
         let line_bytes = line_bytes * bytes_per_character as usize;
         let place_bytes =
             (line_bytes * (ROWS_AT_A_PLACE + 2)).clamp(*PLACE_BYTES.start(), *PLACE_BYTES.end());
-        // A place that cannot be read is skipped: reading the whole file will report the error.
+        // A place of the file that cannot be read is skipped: reading the whole file will report the error.
         let lines = |at, n_bytes| self.blocks.lines_at(&self.path, at, n_bytes).ok();
         if n_more <= (PLACES * place_bytes) as u64 {
             return lines(start, n_more as usize).into_iter().collect();
@@ -92,14 +93,15 @@ impl TextFile {
         (0..PLACES).filter_map(|place| lines(at(place), place_bytes)).collect()
     }
 
-    /// Returns the number of rows, estimated from the length of the first rows.
+    /// Returns the number of rows in the file, estimated from the length of the first rows.
     pub(in crate::formats) fn about_rows(&self, head: &Head) -> u64 {
         let rows = &self.head[head.n_bytes.min(self.head.len())..];
         let n_rows = lines(rows).filter(|line| !is_skipped(line)).count() as f64;
         let text_bytes = self.blocks.text.file_bytes / self.encoding().bytes_per_character();
         let share =
             text_bytes.saturating_sub(head.n_bytes as u64) as f64 / rows.len().max(1) as f64;
-        // A file that was read completely differs at most by its byte order mark.
+        // If the first rows are the whole file, its length differs at most by a byte order mark, and the number of rows is
+        // exact.
         let share = if share < 1.001 { 1.0 } else { share };
         (n_rows * share).round() as u64
     }
@@ -108,7 +110,7 @@ impl TextFile {
         self.blocks.text.encoding
     }
 
-    /// Reads like [`Opened::read`](crate::formats::Opened::read), in blocks of lines.
+    /// Reads the rows of the file as [`Opened::read`](crate::formats::Opened::read) does, in blocks of lines.
     pub(in crate::formats) fn read<R: Send>(
         self,
         head: &Head,

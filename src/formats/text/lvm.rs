@@ -23,7 +23,8 @@ pub(in crate::formats) const FORMAT: Format = Format {
 
 const BLOCK_BYTES: usize = 1 << 18;
 
-/// Reads all segments of a file as one table. Time goes back where a segment starts before the end of the previous segment.
+/// Reads all segments of a file as one table. The times of the table go back where a segment starts before the end of the
+/// previous segment.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut blocks = Blocks::open(source.path, BLOCK_BYTES, None)?;
     let mut table = Table { delimiter: Delimiter::Tab, ..Table::default() };
@@ -48,18 +49,18 @@ struct Segment {
 struct Table {
     delimiter: Delimiter,
     has_decimal_comma: bool,
-    /// True if the times follow from the row numbers.
+    /// True if the times are not written but follow from the row numbers.
     is_counted: bool,
     is_begun: bool,
     is_special: bool,
-    /// True below a line of names, where rows of samples are expected.
+    /// True after a line of column names, where rows of samples are expected.
     in_rows: bool,
     segment: Segment,
-    /// Start of the first segment (s).
+    /// Start time of the first segment (s).
     start_secs: Option<f64>,
     day: Option<Day>,
     file_day: Option<Day>,
-    /// Cell index of each channel in a row, and of its time column if it has one.
+    /// Index of each channel's cell in a row, and of the cell with its time if the channel has a time column.
     places: Vec<(usize, Option<usize>)>,
     comment_at: Option<usize>,
     channels: Vec<Column>,
@@ -72,7 +73,8 @@ impl Table {
     fn line(&mut self, line: &[u8]) {
         let delimiter = match self.is_begun {
             true => self.delimiter,
-            // In the first header, the first candidate in a line is the delimiter, since a value may be a comma.
+            // In the first header, the first tab, comma or semicolon in a line is the delimiter. A later one may be a value,
+            // such as the decimal comma.
             false => match line.iter().find(|byte| b"\t,;".contains(byte)) {
                 Some(b',') => Delimiter::Comma,
                 Some(b';') => Delimiter::Semicolon,
@@ -126,7 +128,7 @@ impl Table {
         with_comma.or_else(|| number(cell))
     }
 
-    /// Begins the rows of a segment, with the names in the line above them.
+    /// Begins the rows of a segment. `names` are the column names in the line above the rows.
     fn names(&mut self, names: Vec<String>) {
         self.in_rows = true;
         self.segment.n_rows = 0;
@@ -159,7 +161,7 @@ impl Table {
     fn row(&mut self, cells: &[&[u8]]) {
         let cell = |at: usize| cells.get(at).copied().unwrap_or_default();
         if self.places.iter().all(|(at, _)| cell(*at).is_empty()) {
-            // A blank line ends the segment.
+            // A line without values ends the segment.
             return;
         }
         let time_at = self.places[0].1;

@@ -1,6 +1,7 @@
 //! Delimited text, as loggers and spreadsheets write it.
 //!
-//! Guarantees: a file of any size is read in blocks of whole lines, never as a whole. The line number of a value is known.
+//! Guarantees: a file of any size is read in blocks of whole lines, never as a whole. For each value, the number of its line
+//! in the file is known.
 //!
 //! | module | contents |
 //! |---|---|

@@ -5,14 +5,14 @@ use super::times::TimeForm;
 
 const ARROW: &[u8] = b" -> ";
 
-/// Bytes that replace an arrow. Their number is that of the arrow's bytes, so that positions in the file stay valid.
+/// Bytes that replace each arrow. They are as many as the arrow has, so that positions in the file stay valid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrows {
     replacement: [u8; ARROW.len()],
 }
 
 impl Arrows {
-    /// Returns the replacement of the arrows, if the first line of a text starts with a time and an arrow.
+    /// Returns the replacement of the arrows; `None` unless the first line of the text starts with a time and an arrow.
     pub fn of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
         let at = arrow_position(line)?;
@@ -21,7 +21,7 @@ impl Arrows {
         Some(Self { replacement })
     }
 
-    /// Turns the times in front of whole lines into a column, which is named `time` in the first lines of a file.
+    /// Turns the times in front of whole lines into a column. In the first lines of a file, the column gets the name `time`.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = arrow_position(line) else {
@@ -40,12 +40,13 @@ impl Arrows {
     }
 }
 
-/// Returns where the time in front of a line ends and where the row behind the arrow starts; `None` without an arrow.
+/// Returns the positions in a line where the time in front ends and where the row behind the arrow starts; `None` without an
+/// arrow.
 pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
     arrow_position(line).map(|at| (at, at + ARROW.len()))
 }
 
-/// Returns the position of the arrow behind the time of a line.
+/// Returns the position of the arrow behind the time in front of a line; `None` without an arrow.
 fn arrow_position(line: &[u8]) -> Option<usize> {
     const LONGEST_TIME: usize = 32;
     let start = &line[..line.len().min(LONGEST_TIME)];

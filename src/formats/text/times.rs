@@ -1,8 +1,8 @@
-//! Times that are written as dates and times of day.
+//! Reads times that are written as dates and times of day.
 //!
-//! Guarantees: a text is understood completely or not at all. Times are counted from 1970-01-01 without leap seconds, as UNIX
-//! time is. Supported are the forms that loggers write: digits between marks, without names of months, and a time zone only as
-//! an offset in digits.
+//! Guarantees: the text of a time is understood completely or not at all. Times are counted from 1970-01-01 without leap
+//! seconds, as UNIX time is. Supported are the forms that loggers write: digits between marks, without names of months, and a
+//! time zone only as an offset in digits.
 
 use std::ops::RangeInclusive;
 
@@ -36,7 +36,7 @@ pub(crate) enum TimeSpelling {
     Text(TimeForm),
 }
 
-/// List for messages of the spellings that [`TimeSpelling::from_name`] understands.
+/// Spellings that [`TimeSpelling::from_name`] understands, as a list for error messages.
 pub(crate) const TIME_SPELLINGS: &str =
     "s, ms, us, ns, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
@@ -64,10 +64,10 @@ impl TimeForm {
         }
     }
 
-    /// Returns the first form that fits all of these cells; `None` if no form fits or there are no cells.
+    /// Returns the first form of a time that fits all of these cells; `None` if no form fits or there are no cells.
     pub fn of_all<'a>(cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
-        // Month first is tried before day first. Where both orders fit, the file comes from a program that offers only this
-        // order. With points as marks, the day always comes first.
+        // The order month-day is tried before day-month. Where both orders fit, the file comes from a program that offers
+        // only month-day. With points between the parts, the day always comes first.
         let first = cells.clone().next()?.trim_ascii();
         let mut orders = [DateOrder::MonthDayYear, DateOrder::DayMonthYear];
         if first.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.') {
@@ -82,7 +82,8 @@ impl TimeForm {
         cells.all(|cell| self.secs(cell).is_some())
     }
 
-    /// Returns this form with day and month exchanged, if that form also fits these cells and gives other intervals.
+    /// Returns this form of a date with day and month exchanged, if that form also fits these cells and gives other time
+    /// differences.
     pub fn other_order<'a>(self, cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
         let other = Self::Date(match self {
             Self::Date(DateOrder::MonthDayYear) => DateOrder::DayMonthYear,
@@ -95,12 +96,12 @@ impl TimeForm {
         (differs && other.fits(cells)).then_some(other)
     }
 
-    /// Returns the time in a cell, in seconds since 1970 or since midnight.
+    /// Returns the time in a cell: seconds since 1970 for a date, or since midnight for a time of day.
     pub fn secs(self, cell: &[u8]) -> Option<f64> {
         self.secs_since(0, cell)
     }
 
-    /// Returns [`Self::secs`] minus `since` (s since 1970).
+    /// Returns the time in a cell, as [`Self::secs`] does, minus `since` (s since 1970).
     pub fn secs_since(self, since: i64, cell: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok()?.trim_ascii();
         let Self::Date(order) = self else {
@@ -126,7 +127,7 @@ fn digits(text: &str, n_digits: RangeInclusive<usize>) -> Option<i64> {
 
 fn date(text: &str, order: DateOrder) -> Option<Date> {
     let mark = text.chars().find(|c| !c.is_ascii_digit())?;
-    // A date may end with a mark, as in `5.3.2024.`.
+    // A date may end with the same mark that stands between its parts, as in `5.3.2024.`.
     let parts: Vec<&str> = text.strip_suffix(mark).unwrap_or(text).split(mark).collect();
     let (year, month, day) = match (order, &parts[..]) {
         (DateOrder::YearMonthDay, [year, month, day]) if year.len() == 4 => (year, month, day),
@@ -145,7 +146,8 @@ fn date(text: &str, order: DateOrder) -> Option<Date> {
     Date::new(year as i16, month as i8, day as i8).ok()
 }
 
-/// Returns the seconds since midnight of `h:m`, `h:m:s` or `h:m:s.s` (or with a comma or a colon), also with AM or PM.
+/// Returns the seconds since midnight of a time of day: `h:m`, `h:m:s` or `h:m:s.s` (or with a comma or a colon), also with
+/// AM or PM.
 fn time_of_day(text: &str) -> Option<f64> {
     let (clock, half) = match text.split_at_checked(text.len().saturating_sub(2)) {
         Some((clock, half)) if half.eq_ignore_ascii_case("am") => (clock, Some(0)),
@@ -174,7 +176,8 @@ fn time_of_day(text: &str) -> Option<f64> {
     (is_time || is_end).then_some((hour * 3600 + minute * 60) as f64 + (secs as f64 + share))
 }
 
-/// Returns the offset from UTC in seconds: `Z`, `+h`, `+hh:mm`, `-hhmm`, or empty for UTC.
+/// Returns the offset of a time zone from UTC in seconds. The text is `Z`, `+h`, `+hh:mm` or `-hhmm`; without text, the time
+/// is UTC.
 fn zone_secs(text: &str) -> Option<f64> {
     if text.is_empty() || text == "Z" {
         return Some(0.0);

@@ -1,15 +1,15 @@
-//! Layout of a text table, as far as a user may have to specify it.
+//! Layout of a text table, as far as a user may have to give it in a column map.
 
 use serde::{Deserialize, Serialize};
 
-/// Division of the text of a table into cells and numbers.
+/// Rules by which the text of a table is divided into cells and numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TextLayout {
     pub delimiter: Delimiter,
     pub decimal: Decimal,
-    /// Separator of thousands. If absent, only numbers that can be read in one way, such as `1,234.5` and `1'234`, are
-    /// grouped.
+    /// Separator of thousands in numbers. If absent, separators are accepted only in numbers that can be read in one way,
+    /// such as `1,234.5` and `1'234`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thousands: Option<Thousands>,
     /// Number of lines before the table, not counting blank lines and comments (`#`).
@@ -19,10 +19,11 @@ pub struct TextLayout {
     /// True if the line after the header holds units.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub units_row: bool,
-    /// Preamble whose values the program understands. If given, `skip_rows` is not used.
+    /// Kind of the lines before the table, if the program uses their values. If given, `skip_rows` is not used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preamble: Option<Preamble>,
-    /// Names of the tables to read: topics, sheets, groups, structs. If empty, the program chooses, and reports its choice.
+    /// Names of the tables to read from a file with several tables: topics, sheets, groups, structs. If empty, the program
+    /// chooses, and reports its choice.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
 }
@@ -37,7 +38,7 @@ pub enum Delimiter {
     Comma,
     Semicolon,
     Tab,
-    /// Any run of blanks and tabs.
+    /// Any run of blanks and tabs between cells.
     Spaces,
 }
 
@@ -52,14 +53,14 @@ impl Delimiter {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Decimal {
-    /// Point. A single comma is read as a decimal point too, and reported, unless the comma separates cells.
+    /// Decimal point. A single comma is read as a decimal mark too, and reported, unless commas separate cells.
     #[default]
     Point,
-    /// Comma only. `1.5` is then no number, because the point may separate thousands.
+    /// Decimal comma only. `1.5` is then no number, because the point may separate thousands.
     Comma,
 }
 
-/// Preamble whose units, counts per unit and sample rate are read anew from each file.
+/// Lines before a table, whose units, counts per unit and sample rate are read from each file anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preamble {
@@ -67,18 +68,18 @@ pub enum Preamble {
     AtiNetFt,
 }
 
-/// Separator of thousands.
+/// Separator of thousands in numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Thousands {
-    /// As in `1,234.5`.
+    /// Comma, as in `1,234.5`.
     Comma,
-    /// As in `1.234,5`.
+    /// Point, as in `1.234,5`.
     Point,
-    /// As in `1'234.5`, straight or typographic.
+    /// Apostrophe, straight or typographic, as in `1'234.5`.
     Apostrophe,
-    /// As in `1 234,5`: a blank, also a non-breaking or narrow one.
+    /// Blank, also a non-breaking or narrow one, as in `1 234,5`.
     Space,
 }
 

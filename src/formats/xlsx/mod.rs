@@ -1,4 +1,4 @@
-//! Sheets of a workbook (`.xlsx`), read with the feature `xlsx`.
+//! Reader of the sheets of workbooks (`.xlsx`), built with the feature `xlsx`.
 
 #[cfg(feature = "xlsx")]
 mod read;

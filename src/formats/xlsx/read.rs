@@ -1,6 +1,7 @@
-//! Reads each sheet as a table. Its header is the row above the first row of numbers; dates become times.
+//! Reads each sheet of a workbook as a table. The header of a table is the row above the first row of numbers. Dates become
+//! times.
 //!
-//! Guarantees: memory is allocated only for filled cells, not for the rectangle that they span, and within the budget of the
+//! Guarantees: memory is allocated only for filled cells, not for the rectangle that they span, and within the limit for the
 //! file. A text shared by several cells is stored once.
 
 use std::borrow::Cow;
@@ -21,11 +22,11 @@ use crate::recording::Day;
 use crate::shown::joined;
 
 const FILE: &str = "the workbook";
-/// Number of first rows that are searched for a row of numbers.
+/// Number of first rows of a sheet in which the first row of numbers is searched.
 const HEADER_LIMIT: u32 = 100;
 /// Maximum length of a cell's text that is kept (bytes), which limits memory. Names and values are shorter.
 const TEXT_LIMIT_BYTES: usize = 1 << 10;
-/// Days from the origin of a workbook's dates to 1970-01-01.
+/// Days from 1899-12-30, the origin of dates in workbooks, to 1970-01-01.
 const DAYS_BEFORE_1970: f64 = 25_569.0;
 const DAY_SECS: f64 = 86_400.0;
 
@@ -35,7 +36,7 @@ struct Cell<'a> {
     value: DataRef<'a>,
 }
 
-/// Checks the sizes that the archive declares, before calamine allocates memory by them.
+/// Checks the sizes that the archive of a workbook declares, before the crate calamine allocates memory by them.
 fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
@@ -48,7 +49,7 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
         return Ok(());
     };
     let (n_bytes, mut start) = (strings.size(), Vec::new());
-    // A member that cannot be unpacked is reported later, by calamine.
+    // If this file of the archive cannot be unpacked, calamine reports that later.
     let _ = strings.take(1 << 10).read_to_end(&mut start);
     let start = String::from_utf8_lossy(&start);
     let count = start.split_once("uniqueCount=\"");
@@ -106,14 +107,14 @@ fn cells<'a, R: Read + Seek>(
             cells.push(Cell { row, column, value });
         }
     }
-    // If a cell occurs twice, the last one counts.
+    // If a sheet holds a cell twice, the last one counts.
     cells.reverse();
     cells.sort_by_key(|cell| (cell.row, cell.column));
     cells.dedup_by_key(|cell| (cell.row, cell.column));
     Ok(cells)
 }
 
-/// Returns the start of a cell's text, or `None` if it is blank.
+/// Returns the start of a cell's text, at most [`TEXT_LIMIT_BYTES`] long, or `None` if the text is blank.
 fn start(text: &str) -> Option<&str> {
     let text = text.trim();
     let text = &text[..text.floor_char_boundary(TEXT_LIMIT_BYTES)];
@@ -128,7 +129,7 @@ fn is_text(cell: &Cell) -> bool {
     matches!(cell.value, DataRef::String(_) | DataRef::SharedString(_))
 }
 
-/// Returns true if a row holds samples: more values than texts.
+/// Returns true if a row holds samples, that is more values than texts.
 fn is_row(row: &[Cell]) -> bool {
     let n_texts = row.iter().filter(|cell| is_text(cell) && time(&cell.value).is_none()).count();
     let n_values = row
@@ -148,15 +149,15 @@ fn number(value: &DataRef) -> Option<f64> {
     }
 }
 
-/// Returns the time in a cell (s).
+/// Returns the time in a cell (s): since 1970 for a date, else a time of day or a duration; `None` for another cell.
 fn time(value: &DataRef) -> Option<f64> {
     match value {
         DataRef::DateTime(when) => {
             let days = when.as_f64();
-            // Small values are a time of day or a duration, which have no day.
+            // A value below a year is a time of day or a duration and has no date.
             let is_day = days >= 366.0 && !when.is_duration();
             let days = if is_day { days - DAYS_BEFORE_1970 } else { days };
-            // Stored dates are accurate to 0.1 ms.
+            // Dates in workbooks are accurate to 0.1 ms, so other digits are rounded.
             Some((days * DAY_SECS * 1e4).round() / 1e4)
         }
         DataRef::DateTimeIso(_) | DataRef::String(_) | DataRef::SharedString(_) => {
@@ -178,7 +179,7 @@ fn text<'a>(value: &'a DataRef) -> Cow<'a, str> {
     }
 }
 
-/// Returns the day in a row above the table: a label in one cell, the date in the next.
+/// Returns the day of the recording from a row above the table, such as a label in one cell and the date in the next.
 fn day(row: &[Cell]) -> Option<Day> {
     let written = |cell: &Cell| match cell.value {
         DataRef::DateTime(when) if when.as_f64() >= 366.0 && !when.is_duration() => {
@@ -189,7 +190,7 @@ fn day(row: &[Cell]) -> Option<Day> {
     Day::in_header(&joined(": ", row.iter().filter_map(written)))
 }
 
-/// Returns the rows of names and of units above a table, if there are any.
+/// Returns the row with column names and the row with units above a table, if there are any.
 fn header_and_units<'a, 'b>(
     above: &[&'a [Cell<'b>]],
 ) -> (Option<&'a [Cell<'b>]>, Option<&'a [Cell<'b>]>) {

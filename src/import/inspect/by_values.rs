@@ -1,4 +1,5 @@
-//! Proposes roles of columns from their values, if the names of the columns do not give them. The user reviews the proposal.
+//! Proposes roles of columns (time, gauge and so on) from the values in the columns, if the names of the columns do not give
+//! the roles. The user reviews the proposal.
 
 use super::super::names::{Guess, form_of_column};
 use super::super::plan::{AUXILIARY_LIMIT, GAUGE_LIMIT};
@@ -10,7 +11,8 @@ use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
 
-/// Adds a time and gauges, if the names of the columns gave none. Returns the questions that the user has to decide.
+/// Adds the roles of the time and of the gauges to a proposed column map, if the names of the columns gave none. Returns the
+/// questions about the map that the user has to decide.
 pub(super) fn fill_in(
     guess: &mut Guess,
     head: &Head,
@@ -63,8 +65,8 @@ pub(super) fn fill_in(
     questions
 }
 
-/// Divides the proposed columns into gauges and auxiliary channels by their names. Returns the gauge columns, and the rules
-/// of all columns.
+/// Divides columns that could be gauges into gauges and auxiliary channels, by their names. Returns the gauge columns, and
+/// the rules of all these columns.
 fn gauges(
     head: &Head,
     keys: &Header<'_>,
@@ -79,7 +81,7 @@ fn gauges(
         .filter(|number| auxiliary(number).is_some())
         .take(AUXILIARY_LIMIT)
         .collect();
-    // If all proposed columns have names of auxiliary channels, they are more likely the gauges.
+    // If all these columns have names of auxiliary channels, such as temperatures, they are more likely the gauges.
     if named.len() == proposed.len() {
         named.clear();
     }
@@ -98,7 +100,8 @@ fn gauges(
     (proposed, rules)
 }
 
-/// Returns the rule that makes a column the time. For a time of day, also returns the rule of the date in the column before.
+/// Returns the rule that gives this column the role of the time. If the column holds times of day and the column before holds
+/// dates, also returns the rule that gives that column the role of the date.
 fn times(keys: &Header<'_>, rows: &[Vec<Cell<'_>>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
     let rule = |index, is, form: Option<TimeForm>| {

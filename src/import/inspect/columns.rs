@@ -1,4 +1,4 @@
-//! Description of the content of each column.
+//! Describes the content of each column of a file, for the window in which the user chooses the roles of the columns.
 
 use serde::Serialize;
 
@@ -9,9 +9,10 @@ use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
 const SHOWN_VALUES: usize = 3;
-/// Minimum share (%) of rows in which a time column increases.
+/// Minimum share (%) of rows in which the values increase, for a column to be taken for a time.
 const CLOCK_STEPS_PERCENT: usize = 60;
-/// Maximum share (%) of rows in which a time column decreases. Time may go back between the recordings of a file.
+/// Maximum share (%) of rows in which the values decrease, for a column to be taken for a time. Between two recordings of a
+/// file, the time may go back.
 const RESTARTS_PERCENT: usize = 1;
 /// Minimum number of rows from which a time column is recognised.
 const FEWEST_CLOCK_ROWS: usize = 3;
@@ -21,11 +22,11 @@ const FEWEST_CLOCK_ROWS: usize = 3;
 pub struct ColumnReport {
     /// Number of the column, counted from 1.
     pub number: usize,
-    /// Cell of the header as written in the file, which names the column in a map. Empty without a header.
+    /// Cell of the header as written in the file, by which a column map names the column. Empty if the file has no header.
     pub header: String,
-    /// Name in the header, without a unit in brackets. Empty without a header.
+    /// Name of the column in the header, without a unit in brackets. Empty if the file has no header.
     pub name: String,
-    /// Unit from the map, the header or the row of units.
+    /// Unit of the column, from the column map, the header or the row of units. `None` if none of them gives a unit.
     pub unit: Option<String>,
     pub content: Content,
     pub first: Vec<String>,
@@ -40,7 +41,8 @@ pub struct ColumnReport {
 }
 
 impl ColumnReport {
-    /// Returns true if the column may be a count of rows, poses or repetitions: whole numbers that increase by 0 or 1.
+    /// Returns true if the column may be a count of rows, poses or repetitions: its numbers are whole and increase by 0 or 1
+    /// from row to row.
     pub(super) fn counts_rows(&self) -> bool {
         let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
@@ -55,7 +57,8 @@ impl ColumnReport {
             ColumnRole::Ignore | ColumnRole::Group | ColumnRole::Status | ColumnRole::Mount => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
-            // If the gauges are faster than the reference, the time of the reference is the same in most rows.
+            // If the gauges are sampled faster than the reference, the time of the reference repeats in most rows, so it need
+            // not increase in most rows.
             ColumnRole::TimeReference => {
                 matches!(self.content, Content::Numbers | Content::Times)
             }
@@ -68,7 +71,7 @@ impl ColumnReport {
     }
 }
 
-/// Kind of most cells in a column.
+/// Kind of content that most cells of a column have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
@@ -150,7 +153,8 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
         .collect()
 }
 
-/// Returns true if numbers, read at several places of a file, increase in most rows and hardly ever decrease.
+/// Returns true if numbers increase from row to row in most rows and hardly ever decrease, as a time does. The rows come from
+/// several places of a file.
 fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
     let (mut n_up, mut n_back, mut n_steps) = (0, 0, 0);
     for times in places {
@@ -165,7 +169,7 @@ fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
         && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
 }
 
-/// Returns true if an ignored column increases like a time, and does not only count rows.
+/// Returns true if a column that the map ignores increases like a time, and does not only count rows.
 pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
     let reports = reports(table, head, &opened.sample(&table.text, head));
     let is_clock = |report: &ColumnReport| {

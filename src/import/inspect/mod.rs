@@ -29,18 +29,19 @@ use crate::import::names;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// Number of bytes of a file that are read for the preview. They hold thousands of rows, and are read without delay.
+/// Number of bytes of a file that are read for the preview. They hold thousands of rows, and reading them takes no noticeable
+/// time.
 const SAMPLE_BYTES: u64 = 8 << 20;
 const PREVIEW_ROWS: usize = 12;
 
-/// Information that the user has already given about the inspected file.
+/// Information about the inspected file that the user has already given.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Known {
-    /// No information: layout and columns are detected.
+    /// No information: the layout of the text and the roles of the columns are detected.
     Nothing,
-    /// Layout of the text. The columns are detected.
+    /// Layout of the text, such as the delimiter. The roles of the columns are detected.
     Layout(TextLayout),
-    /// Column map, which is only tried out.
+    /// Column map that is tried out on the file. It is not saved.
     Map(Box<ColumnMap>),
 }
 
@@ -51,7 +52,7 @@ pub struct Inspection {
     pub table: TableReport,
     /// Description of the separate file with the reference. `None` if the map names no such file, or it cannot be opened.
     pub reference: Option<TableReport>,
-    /// Column map from the user, or a proposal.
+    /// Column map that the user gave, or that the inspection proposes.
     pub map: ColumnMap,
     /// Questions about the proposed map that the user has to decide.
     pub questions: Vec<Question>,
@@ -68,13 +69,13 @@ pub struct TableReport {
     pub file_bytes: u64,
     /// Character encoding.
     pub encoding: Encoding,
-    /// Name of the format; `None` for text.
+    /// Name of the file format, such as a binary format; `None` for text.
     pub kind: Option<&'static str>,
     /// Division of the text into cells.
     pub text: TextLayout,
-    /// Line of the header, or of the first row. `None` if there is neither.
+    /// Number of the line with the header, or with the first row of a table without header. `None` if the file has neither.
     pub line: Option<u64>,
-    /// Estimated number of rows.
+    /// Estimated number of rows of the table.
     pub about_rows: u64,
     /// Names of the tables in the file. Empty if there is only one table.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -98,7 +99,7 @@ impl fmt::Display for TableReport {
     }
 }
 
-/// Result of reading a file, or the start of a large file.
+/// Result of reading a file, or the start of a large file, with a column map.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Check {
     /// True if only the start of the file was read.
@@ -109,13 +110,15 @@ pub struct Check {
     pub warnings: Vec<Finding>,
     /// Recordings that would be loaded.
     pub recordings: Vec<RecordingReport>,
-    /// Names of the gauges.
+    /// Names of the gauges that would be loaded.
     pub gauges: Vec<String>,
-    /// Axes of the reference.
+    /// Axes of the reference load that would be loaded.
     pub axes: Vec<Axis>,
-    /// Minimum length of a gap (s), if it was derived because rows come in bursts and the map sets none.
+    /// Shortest pause in the rows (s) that starts a new recording, if it was derived from rows in bursts because the map sets
+    /// none.
     pub assumed_gap_secs: Option<f64>,
-    /// Estimated offset between the clocks of gauges and reference. It is applied only if the user puts it into the map.
+    /// Estimated offset between the clocks of gauges and reference. It is used for reading only if the user puts it into the
+    /// map.
     pub clock_offset: Option<ClockOffset>,
 }
 
@@ -160,7 +163,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     Ok(Inspection { table, reference, map, questions, check })
 }
 
-/// Proposes a map from the names of the columns, and from their values if the names do not suffice.
+/// Proposes a column map from the names of the columns. If the names do not suffice, the values of the columns are used, too.
 fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
     let Some(head) = opened.head(text) else {
         let table = TableMap { text: text.clone(), ..TableMap::default() };
@@ -177,7 +180,7 @@ fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Q
     (guess.map(text, &head, path, &sample.rows), questions)
 }
 
-/// Returns the first map that fits the file.
+/// Returns the first of several column maps that fits the file.
 pub(super) fn map_for<'a>(
     path: &Path,
     maps: &'a [ColumnMap],
@@ -192,8 +195,9 @@ pub(super) fn map_for<'a>(
     Ok(maps.iter().find(is_for_it))
 }
 
-/// Returns true if a map fits a file. A file with a header must have the same names. A file without a header must have the
-/// same number of columns and layout, and its values must fit the roles.
+/// Returns true if a column map fits a file. A file with a header must have the same column names as the map. A file without
+/// a header must have the same number of columns and the same layout of the text, and its values must fit the roles of the
+/// columns.
 fn is_for(opened: &Opened, table: &TableMap) -> bool {
     let Some(head) = opened.head(&table.text) else {
         return false;

@@ -8,11 +8,12 @@ use super::columns::ColumnReport;
 use crate::import::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use crate::shown::listed;
 
-/// Question that the file does not answer. The text of the question names the choices. Columns are counted from 1.
+/// Question about the columns of a file that neither their names nor their values answer. The text of the question names the
+/// choices. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(into = "String")]
 pub enum Question {
-    /// The file holds only a reference, so the map of the file with the gauges should name it.
+    /// The file holds only a reference load, so the column map of the file with the gauges should name it.
     ReferenceAlone,
     /// Which column is the time?
     Time,
@@ -26,13 +27,13 @@ pub enum Question {
     Gauges {
         /// Columns proposed as gauges.
         proposed: Vec<usize>,
-        /// True if the names show which columns are the reference.
+        /// True if the names of the columns show which of them are the reference load.
         has_loads: bool,
     },
 }
 
 impl Question {
-    /// Returns the question, updated to this map, or `None` if the map answers it.
+    /// Returns the question, updated to the roles in this column map, or `None` if the map answers the question.
     pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
         let role_of = |number: usize| columns.get(number - 1).map(|report| report.is);
         let has_loads = map.reference_table().columns.iter().any(|rule| rule.is.is_load())
@@ -77,19 +78,19 @@ impl fmt::Display for Question {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::ReferenceAlone => f.write_str(
-                "This log of ATI's Net F/T holds only the reference. Name it as the reference file in the column map of the file with the gauges.",
+                "This log of ATI's Net F/T holds only the reference load. Name this file as the reference file in the column map of the file with the gauges.",
             ),
             Self::Time => f.write_str(
-                "No column increases steadily like a time. Choose the time column, or set the sample rate. Otherwise, rows with gauges and loads are read as samples without times.",
+                "No column increases steadily like a time. Choose the time column, or set the sample rate. Otherwise, the rows are read as load cases without times.",
             ),
             Self::ReferenceClock(columns) => write!(
                 f,
-                "Other columns that increase steadily: {}. Is one of them the clock of the reference?",
+                "These columns also increase steadily like a time: {}. If one of them is the time of the reference load, give it the role Reference clock.",
                 numbers(columns)
             ),
             Self::LoadAxis(columns) => write!(
                 f,
-                "Columns that look like a load: {}. Choose the axis of each, Fx to Mz.",
+                "These columns look like reference loads: {}. Choose the axis of each column, Fx to Mz.",
                 numbers(columns)
             ),
             Self::LoadUnit(columns) => write!(
@@ -100,10 +101,10 @@ impl fmt::Display for Question {
             Self::Gauges {
                 has_loads: false, ..
             } => f.write_str(
-                "The file does not show which columns are gauges and which are the reference. All numeric columns that change, except those with a unit of load, are proposed as gauges. Choose axis and unit of the reference's columns. Give columns that are neither the role Ignore.",
+                "The file does not show which columns are gauges and which are the reference load. All numeric columns that change, except those with a unit of load, are proposed as gauges. For each column of the reference load, choose the axis and the unit. Give the role Ignore to columns that are neither gauges nor reference.",
             ),
             Self::Gauges { .. } => f.write_str(
-                "The file does not show which columns are gauges. All other numeric columns that change are proposed; give columns that are not gauges the role Ignore.",
+                "The file does not show which columns are gauges. All numeric columns that change and have no other role are proposed as gauges. Give the role Ignore to columns that are not gauges.",
             ),
         }
     }

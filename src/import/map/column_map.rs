@@ -6,78 +6,85 @@ use crate::import::map::table::{TableMap, is_default};
 use crate::import::map::weight::WeightMap;
 use crate::recording::{GroupPattern, Tare};
 
-/// Description of how recordings are read from a file, or from one file with gauges and one with the reference.
+/// Description of how recordings are read from a file, or from two files, one with the gauges and one with the reference
+/// load.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnMap {
-    /// Name of the format, which is the same in every file.
+    /// Name of the format of map files, which is the same in every map file.
     #[serde(serialize_with = "format", deserialize_with = "skip")]
     pub format: (),
-    /// Version of the format, which is the same in every file.
+    /// Version of the format of map files. This program writes the same version into every map file.
     #[serde(serialize_with = "version", deserialize_with = "skip")]
     pub version: (),
-    /// Columns of the file with the gauges.
+    /// Columns of the file with the gauges. The reference load may be in the same file.
     pub table: TableMap,
     /// File with the reference load, if it is a separate file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceFile>,
-    /// Way to compute the reference at the times of the gauges. It has an effect only if the two have different clocks.
+    /// Method of computing the reference load at the times of the gauges. It has an effect only if gauges and reference have
+    /// different clocks.
     #[serde(default, skip_serializing_if = "is_default")]
     pub join: Join,
-    /// Weight whose load is computed from the pose.
+    /// Known weight that hangs from the sensor. The reference load is computed from this weight and the pose of the sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<WeightMap>,
-    /// Interval in which the sensor is unloaded, for taring the gauges: `"auto"`, or `{ "interval": [from, to] }` in seconds.
+    /// Interval in which the sensor is unloaded. The mean gauge values of this interval are subtracted (tare). Possible
+    /// values: `"auto"`, or `{ "interval": [from, to] }` in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
-    /// Maximum time step (s) between gauge samples of one burst. Each burst is averaged to one sample.
+    /// Maximum time step (s) between two gauge samples of one burst. All samples of a burst are averaged to one sample.
+    /// `None` to average nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub average_bursts_secs: Option<f64>,
-    /// Time step (s) above which a recording ends. The default is 20 median steps, but at least 0.2 s. For rows in bursts it
-    /// is 2 s, and the user is told.
+    /// Time step (s) between two rows above which a recording ends. The default is 20 median steps, but at least 0.2 s. If
+    /// rows come in bursts, the default is 2 s, and the user gets a warning.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_secs: Option<f64>,
-    /// Group of the recordings. By default, it is derived from a group column, names, folders and files.
+    /// Group to which the recordings belong, such as a press, a condition or a day. By default, the group is derived from a
+    /// group column, or from the names of recordings, folders and files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<GroupPattern>,
 }
 
-/// File with the reference load of a recording.
+/// File with the reference load for the gauges of another file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceFile {
-    /// Path, relative to the folder of the file with the gauges. `{stem}` stands for the name of that file without its
-    /// extension.
+    /// Path of the file, relative to the folder of the file with the gauges. `{stem}` stands for the name of the gauge file
+    /// without its extension.
     pub file: String,
-    /// Columns of the file. There must be one `time` and at least one axis.
+    /// Columns of the file with the reference. One column must have the role `time`, and at least one must be an axis of the
+    /// load.
     pub table: TableMap,
 }
 
-/// Way to compute the reference at the times of the gauges, if the two have different clocks.
+/// Method of computing the reference load at the times of the gauges, if gauges and reference have different clocks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Join {
-    /// Choice of the value between two reference samples.
+    /// Choice of the value at a time between two reference samples.
     pub method: JoinMethod,
-    /// Limit (s) above which there is no value: for `interpolate` the time step between two reference samples, for `nearest`
-    /// the distance in time, for `hold` the age of the value. The default is 20 median time steps of the reference.
+    /// Time (s) above which a gauge sample gets no reference. For `interpolate` it is the time step between two reference
+    /// samples, for `nearest` the distance in time, and for `hold` the age of the value. The default is 20 median time steps
+    /// of the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_secs: Option<f64>,
-    /// Offset (s) that is added to the reference's times. The default is 0.
+    /// Clock offset (s) that is added to the times of the reference. The default is 0.
     #[serde(skip_serializing_if = "is_default")]
     pub clock_offset_secs: f64,
 }
 
-/// Method for the value between two reference samples.
+/// Choice of the reference value at a time between two reference samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JoinMethod {
-    /// Linear interpolation.
+    /// Linear interpolation between the two samples.
     #[default]
     Interpolate,
-    /// Value of the sample that is nearer in time.
+    /// Value of whichever of the two samples is nearer in time.
     Nearest,
-    /// Value of the sample before.
+    /// Value of the earlier sample, which is held until the next one.
     Hold,
 }
 
@@ -109,7 +116,7 @@ fn version<T, S: Serializer>(_: &T, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u32(VERSION)
 }
 
-/// Ignores the value, because [`ColumnMap::from_json`] has checked it.
+/// Ignores the value of `format` or `version`, because [`ColumnMap::from_json`] has already checked it.
 fn skip<'de, D: Deserializer<'de>>(from: D) -> Result<(), D::Error> {
     IgnoredAny::deserialize(from).map(|_| ())
 }

@@ -5,65 +5,70 @@ use crate::finding::{Advice, Way};
 use crate::import::map::header::KeyError;
 use crate::import::map::role::{Attitude, ColumnRole, PosePart};
 
-/// Reason why a column map cannot be used for any file.
+/// Reason why a column map cannot be used, whatever the file to be read.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
-    #[error("cannot be read: {0}")]
+    #[error("the file of the column map cannot be read: {0}")]
     Io(#[from] io::Error),
     #[error(
-        "this is not JSON, so not a column map; write one from a recording with `inspect --write-map`"
+        "this file is not JSON, so it is not a column map; write a column map for a recording with `inspect --write-map`"
     )]
     NotAMap,
-    #[error("not valid JSON: {0}")]
+    #[error("the column map is not valid JSON, or has an unknown entry: {0}")]
     Json(#[from] serde_json::Error),
     #[error(
-        "not a column map: its \"format\" is {found} instead of \"{expected}\"; write one from a recording with `inspect --write-map`"
+        "this file is not a column map: its \"format\" is {found} instead of \"{expected}\"; write a column map for a recording with `inspect --write-map`"
     )]
     Format { found: String, expected: &'static str },
     #[error(
-        "the map has version {found}, but this program reads version {known}; update the program"
+        "the column map has version {found} of the format, but this program reads version {known}; update the program"
     )]
     Version { found: String, known: u32 },
-    #[error("the pose has a position but no orientation; add the columns {}", Attitude::listed())]
+    #[error(
+        "the pose of the sensor has a position but no orientation; give columns of the file the roles {}",
+        Attitude::listed()
+    )]
     NoAttitude,
-    #[error("the pose has no {}; choose a column for this part of the pose", missing.words())]
+    #[error("the pose of the sensor has no {}; choose the column that holds it", missing.words())]
     PoseIncomplete { missing: PosePart },
     #[error(
-        "\"{first}\" and \"{second}\" both give the orientation of the sensor; keep one of them, and make the columns of the other \"ignore\""
+        "\"{first}\" and \"{second}\" both give the orientation of the sensor; keep one of them, and give the columns of the other the role \"ignore\""
     )]
     TwoPoses { first: ColumnRole, second: ColumnRole },
     #[error(
-        "\"weight\" needs the pose of the sensor, but no column is part of a pose; give columns the roles pose_qw, pose_qx and so on"
+        "\"weight\" needs the pose of the sensor, but no column has a role of the pose; give the columns of the pose the roles pose_qw, pose_qx and so on"
     )]
     WeightWithoutPose,
     #[error(
-        "with \"weight\" the load is computed from the pose, but a column is {role} as well; remove \"weight\" or that column"
+        "\"weight\" means that the reference load is computed from the pose, but a column with the role {role} gives a measured load as well; remove \"weight\" or that column"
     )]
     WeightAndLoad { role: ColumnRole },
     #[error(
-        "{mount}: mass_kg or centre_m is missing, or the name is empty or used twice; give both values, for the weight or for each mount, and a name to each mount"
+        "{mount}: mass_kg or centre_m is missing, or the name is empty or used twice; give both values under \"weight\" or for each entry of \"mounts\", and give each entry its own name"
     )]
     WeightUnknown { mount: String },
     #[error(
-        "a column is \"mount\", but \"weight\" has no list \"mounts\"; add the list, or make the column \"ignore\""
+        "a column has the role \"mount\", but \"weight\" has no list \"mounts\" of weights; add the list, or give the column the role \"ignore\""
     )]
     NoMounts,
-    #[error("column {number} does not exist: \"shape\" declares {columns} columns, counted from 1")]
+    #[error(
+        "the column map lists column {number}, but its \"shape\" declares only {columns} columns, counted from 1"
+    )]
     NoSuchColumn { number: usize, columns: usize },
     #[error(
-        "\"shape\" declares {columns} columns but {names} names; give one name per column, or none"
+        "\"shape\" in the column map declares {columns} columns but {names} names; give one name for each column, or no names"
     )]
     ShapeNames { columns: usize, names: usize },
     #[error(transparent)]
     Key(#[from] KeyError),
     #[error(
-        "column \"{name}\" is listed by its name, but \"text\" declares that there is no header; use its number"
+        "column \"{name}\" is listed by its name, but \"text\" declares that the file has no header; list the column by its number"
     )]
     NameWithoutHeader { name: String },
-    #[error("{what} is {value}; it must be {must}")]
+    #[error("{what} is {value} in the column map, but must be {must}")]
     Number { what: String, value: f64, must: &'static str },
     #[error(
-        "the file of the reference is \"{file}\"; give a file name relative to the folder of the recording, e.g. \"states.csv\" or \"{{stem}}_ref.csv\""
+        "the file of the reference load is \"{file}\", which is not a file name; give a file name relative to the folder of the recording, e.g. \"states.csv\" or \"{{stem}}_ref.csv\""
     )]
     ReferenceName { file: String },
 }
@@ -90,14 +95,15 @@ impl Advice for MapFileError {
     }
 }
 
-/// Requirement on a number: its wording, and the function that tests it.
+/// Requirement on a number in a column map: its wording for messages, and a function that returns true if a number meets it.
 type Rule = (&'static str, fn(f64) -> bool);
 
 pub(super) const FINITE: Rule = ("finite", f64::is_finite);
 pub(super) const POSITIVE: Rule = ("greater than 0", |x| x > 0.0 && x.is_finite());
 pub(super) const NOT_NEGATIVE: Rule = ("0 or more", |x| x >= 0.0);
 
-/// Returns an error if a number of a column map does not meet a requirement. A missing number is valid.
+/// Returns an error if a number of a column map does not meet a requirement. `what` names the number in the message. `None`
+/// meets every requirement.
 pub(super) fn must(
     what: impl Into<String>,
     value: impl Into<Option<f64>>,

@@ -1,5 +1,5 @@
-//! Column maps as JSON that can be edited by hand. A map that is written reads back the same. If a map cannot be used, the
-//! error names the part to change.
+//! Reads and writes column maps as JSON that can be edited by hand. A map that is written reads back the same. If a map
+//! cannot be used, the error names the part of the map to change.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,19 +19,19 @@ use crate::small_file::read_small;
 const MAP_BYTES_LIMIT: u64 = 4 << 20;
 
 impl ColumnMap {
-    /// Reads and checks the map in a file.
+    /// Reads the column map in a file, and checks it.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(MapError::from);
         let map = text.and_then(|text| Self::from_json(&text));
         map.map_err(|source| MapFileError { path: path.to_owned(), source })
     }
 
-    /// Reads and checks a map in JSON.
+    /// Reads a column map from the text of a JSON file, and checks it.
     pub fn from_json(text: &[u8]) -> Result<Self, MapError> {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(MapError::NotAMap);
         }
-        // Every version of the format has these two fields.
+        // These two fields are checked first, because every version of the map format has them.
         let start: serde_json::Value = serde_json::from_slice(text)?;
         let [format, version] = ["format", "version"].map(|key| &start[key]);
         if format != FORMAT {
@@ -52,7 +52,7 @@ impl ColumnMap {
         writeln!(out)
     }
 
-    /// Returns an error if the map is invalid for every file.
+    /// Returns an error if the map contradicts itself, so that no file could be read by it.
     pub fn check(&self) -> Result<(), MapError> {
         self.table.check()?;
         if let Some(reference) = &self.reference {
@@ -74,7 +74,7 @@ impl ColumnMap {
             Some(tare @ Tare::Interval(_, end)) if !tare.is_valid() => Err(MapError::Number {
                 what: "the end of \"tare\"".to_owned(),
                 value: end,
-                must: "at least its start, and the start 0 or more",
+                must: "at least the start of the interval, and the start must be 0 or more",
             }),
             _ => Ok(()),
         }
@@ -91,7 +91,7 @@ impl TableMap {
         for rule in &self.columns {
             self.check_rule(rule)?;
         }
-        // Names that are not in `shape` are allowed here. They are checked when a file is read.
+        // The map may list columns whose names are not in `shape`. Whether they exist is checked when a file is read.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
             Err(twice @ KeyError::ListedTwice { .. }) => Err(twice.into()),
@@ -177,13 +177,13 @@ mod tests {
         for (from, to, word) in [
             (FORMAT, "something", "its \"format\" is \"something\""),
             ("\"version\": 1", "\"version\": 9", "version 9"),
-            ("\"column\": 2", "\"column\": 7", "column 7 does not exist"),
-            ("\"column\": 2", "\"column\": 0", "column 0 does not exist"),
+            ("\"column\": 2", "\"column\": 7", "lists column 7"),
+            ("\"column\": 2", "\"column\": 0", "lists column 0"),
             ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),
-            ("\"column\": 2", "\"column\": \"S1\"", "there is no header"),
-            ("\"gauge\"", "\"gage\"", "a column cannot be \"gage\""),
+            ("\"column\": 2", "\"column\": \"S1\"", "the file has no header"),
+            ("\"gauge\"", "\"gage\"", "a column cannot have the role \"gage\""),
             ("\"Fz\"", "\"pose_x\"", "no orientation"),
-            ("\"Fz\"", "\"pose_qx\"", "no column \"pose_qw\""),
+            ("\"Fz\"", "\"pose_qx\"", "no w component of the quaternion"),
             ("\"semicolon\"", "\"colon\"", "`colon`"),
             ("\"scale\": -1.0", "\"scale\": 0", "\"scale\" of column 5 is 0"),
             ("\"scale\": -1.0", "\"size\": 0", "unknown field `size`"),
@@ -192,8 +192,8 @@ mod tests {
             ("0.001", "-1", "average_bursts_secs is -1"),
             ("2.25", "0", "gap_secs is 0"),
             ("{folder}", "{folder", "group pattern \"{folder\""),
-            ("states.csv", "", "the file of the reference is \"\""),
-            ("states.csv", "..", "the file of the reference is \"..\""),
+            ("states.csv", "", "the file of the reference load is \"\""),
+            ("states.csv", "..", "the file of the reference load is \"..\""),
             ("\"columns\": 4", "\"columns\": 4, \"names\": [\"t\"]", "1 names"),
             ("}", "", "JSON"),
         ] {
@@ -210,10 +210,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let of = |path: &Path| ColumnMap::read(path).unwrap_err().to_string();
         assert!(of(folder.path()).contains("not a file"));
-        assert!(of(&folder.path().join("gone.json")).contains("gone.json: cannot be read"));
+        assert!(
+            of(&folder.path().join("gone.json"))
+                .contains("gone.json: the file of the column map cannot be read")
+        );
         let path = folder.path().join("a.json");
         std::fs::write(&path, "t,S1\n").unwrap();
-        assert!(of(&path).contains("a.json: this is not JSON"));
+        assert!(of(&path).contains("a.json: this file is not JSON"));
         std::fs::write(&path, "{}").unwrap();
         assert!(of(&path).contains("not a column map"));
     }

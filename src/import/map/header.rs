@@ -1,5 +1,5 @@
-//! Finds the columns of a file that a map names. Only this file turns names and numbers of columns into indices. A column
-//! cannot have two rules, even if one rule uses its name and the other its number.
+//! Finds the columns of a file that a column map lists by name or number, and turns both into indices. No other source file
+//! does this. A column cannot have two rules, even if one rule uses its name and the other its number.
 
 use std::collections::HashMap;
 
@@ -8,25 +8,25 @@ use crate::import::map::role::ColumnRole;
 use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
 use crate::shown::{listed, shown};
 
-/// Names of a file's columns. The list is empty for a file without a header.
+/// Names of the columns of a file, in the order of the file. The list is empty for a file without a header.
 #[derive(Clone, Debug)]
 pub struct Header<'a> {
     names: Vec<&'a str>,
-    /// Indices of the columns with each name.
+    /// For each name, the indices of the columns that have it.
     places: HashMap<&'a str, Vec<usize>>,
 }
 
-/// Reason why the columns that a map names cannot be found in a file. Columns are counted from 1.
+/// Reason why the columns that a column map lists cannot be found in a file. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     #[error(
-        "the column map needs a column {}, but this file has {}; use another map, or none",
+        "the column map needs a column named {}, but the columns of this file are {}; use another column map, or none",
         shown(name),
         listed(names)
     )]
     Missing { name: String, names: Vec<String> },
     #[error(
-        "columns {first} and {second} are both named {}; list them in the column map by their numbers",
+        "columns {first} and {second} are both named {}; list them in the column map by their numbers instead of their names",
         shown(name)
     )]
     SameNames { name: String, first: usize, second: usize },
@@ -37,7 +37,7 @@ pub enum KeyError {
 }
 
 impl<'a> Header<'a> {
-    /// Creates the header from names in the order of the file. The name of a column may be empty.
+    /// Creates the header from the names of all columns, in the order of the file. The name of a column may be empty.
     pub fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
         let names: Vec<&str> = names.into_iter().collect();
         let mut places: HashMap<&str, Vec<usize>> = HashMap::new();
@@ -51,7 +51,8 @@ impl<'a> Header<'a> {
         Self::new(head.names.iter().map(String::as_str))
     }
 
-    /// Returns the key of the column with this index: its name if no other column has the same name, else its number.
+    /// Returns the name or number by which a column map lists the column with this index: the name if no other column has the
+    /// same name, else the number.
     pub fn key(&self, index: usize) -> ColumnKey {
         match self.names.get(index) {
             Some(name) if self.places.get(name).is_some_and(|own| own.len() == 1) => {
@@ -61,7 +62,8 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Returns the index of the column with this key. Returns an error if no column, or more than one column, has the name.
+    /// Returns the index of the column with this name or number. Returns an error if no column, or more than one column, has
+    /// the name.
     pub fn index(&self, key: &ColumnKey) -> Result<usize, KeyError> {
         match key {
             ColumnKey::Number(number) => Ok(number.saturating_sub(1)),
@@ -79,8 +81,8 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Returns the rules of a table with the indices of their columns, in the order of the file. Returns [`KeyError`] if the
-    /// column of a rule does not exist or has another rule.
+    /// Returns the rules of a column map with the indices of their columns, in the order of the file. Returns [`KeyError`] if
+    /// the column of a rule does not exist, or if two rules are for the same column.
     pub fn rules<'t>(&self, table: &'t TableMap) -> Result<Vec<(usize, &'t ColumnRule)>, KeyError> {
         let with_index = |rule: &'t ColumnRule| Ok((self.index(&rule.column)?, rule));
         let rules: Result<Vec<_>, _> = table.columns.iter().map(with_index).collect();
@@ -99,14 +101,16 @@ impl<'a> Header<'a> {
 }
 
 impl TableMap {
-    /// Returns the rule of the column with this index. A column without a rule has the role `ignore`.
+    /// Returns the rule of the map for the column with this index. If the map has none, the returned rule has the role
+    /// `ignore`.
     pub fn rule(&self, header: &Header<'_>, index: usize) -> ColumnRule {
         let is_it = |rule: &&ColumnRule| header.index(&rule.column) == Ok(index);
         let rule = self.columns.iter().find(is_it).cloned();
         rule.unwrap_or_else(|| ColumnRule::new(header.key(index), ColumnRole::Ignore))
     }
 
-    /// Replaces the rule of the column with this index. A new rule is inserted in the order of the columns.
+    /// Replaces the rule of the map for the column with this index. If the map has none, the rule is inserted in the order of
+    /// the columns.
     pub fn set_rule(&mut self, header: &Header<'_>, index: usize, rule: ColumnRule) {
         let is_it = |rule: &ColumnRule| header.index(&rule.column) == Ok(index);
         let is_after = |rule: &ColumnRule| header.index(&rule.column).is_ok_and(|at| at > index);

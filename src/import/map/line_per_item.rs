@@ -1,4 +1,4 @@
-//! JSON that is easy to read: objects are indented, and each item of a list is on one line.
+//! Formats JSON so that it is easy to read: objects are indented, and each item of a list is on one line.
 
 use std::io::{self, Write};
 

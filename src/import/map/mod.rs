@@ -1,8 +1,9 @@
-//! Column maps: the roles of a table's columns. The user chooses them once for all files with the same columns.
+//! Column maps: the roles of a table's columns (time, gauge, axis of the reference load and so on). The user chooses them
+//! once for all files with the same columns.
 //!
-//! Guarantees: a [`ColumnMap`] holds everything that reading needs, and nothing about a single file. So one map can be used
-//! for all files of the same [`Shape`]. Every file is read by a map. Without a map of the user, the names of the columns give
-//! one.
+//! Guarantees: a [`ColumnMap`] holds everything that is needed to read a file, and nothing about a single file. So one map
+//! can be used for all files of the same [`Shape`]. Every file is read by a map. If the user gives none, a map is derived
+//! from the names of the columns.
 
 mod column_map;
 mod error;

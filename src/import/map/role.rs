@@ -1,4 +1,4 @@
-//! Roles of columns, and their names in map files.
+//! Roles that the columns of a file can have, and their names in map files.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use strum::VariantArray as _;
 
 use crate::recording::Axis;
 
-/// Role of a column.
+/// Role of a column of a file, as a column map gives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "&'static str", try_from = "String")]
 pub enum ColumnRole {
@@ -15,25 +15,26 @@ pub enum ColumnRole {
     Ignore,
     /// Time of the sample.
     Time,
-    /// Time of the reference, if the reference has another clock than the gauges.
+    /// Time of the reference load, if the reference has another clock than the gauges.
     TimeReference,
-    /// Date that belongs to the time of day in the `time` column.
+    /// Date that is added to the time of day in the `time` column.
     Date,
-    /// Fraction of a second that is added to the `time` column: nanoseconds or milliseconds.
+    /// Fraction of a second that is added to the time in the `time` column: nanoseconds or milliseconds.
     TimeFraction,
     /// Gauge channel.
     Gauge,
-    /// Quantity that influences the gauges: temperature, supply voltage, humidity.
+    /// Auxiliary channel: a quantity that influences the gauges, such as temperature, supply voltage or humidity.
     Auxiliary,
-    /// Text or number that names the group of the sample: press, condition, day. Each change of the value starts a recording.
+    /// Text or number that names the group to which the sample belongs, such as a press, a condition or a day. A new
+    /// recording starts wherever the value changes.
     Group,
     /// Axis of the reference load.
     Load(Axis),
-    /// Status word in hexadecimal digits. Rows in which the status reports an error are skipped.
+    /// Status word of the measuring device in hexadecimal digits. Rows in which the status reports an error are skipped.
     Status,
     /// Part of the sensor's pose, from which the load of a known weight is computed.
     Pose(PosePart),
-    /// Name of the weight that the sensor carries, if there are several.
+    /// Name of the weight that hangs from the sensor in this row, if several weights or mounting points are used.
     Mount,
 }
 
@@ -51,11 +52,11 @@ pub enum PosePart {
     Roll,
     Pitch,
     Yaw,
-    /// Rotation vector.
+    /// Components of the rotation vector start here.
     Rx,
     Ry,
     Rz,
-    /// Rotation matrix: row, column.
+    /// Elements of the rotation matrix start here. The digits are row and column.
     R11,
     R12,
     R13,
@@ -68,10 +69,10 @@ pub enum PosePart {
 }
 
 impl PosePart {
-    /// Parts of the position. The position is needed only for the acceleration of the weight.
+    /// Parts of a pose that make up the position. The position is needed only to compute the acceleration of the weight.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Returns the part of the pose in words, such as "y component of the rotation vector".
+    /// Returns a description of this part of the pose, such as "y component of the rotation vector".
     pub fn words(self) -> String {
         let name = <&str>::from(self).trim_start_matches("pose_");
         let letters: Vec<char> = name.chars().collect();
@@ -85,7 +86,7 @@ impl PosePart {
         }
     }
 
-    /// Returns true for an angle or a component of a rotation vector.
+    /// Returns true if this part of the pose is an angle or a component of a rotation vector, so that its unit is rad or deg.
     pub const fn is_angle(self) -> bool {
         matches!(self, Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz)
     }
@@ -159,17 +160,20 @@ impl TryFrom<String> for ColumnRole {
     fn try_from(name: String) -> Result<Self, String> {
         Self::all().find(|role| role.name() == name).ok_or_else(|| {
             let known: Vec<&str> = Self::all().map(Self::name).collect();
-            format!("a column cannot be \"{name}\"; use one of: {}", known.join(", "))
+            format!(
+                "a column cannot have the role \"{name}\"; use one of the roles {}",
+                known.join(", ")
+            )
         })
     }
 }
 
-/// Representation of the orientation in a pose.
+/// Representation of the sensor's orientation by numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attitude {
     Quaternion,
     RollPitchYaw,
-    /// Vector along the axis of rotation. Its length is the angle (rad).
+    /// Vector along the axis of rotation. Its length is the angle of rotation (rad).
     RotationVector,
     Matrix,
 }
@@ -178,8 +182,8 @@ impl Attitude {
     pub(super) const ALL: [Self; 4] =
         [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
 
-    /// Returns the parts of the orientation, in the order in which [`pose::rotation`](crate::import::pose::rotation) expects
-    /// them.
+    /// Returns the parts of the pose that make up the orientation, in the order in which
+    /// [`pose::rotation`](crate::import::pose::rotation) expects them.
     pub const fn parts(self) -> &'static [PosePart] {
         use PosePart::{
             Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
@@ -193,7 +197,7 @@ impl Attitude {
         }
     }
 
-    /// Returns the names of the columns of all representations, for messages.
+    /// Returns the roles of the columns of each representation, as a text for messages.
     pub fn listed() -> String {
         let of_attitude = |attitude: Self| {
             let parts = attitude.parts();

@@ -8,26 +8,26 @@ use crate::formats::text::TextLayout;
 use crate::import::map::role::ColumnRole;
 use crate::shown::shown;
 
-/// Description of one file as a table.
+/// Description of one file as a table with columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableMap {
-    /// Number and names of the columns that a file must have.
+    /// Number and names of the columns that a file must have so that the map can be used for it.
     pub shape: Shape,
-    /// Division of the text into cells.
+    /// Layout of the text, such as the delimiter of the cells.
     #[serde(default)]
     pub text: TextLayout,
-    /// Sample rate (Hz). It is used if no column is the time, or if the time column counts samples.
+    /// Sample rate (Hz). It is used if no column gives the time, or if the time column counts samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_rate_hz: Option<f64>,
-    /// Treatment of time stamps that are out of order, or shared by several rows.
+    /// Treatment of time stamps that are out of order, or that several rows share.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stamps: Stamps,
-    /// Rules of the columns. A column that is not listed is ignored.
+    /// Rules of the columns, which give each column its role. A column that is not listed is ignored.
     pub columns: Vec<ColumnRule>,
 }
 
-/// Treatment of time stamps that are out of order, or shared by several rows.
+/// Treatment of time stamps that are out of order, or that several rows share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stamps {
@@ -41,60 +41,72 @@ pub enum Stamps {
 }
 
 impl Stamps {
-    /// All treatments, each with its label and its explanation.
+    /// All treatments of time stamps, each with its label in the window and an explanation.
     pub const ALL: [(Self, &'static str, &'static str); 3] = [
-        (Self::AsWritten, "as written", "Where time goes back, a new recording starts"),
-        (Self::Sorted, "sort rows by time", "For loggers that write some rows late"),
+        (
+            Self::AsWritten,
+            "as written",
+            "Time stamps are not changed. Where the time goes back, a new recording starts",
+        ),
+        (
+            Self::Sorted,
+            "sort rows by time",
+            "For loggers that write some rows too late, so that time stamps are out of order",
+        ),
         (
             Self::Spread,
-            "spread rows with the same stamp",
-            "For stamps in whole seconds, or of a clock that is coarser than the samples",
+            "spread rows with the same time stamp",
+            "For time stamps that several rows share, such as whole seconds. The rows are spread evenly up to the next stamp",
         ),
     ];
 }
 
-/// Number and names of the columns that all files of one map have.
+/// Number and names of the columns, which all files for one column map have in common.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
     /// Number of columns.
     pub columns: usize,
-    /// Cells of the header as written; empty without a header.
+    /// Names of the columns, exactly as written in the header; empty for files without a header.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
 }
 
-/// Role, name, unit and scale of one column.
+/// Rule of a column map for one column: its role, name, unit and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnRule {
-    /// Name or number of the column.
+    /// Name or number by which the map lists the column.
     pub column: ColumnKey,
     /// Role of the column.
     pub is: ColumnRole,
-    /// Name of a gauge or an auxiliary channel. The default is the name in the header, or `S1`, `S2` and so on.
+    /// Name of the channel, if the column is a gauge or an auxiliary channel. The default is the name in the header, or `S1`,
+    /// `S2` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Unit of the values. The default is the unit in the header. Without it, the unit of times is derived from the values,
-    /// and loads and positions are in SI units.
+    /// Unit of the values in the column. The default is the unit in the header. If the header has none either, the unit of
+    /// times is derived from the values, and loads and positions are taken to be in SI units.
     ///
-    /// A gauge or an auxiliary channel may have any unit (converted: `degC`, `K`, `degF`, `V`, `mV`, `%`). An angle is in
-    /// `rad` or `deg`, and a time in `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`.
+    /// A gauge or an auxiliary channel may have any unit. The units `degC`, `K`, `degF`, `V`, `mV` and `%` are converted. An
+    /// angle is in `rad` or `deg`. A time is in `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or
+    /// `h:m:s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Factor by which the values are multiplied; -1 reverses the sign.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub scale: f64,
-    /// Number of counts for one unit. The values are divided by this number.
+    /// Number of counts of the analogue-to-digital converter for one unit of the quantity. The values are divided by this
+    /// number.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub counts_per_unit: f64,
-    /// Numbers in the file that mark a missing value.
+    /// Numbers that stand for a missing value in this column.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dropouts: Vec<f64>,
 }
 
 impl ColumnRule {
-    /// Creates a rule without unit, name or marks of missing values. The factor is 1.
+    /// Creates a rule that gives a column a role. It sets no unit, no name and no marks of missing values, and its factors
+    /// are 1.
     pub fn new(column: ColumnKey, is: ColumnRole) -> Self {
         Self {
             column,
@@ -121,7 +133,8 @@ fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
 
-/// Number of a column, counted from 1, or its name. [`Header`](crate::import::map::Header) finds the column in a file.
+/// Number of a column, counted from 1, or name of a column. [`Header`](crate::import::map::Header) finds the column in a
+/// file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]
@@ -140,7 +153,7 @@ impl fmt::Display for ColumnKey {
 }
 
 impl TableMap {
-    /// Returns true if a column has this role.
+    /// Returns true if one of the columns has this role.
     pub fn has_role(&self, role: ColumnRole) -> bool {
         self.columns.iter().any(|rule| rule.is == role)
     }

@@ -1,4 +1,4 @@
-//! Weight in a column map. Its load is computed from the pose of the sensor.
+//! Weight that a column map describes. The reference load is computed from this weight and the pose of the sensor.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,27 +7,28 @@ use crate::import::map::role::{Attitude, ColumnRole, PosePart};
 use crate::import::map::table::TableMap;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
-/// Weight that a sensor carries in known poses. The reference load is computed from weight and pose instead of measured.
+/// Known weight that hangs from the sensor. The reference load is computed from weight and pose instead of being measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeightMap {
-    /// Mass (kg). Not needed if each of the `mounts` has a mass.
+    /// Mass of the weight (kg). Not needed if each of the `mounts` has a mass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Centre of mass in the sensor's frame (m). Not needed if each of the `mounts` has a centre.
+    /// Centre of mass of the weight in the sensor's frame (m). Not needed if each of the `mounts` has a centre of mass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
-    /// Several weights, or several mounting points of one weight. The `mount` column selects one for each row. Without this
-    /// column, the name of the file selects one.
+    /// Several weights, or several mounting points of one weight. In each row, the column with the role `mount` names the one
+    /// that is used. Without this column, the name of the file contains the name of the one that is used.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mounts: Vec<Mount>,
-    /// Acceleration of gravity in the world's axes (m/s²). The default is `[0, 0, -9.80665]`, so that z points up.
+    /// Acceleration of gravity along the axes of the world's frame (m/s²). The default is `[0, 0, -9.80665]`, for a z axis
+    /// that points up.
     pub gravity: [f64; 3],
-    /// Convention of roll, pitch and yaw.
+    /// Order and axes of the rotations by roll, pitch and yaw.
     pub angles: Angles,
-    /// Time (s) over which the pose is smoothed to compute the acceleration of the weight.
+    /// Length of the time window (s) in which the path of the weight is smoothed to compute its acceleration.
     pub smoothing_secs: f64,
-    /// True if the force that accelerates the weight is part of the load.
+    /// True if the force that accelerates the weight is added to the reference load.
     pub inertia: bool,
 }
 
@@ -48,7 +49,7 @@ impl Default for WeightMap {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mount {
-    /// Name in the `mount` column or in the names of files.
+    /// Name of this weight or mounting point, as it occurs in the `mount` column or in the names of files.
     pub name: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
@@ -56,20 +57,22 @@ pub struct Mount {
     pub centre_m: Option<[f64; 3]>,
 }
 
-/// Convention of roll, pitch and yaw.
+/// Order and axes of the rotations by roll, pitch and yaw.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Angles {
-    /// Roll about the world's x, then pitch about its y, then yaw about its z: `Rz(yaw) Ry(pitch) Rx(roll)`, as in ROS.
+    /// First roll about the fixed x axis of the world, then pitch about its y axis, then yaw about its z axis, as in ROS:
+    /// `Rz(yaw) Ry(pitch) Rx(roll)`.
     #[default]
     FixedXyz,
-    /// Roll about x, then pitch about the turned y, then yaw about the z turned by both: `Rx(roll) Ry(pitch) Rz(yaw)`.
+    /// First roll about the x axis, then pitch about the y axis turned by the roll, then yaw about the z axis turned by both:
+    /// `Rx(roll) Ry(pitch) Rz(yaw)`.
     IntrinsicXyz,
 }
 
 impl Attitude {
-    /// Returns the representation of the orientation in a table. `None` without a pose. Returns an error if columns are
-    /// missing, or two representations are mixed.
+    /// Returns how the columns of a table represent the orientation of the sensor. `None` if there is no pose. Returns an
+    /// error if columns of the orientation are missing, or if two representations are mixed.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
         let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
@@ -96,7 +99,8 @@ impl WeightMap {
         Some(Weight { mass_kg: mass_kg?, centre_m: centre_m? })
     }
 
-    /// Returns the weights with known mass and centre, and the names of their mounts. The name of a single weight is empty.
+    /// Returns the weights whose mass and centre of mass are known, each with its name in `mounts`. If there are no `mounts`,
+    /// the name is empty.
     pub fn weights(&self) -> Vec<(String, Weight)> {
         let own = [Mount::default()];
         let mounts = if self.mounts.is_empty() { &own[..] } else { &self.mounts };
@@ -104,8 +108,8 @@ impl WeightMap {
         mounts.iter().filter_map(weight).collect()
     }
 
-    /// Returns an error if the weight is unknown, or if a column is a measured load. Both are allowed for estimating the
-    /// weight.
+    /// Returns an error if the weight is unknown, or if a column holds a measured load. Neither is an error when the weight
+    /// is to be estimated.
     pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
         if let Some(rule) = table.columns.iter().find(|rule| rule.is.is_load()) {
             return Err(MapError::WeightAndLoad { role: rule.is });

@@ -1,4 +1,5 @@
-//! Applies a column map to a file: finds the columns, and returns an error if the map does not fit.
+//! Applies a column map to a file: finds the columns that the map lists, and returns an error if the map does not fit the
+//! file.
 
 use super::super::named_column::NamedColumn;
 use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
@@ -12,19 +13,19 @@ use crate::recording::Axis;
 use crate::recording::units;
 use crate::recording::units::TimeUnit;
 
-/// Function that returns the factor from a unit to SI, and the list of known units for messages.
+/// Known units of a quantity: a function that returns the factor from a unit to SI, and the names of the units for messages.
 type Quantity = (fn(&str) -> Option<f64>, &'static str);
 
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,
-    /// Index and rule of each column that is read, in the order of the file.
+    /// Index and rule of each column that is read, in the order of the columns in the file.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
 impl<'a> Making<'a> {
-    /// Finds the columns of a map in a file.
+    /// Finds the columns of a column map in a file.
     pub fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
         let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
         let (expected, actual) = (table.shape.columns, head.n_columns);
@@ -53,7 +54,7 @@ impl<'a> Making<'a> {
         columns.filter(move |(_, rule)| rule.is == role)
     }
 
-    /// Returns the column with this role. Returns an error if there are two.
+    /// Returns the column with this role; `None` if there is none. Returns an error if there are two.
     fn single(&self, role: ColumnRole) -> Result<Option<(usize, &'a ColumnRule)>, TableError> {
         let mut columns = self.with_role(role);
         let first = columns.next();
@@ -77,7 +78,8 @@ impl<'a> Making<'a> {
         self.head.name(index).map(|name| name.name)
     }
 
-    /// Returns the unit of a column, from its rule, else from the header or the row of units.
+    /// Returns the unit of a column: from its rule, else from the header or the row of units. `None` if none of them gives a
+    /// unit.
     fn unit(&self, index: usize, rule: &ColumnRule) -> Option<String> {
         rule.unit.clone().or_else(|| self.head.unit(index))
     }
@@ -101,7 +103,8 @@ impl<'a> Making<'a> {
         TableError::NoTime { names: self.all_names() }
     }
 
-    /// Returns the uses of all columns, so far only of status and group.
+    /// Returns a use for each column. Only the status column and the group column have their use yet; all others are set to
+    /// ignored.
     pub fn uses(&self) -> Result<Vec<Use>, TableError> {
         let mut uses = vec![Use::Ignored; self.head.n_columns];
         for (role, usage) in [(ColumnRole::Status, Use::Status), (ColumnRole::Group, Use::Group)] {
@@ -112,7 +115,7 @@ impl<'a> Making<'a> {
         Ok(uses)
     }
 
-    /// Returns the time column, and the conversion of its times to seconds.
+    /// Finds the time column and sets its use. Returns its index, and the conversion of its times to seconds.
     pub fn times(&self, uses: &mut [Use]) -> Result<(Option<usize>, TimeScale), TableError> {
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
@@ -149,7 +152,7 @@ impl<'a> Making<'a> {
         Ok((Some(index), self.time_fraction(scale, uses)?))
     }
 
-    /// Sets the use of the column with fractions of seconds. Returns the conversion of times to seconds.
+    /// Sets the use of the column with fractions of seconds, if there is one. Returns the conversion of times to seconds.
     fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
         let Some((index, rule)) = self.single(ColumnRole::TimeFraction)? else {
             return Ok(scale);
@@ -165,7 +168,7 @@ impl<'a> Making<'a> {
         Ok(TimeScale::PerSecond(per_second))
     }
 
-    /// Sets the use of the column with the date, which is added to a time of day.
+    /// Sets the use of the column with dates, which are added to times of day.
     fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
         if let Some((index, rule)) = self.single(ColumnRole::Date)? {
             let form = match self.unit(index, rule) {
@@ -182,7 +185,8 @@ impl<'a> Making<'a> {
         Ok(())
     }
 
-    /// Returns the name of a gauge or an auxiliary channel, from its rule, else from the header, else with a running number.
+    /// Returns the name of a gauge or an auxiliary channel: from its rule, else from the header, else `stem` with a running
+    /// number.
     fn channel_name(&self, index: usize, rule: &ColumnRule, stem: &str, n_before: usize) -> String {
         let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
         let name = rule.name.clone().or_else(in_header);
@@ -239,7 +243,7 @@ impl<'a> Making<'a> {
         Ok((names, labels))
     }
 
-    /// Returns the columns of the pose, if the load is computed from the pose.
+    /// Sets the uses of the columns of the sensor's pose, and returns their plan, if the load is computed from the pose.
     pub fn pose(
         &self,
         weight: Option<&WeightMap>,
@@ -248,7 +252,7 @@ impl<'a> Making<'a> {
         let (Some(weight), true) = (weight, self.side != Side::Gauges) else {
             return Ok(None);
         };
-        // An incomplete pose cannot occur here, because the map was checked before.
+        // A pose with missing columns cannot occur here, because the column map was checked before.
         let Ok(Some(attitude)) = Attitude::of_table(self.table) else {
             return Ok(None);
         };
@@ -297,7 +301,8 @@ impl<'a> Making<'a> {
         self.factor(index, rule, self.unit(index, rule), quantity)
     }
 
-    /// Returns the factor from the numbers of a column to SI units, including scale and counts of the rule.
+    /// Returns the factor from the numbers in a column to SI units. It includes the scale and the counts per unit of the
+    /// rule.
     fn factor(
         &self,
         index: usize,
@@ -337,7 +342,7 @@ impl<'a> Making<'a> {
             let counted = self.head.ati.as_ref().map(|ati| &ati.moment);
             ((units::moment_in_newton_metres, units::MOMENT_UNITS), counted)
         };
-        // A log of ATI's Net F/T gives unit and counts per unit above its table.
+        // A log of ATI's Net F/T gives the unit of the loads and the counts per unit in lines above its table.
         let in_preamble = || counted.map(|counted| counted.unit.clone());
         let unit = self.unit(index, rule).or_else(in_preamble);
         let counts = counted.map_or(1.0, |counted| counted.counts);

@@ -1,7 +1,7 @@
-//! Plan for reading the columns of one file. A plan is a column map that was checked and applied to the file.
+//! Plan for reading the columns of one file. The plan is made from a column map that was checked and applied to the file.
 //!
-//! Guarantees: there is exactly one source of time. A file with gauges has 1 to 64 gauges. A file with only a reference has
-//! at least one axis. No axis occurs twice. Every unit is known.
+//! Guarantees of a plan: times come from exactly one source. A file with gauges has 1 to 64 gauges. A file with only a
+//! reference load has at least one axis. No axis occurs twice. Every unit that must be converted is known.
 
 mod making;
 mod parts;
@@ -15,20 +15,21 @@ use crate::recording::Axis;
 use making::Making;
 pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 
-/// Use of each column of a file. Lists of columns are in the order of the file.
+/// Use of each column of a file. Lists of columns have the order of the columns in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    /// Line of the header, or of the first row.
+    /// Number of the line with the header, or with the first row of a table without header.
     pub line: u64,
     pub text: TextLayout,
     pub uses: Vec<Use>,
     pub names: Vec<String>,
-    /// For each column, the numbers that mark a missing value. Empty if no column has any.
+    /// For each column, the numbers that mark a missing value. The list is empty if no column has such a mark.
     pub dropouts: Vec<Vec<f64>>,
     pub time_scale: TimeScale,
-    /// Number that is subtracted from the times, in the unit of the file. Otherwise, times since 1970 would lose digits.
+    /// Number that is subtracted from the times, in the unit of the file. It is subtracted because times since 1970 would
+    /// lose digits.
     pub since: i64,
-    /// Index of the time column. `None` if rows are counted instead.
+    /// Index of the time column. `None` if the row number gives the time.
     pub time_column: Option<usize>,
     pub gauge_names: Vec<String>,
     /// Unit of each gauge; empty if unknown.
@@ -37,27 +38,29 @@ pub(super) struct Plan {
     /// Unit of each auxiliary channel; empty if unknown.
     pub auxiliary_units: Vec<String>,
     pub axes: Vec<Axis>,
-    /// Columns of the pose, if the load is computed from the pose.
+    /// Plan for the columns of the sensor's pose, if the load is computed from the pose.
     pub pose: Option<PosePlan>,
-    /// True if a row may be blank in the columns that are read, because it belongs to the other clock.
+    /// True if the columns that are read may be blank in a row, because the row belongs to the other clock (gauges or
+    /// reference).
     pub may_be_blank: bool,
-    /// True if the rows have no times.
+    /// True if the rows are load cases without times.
     pub is_static: bool,
 }
 
 impl Plan {
-    /// Returns true if times are times of day without a date.
+    /// Returns true if the times are times of day without a date, so that they start again at midnight.
     pub fn is_time_of_day(&self) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let is_clock = |usage: &Use| *usage == Use::TimeText(TimeForm::TimeOfDay);
         self.uses.iter().any(is_clock) && !self.uses.iter().any(is_date)
     }
 
-    /// Returns true if [`Self::since`] is subtracted from this column.
+    /// Returns true if [`Self::since`] is subtracted from the numbers of this column.
     #[inline]
     pub fn is_since_off(&self, index: usize) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
-        // The first condition makes this fast: the function is called for each cell of a file, and `since` is mostly 0.
+        // Most calls end at the first condition, because `since` is mostly 0. This matters, because the function is called
+        // for each cell of a file.
         self.since != 0 && self.uses.iter().position(is_date).or(self.time_column) == Some(index)
     }
 
@@ -69,7 +72,7 @@ impl Plan {
         NamedColumn::new(index, &self.names[index])
     }
 
-    /// Returns the time column, or the first column if rows are counted.
+    /// Returns the time column, or the first column if the row number gives the time.
     pub fn time(&self) -> NamedColumn {
         self.column(self.time_column.unwrap_or_default())
     }
@@ -78,7 +81,7 @@ impl Plan {
         self.uses.iter().position(|usage| *usage == Use::Group)
     }
 
-    /// Returns the name of the group with this value in the group column. `None` without a group column.
+    /// Returns the name of the group of a row, from the value in the group column. `None` without a group column.
     pub fn group_name(&self, value: &str) -> Option<String> {
         Some(format!("{} {value}", self.names[self.group_column()?]))
     }
@@ -87,7 +90,8 @@ impl Plan {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
 
-    /// Applies a map to the file with this head. With `is_static`, rows have no times, and loads are required.
+    /// Makes the plan for a file from a column map and the head of the file. If `is_static` is true, the rows are load cases
+    /// without times, and must contain loads.
     pub fn new(
         table: &TableMap,
         head: &Head,
@@ -105,7 +109,7 @@ impl Plan {
         let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
         let mut pose = making.pose(weight, &mut uses)?;
         if let Some(pose) = pose.as_mut().filter(|_| is_static) {
-            // Without times there is no acceleration, so the position is not needed.
+            // Without times, the acceleration of the weight cannot be computed, so its position is not needed.
             pose.position = None;
         }
         let axes = making.loads(pose.is_some(), &mut uses)?;
@@ -175,8 +179,10 @@ mod tests {
         assert!(unit.contains("column 3 (Fx) has the unknown unit stone. Known units: N, kN"));
         assert!(message("t,S1,Mx (N)").contains("unknown unit N. Known units: N·m"));
         assert!(message("t [min],S1").contains("unknown unit min. Known units: s, ms"));
-        assert!(message("t,S1,Fx,ATI_Fx").contains("columns 3 and 4 are both Fx"));
-        assert!(message("t,S1 [V],x,S1 [mV]").contains("columns 2 and 4 are both gauge S1"));
+        assert!(message("t,S1,Fx,ATI_Fx").contains("columns 3 and 4 are both read as Fx"));
+        assert!(
+            message("t,S1 [V],x,S1 [mV]").contains("columns 2 and 4 are both read as gauge S1")
+        );
     }
 
     #[test]

@@ -1,48 +1,52 @@
-//! Parts of a plan: uses of columns, the part of a table that is read, the unit of times, the columns of a pose.
+//! Types of which a plan for reading a file consists: uses of columns, which columns of a table are read, the conversion of
+//! times, and the columns of a pose.
 
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{Attitude, ColumnMap, ColumnRole};
 
-/// Maximum number of gauges. No known force/torque sensor has more, and least squares stay fast.
+/// Maximum number of gauges. No known force/torque sensor has more, and with this number least squares are still fast.
 pub(crate) const GAUGE_LIMIT: usize = 64;
-/// Maximum number of auxiliary channels. More channels give too many features: each may be multiplied by all gauges.
+/// Maximum number of auxiliary channels. More channels would give too many features, because each channel may be multiplied
+/// by each gauge.
 pub(crate) const AUXILIARY_LIMIT: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Use {
     Ignored,
-    /// Number that is the time or a part of it.
+    /// Number that is the time of the row, or a part of the time.
     Time,
-    /// Date or time of day, which are added to the time.
+    /// Date or time of day as a text. Dates and times of day are added to give the time of the row.
     TimeText(TimeForm),
-    /// Fraction of a second. `factor` converts to the unit of the time.
+    /// Fraction of a second that is added to the time. `factor` converts it to the unit of the time.
     TimeFraction {
         factor: f64,
     },
-    /// Gauge. The map gives `factor`.
+    /// Value of a gauge. It is multiplied by `factor`, which the column map gives.
     Gauge {
         factor: f64,
     },
-    /// Auxiliary channel. The value is the number times `factor` plus `shift`. For a cell without a number, the previous
-    /// value is used.
+    /// Value of an auxiliary channel: the number times `factor`, plus `shift`. If the cell has no number, the previous value
+    /// of the channel is used.
     Auxiliary {
         factor: f64,
         shift: f64,
     },
-    /// Reference load. `slot` is its index in the order of [`Axis`](crate::recording::Axis), and `factor` converts to SI.
+    /// Reference load on one axis. `slot` is the index of the axis among the axes of the file, in the order of
+    /// [`Axis`](crate::recording::Axis). `factor` converts to SI.
     Load {
         slot: usize,
         factor: f64,
     },
     Status,
-    /// Text that names the group of the row.
+    /// Text that names the group to which the row belongs.
     Group,
-    /// Number of a pose. `slot` is its index in the order of [`PosePlan`], and `factor` converts to SI.
+    /// One number of the sensor's pose. `slot` is its index in the order of [`PosePlan`], and `factor` converts to SI.
     Pose {
         slot: usize,
         factor: f64,
     },
-    /// Name of a mount. Number `slot` of the pose is its index in the list of mounts.
+    /// Name of the weight that hangs from the sensor. Its index in the list of `mounts` is stored as number `slot` of the
+    /// pose.
     Mount {
         slot: usize,
     },
@@ -81,20 +85,20 @@ impl Use {
     }
 }
 
-/// Columns of a table that are read.
+/// Choice of the columns that are read from a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// Gauges and reference with one clock.
+    /// Gauges and reference load, which have the same clock.
     Both,
     Gauges,
-    /// Reference in the file of the gauges, with its own time column.
+    /// Reference load from the file with the gauges. It has a time column of its own.
     SecondClock,
-    /// Reference in a separate file.
+    /// Reference load from a separate file.
     ReferenceFile,
 }
 
 impl Side {
-    /// Returns the columns that are read from the file with the gauges.
+    /// Returns the choice of the columns that are read from the file with the gauges.
     pub fn of_gauges(map: &ColumnMap) -> Self {
         if map.has_two_clocks() { Self::Gauges } else { Self::Both }
     }
@@ -122,26 +126,27 @@ impl Side {
     }
 }
 
-/// Conversion of times to seconds.
+/// Conversion of the times in a file to seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TimeScale {
     PerSecond(f64),
     ByValues,
 }
 
-/// Numbers of a pose in each row, in this order: orientation, position, mount.
+/// Plan for the numbers of the sensor's pose in each row. Their order is: orientation, position, mount (the weight that hangs
+/// from the sensor).
 #[derive(Clone, Debug)]
 pub(crate) struct PosePlan {
     pub attitude: Attitude,
-    /// Index of the first of the three numbers of the position, if the position is known.
+    /// Index of the first of the three numbers of the position. `None` if the position is unknown.
     pub position: Option<usize>,
-    /// Index of the number of the mount, if a column gives the mount.
+    /// Index of the number of the mount. `None` if no column names the mount.
     pub mount: Option<usize>,
     pub mounts: Vec<String>,
     pub width: usize,
 }
 
 impl PosePlan {
-    /// Maximum number of numbers in a row: 9 for a matrix, 3 for a position and 1 for a mount.
+    /// Maximum number of numbers of a pose: 9 for a rotation matrix, 3 for a position and 1 for the mount.
     pub const WIDTH_LIMIT: usize = 13;
 }

@@ -1,10 +1,10 @@
-//! Fills in auxiliary channels that do not have a value in every row.
+//! Fills in the values of auxiliary channels that do not have a value in every row.
 
 use super::*;
 
 impl Rows {
-    /// Replaces each missing auxiliary value by the channel's previous value, or by its first value. Reports and removes
-    /// channels without values.
+    /// Replaces each missing value of an auxiliary channel by the previous value of the channel, or by its first value if
+    /// there is none before. Channels without any value are reported and removed.
     pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
         let known = |channel: usize| {
@@ -31,8 +31,8 @@ impl Rows {
         }
     }
 
-    /// Reports the rows in which a channel has no value. A slow channel has values only in some rows, so only rows without a
-    /// value for longer than a gap are reported.
+    /// Reports the rows in which an auxiliary channel has no value. A channel that is sampled slowly has values only in some
+    /// rows. So its rows are reported only if it has no value for longer than a pause.
     fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
         let n_channels = plan.auxiliary_names.len();
         let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
@@ -43,11 +43,11 @@ impl Rows {
         }
         let gap_of_rows = gap_secs.unwrap_or_else(|| gap_by_steps(&self.times));
         let at: Vec<f64> = known.iter().map(|row| self.times[*row]).collect();
-        // For a channel that is slower than the gauges, a gap is longer.
+        // If the channel is sampled more slowly than the gauges, only longer times without a value are reported.
         let gap = gap_of_rows.max(steps_of_a_pause(&at));
         let [step, own] = [&self.times, &at].map(|times| median_step(times).unwrap_or(0.0));
         let is_now_and_then = own > 1.5 * step;
-        // Pauses between rows are not counted.
+        // Pauses between recordings do not count as time without a value.
         let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
         let secs_of = |rows: &Range<usize>| {
             let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
@@ -83,7 +83,7 @@ impl Rows {
     }
 }
 
-/// Keeps only some columns of a table. Rows are stored one after another.
+/// Keeps only some columns of a table. The table holds the values of the rows, one row after another.
 fn keep<T>(table: &mut Vec<T>, is_kept: &[bool]) {
     let mut columns = is_kept.iter().cycle();
     table.retain(|_| columns.next() == Some(&true));

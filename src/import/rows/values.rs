@@ -1,8 +1,9 @@
-//! Reads the numbers in the cells of a row.
+//! Reads the numbers in the cells of a row, and converts them to SI units.
 
 use super::*;
 
-/// Returns the number in the next cell. If its comma was read as a decimal point, stores the cell in `comma`.
+/// Returns the number in the next cell of the row, in SI units. If a comma in the cell was read as a decimal point, stores
+/// the cell in `comma`.
 #[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
 pub(super) fn next_value<'a>(
     row: &mut impl Row<'a>,
@@ -22,7 +23,7 @@ pub(super) fn next_value<'a>(
     }
 }
 
-/// Returns the number in a cell that is not a plain number, as [`next_value`] does.
+/// Does the work of [`next_value`] for a cell that is not a plain number.
 #[inline(never)]
 fn other_value<'a>(
     cell: Cell<'a>,
@@ -38,7 +39,8 @@ fn other_value<'a>(
     Ok(value)
 }
 
-/// Returns the number in a cell, and true if a comma was read as a decimal point. Otherwise returns why there is no number.
+/// Returns the number in a cell, and true if a comma was read as a decimal point. Otherwise returns the reason why there is
+/// no number.
 pub(super) fn value_of(
     cell: Cell<'_>,
     usage: Use,
@@ -80,7 +82,7 @@ pub(super) fn value_of(
     }
 }
 
-/// Returns the number that the digits of an unreadable text form; infinite without digits.
+/// Returns the number that the digits of an unreadable cell form; infinite without digits.
 pub(super) fn magnitude(text: &[u8]) -> f64 {
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
@@ -106,7 +108,7 @@ pub(in crate::import) fn is_overload(number: f64) -> bool {
     (9.9e37..=1e38).contains(&number.abs())
 }
 
-/// Returns a number of a cell in SI units. Times are not converted.
+/// Converts a number from a cell to SI units. Times are not converted.
 #[inline(always)]
 fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
     if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {

@@ -1,14 +1,16 @@
-//! Finds gauges whose values alternate from sample to sample, for example because two channels share a column.
+//! Finds gauges whose values alternate from sample to sample, for example because the values of two channels are in one
+//! column.
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::recording::Recording;
 use crate::scoring::numbers::percent;
 use crate::shown::first_clauses;
 
-/// Share of turning points above which a gauge alternates: halfway between independent noise (2/3) and strict alternation (1).
+/// Share of samples that are turning points (greater or smaller than both neighbours) above which a gauge is reported. It is
+/// halfway between independent noise (2/3) and strict alternation (1).
 const ALTERNATES: f64 = 5.0 / 6.0;
-/// Minimum number of samples. The share of turning points of pure noise (variance 16 / (90 n)) is then five standard
-/// deviations below [`ALTERNATES`].
+/// Minimum number of samples for which a gauge is examined. For this number, the share of turning points of pure noise
+/// (variance 16 / (90 n)) is five standard deviations below [`ALTERNATES`].
 const FEWEST_SAMPLES: usize = 160;
 const NAMED: usize = 6;
 
@@ -27,7 +29,7 @@ pub(super) fn finding(recordings: &[&Recording]) -> Option<Finding> {
     let seen = all.iter().map(|(recording, gauges)| {
         let names = gauges.iter().map(|(gauge, share)| {
             let name = &recording.gauge_names()[*gauge];
-            format!("{name} reverses its direction at {} of the samples", percent(*share))
+            format!("the gauge {name} reverses its direction at {} of the samples", percent(*share))
         });
         format!("{}: {}", recording.name(), first_clauses(NAMED, names.collect::<Vec<_>>()))
     });
@@ -35,7 +37,8 @@ pub(super) fn finding(recordings: &[&Recording]) -> Option<Finding> {
     (!all.is_empty()).then(|| Finding::new(Id::Alternates, Verdict::Doubtful, seen))
 }
 
-/// Returns the share of samples that are greater or smaller than both neighbours; `None` with too few samples.
+/// Returns the share of turning points: samples that are greater or smaller than both neighbours. `None` with too few
+/// samples.
 fn turning_share(values: impl Iterator<Item = f64>) -> Option<f64> {
     let values: Vec<f64> = values.collect();
     let turns = |three: &&[f64]| (three[1] - three[0]) * (three[2] - three[1]) < 0.0;

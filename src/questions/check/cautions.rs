@@ -1,4 +1,5 @@
-//! Findings about a fit that its errors do not show, such as properties of the sensor that the recordings do not determine.
+//! Reports findings about a fit that its errors do not show, such as properties of the sensor that the recordings do not
+//! determine.
 
 use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -18,13 +19,14 @@ use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
 
-/// Maximum range of an axis whose load counts as constant, as a share of its full scale, or of the largest range among axes
-/// with the same unit.
+/// Maximum range of the load on an axis for which the load counts as constant. It is a share of the full range (twice the
+/// full scale) of the axis, or of the largest range among the axes with the same unit if that is larger.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
-/// Returns the findings on a fit to these recordings; for an applied calibration, only those of its test recordings.
+/// Returns the findings about a fit to the recordings of the request. If a calibration is applied instead of fitted, only
+/// findings about its test recordings are returned.
 ///
 /// # Errors
 /// [`AnalysisError`] if there are no recordings.
@@ -51,7 +53,7 @@ impl Dataset {
     pub(crate) fn findings(&self, calibration: &Calibration, fitted: bool) -> Vec<Finding> {
         let mut found = Vec::new();
         if in_role(&self.entries, Role::Test).is_empty() {
-            found.push(Finding::new(Id::NoTest, Enough, "no recording is in the test role"));
+            found.push(Finding::new(Id::NoTest, Enough, "no recording has the role test"));
         }
         if fitted {
             found.extend(self.without_times());
@@ -96,7 +98,8 @@ impl Dataset {
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
     }
 
-    /// Returns the finding that the state of the largest play radius is unknown in too many samples of a group.
+    /// Returns the finding that the state of a play operator is unknown in too many samples of a group of recordings. The
+    /// play operator with the largest radius is examined.
     fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
         let used = calibration.features.blocks.used();
         let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
@@ -104,29 +107,31 @@ impl Dataset {
         let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let unknown = Travels::of(self, &calibration.gauge_scale).unknown(block.travel(radius));
         let seen = format!(
-            "the state of {} with radius {radius} σ is unknown at the start of a recording",
+            "the state of the feature {} with radius {radius} σ is unknown at the start of a recording",
             block.name()
         );
-        let figures = format!("unknown in {} of the samples of a group", percent(unknown));
+        let figures =
+            format!("unknown in {} of the samples of a group of recordings", percent(unknown));
         let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
         (unknown > MOST_UNKNOWN).then_some(found)
     }
 
     fn few_recordings(&self) -> Option<Finding> {
-        // Intervals of one recording, without its faulty samples, count as one recording.
+        // A recording from which faulty samples are removed is divided into intervals, which count as one recording here.
         let n = match self.groups.by == GroupedBy::Recording {
             true => self.training_groups().len(),
             false => in_role(&self.entries, Role::Train).len(),
         };
         let seen = format!("only {}", counted(n, "training recording"));
-        let figures = format!("cross-validation by recording needs {FEWEST_RECORDINGS}");
+        let figures =
+            format!("cross-validation that leaves out whole recordings needs {FEWEST_RECORDINGS}");
         let found = Finding::new(Id::FewRecordings, Doubtful, seen).with(figures);
         (n < FEWEST_RECORDINGS).then_some(found)
     }
 
     fn of_groups(&self) -> impl Iterator<Item = Finding> {
         let alone = |id: Id, lone: &LoneGroup| {
-            let seen = format!("only {} has loads on {}", lone.group, lone.axis.symbol());
+            let seen = format!("only the group {} has loads on {}", lone.group, lone.axis.symbol());
             Finding::new(id, Doubtful, seen)
         };
         let unused = self.groups.unused.iter().map(move |unused| match &unused.lone {
@@ -140,7 +145,7 @@ impl Dataset {
         unused.chain(self.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
     }
 
-    /// Returns the finding of auxiliary channels whose values lie outside the range of the training recordings.
+    /// Returns the finding that values of auxiliary channels lie outside their range in the training recordings.
     fn auxiliary_beyond(&self, calibration: &Calibration, fitted: bool) -> Option<Finding> {
         let shown = self.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
         let beyond = shown.flat_map(|entry| calibration.auxiliary_beyond(&entry.recording));
@@ -152,7 +157,7 @@ impl Dataset {
         (!beyond.is_empty()).then_some(found)
     }
 
-    /// Returns the finding of auxiliary channels that change but are not used by the calibration.
+    /// Returns the finding that auxiliary channels change, but are not used by the calibration.
     fn auxiliary_left(&self, calibration: &Calibration) -> Option<Finding> {
         if !calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
@@ -168,8 +173,11 @@ impl Dataset {
             self.auxiliary.channels.iter().any(|own| own.name == **name) && range.span() > 0.0
         });
         let names: Vec<&str> = changes.map(|(_, name)| &**name).collect();
-        let found =
-            Finding::new(Id::AuxiliaryLeft, Enough, format!("{} not used", names.join(", ")));
+        let found = Finding::new(
+            Id::AuxiliaryLeft,
+            Enough,
+            format!("the calibration does not use the auxiliary channels {}", names.join(", ")),
+        );
         (!names.is_empty()).then_some(found)
     }
 
@@ -192,14 +200,15 @@ fn load(axis: Axis, value: f64) -> String {
     format!("{} {}", significant(value, 3), axis.unit())
 }
 
-/// Returns findings on properties of the calibration that the loads of the recordings do not determine.
+/// Returns findings about axes whose training loads do not determine the calibration: axes on which the load hardly moves,
+/// and test loads outside the training range.
 fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
     let axes = &calibration.axes;
     let spans: Vec<f64> = (0..axes.len()).map(|axis| coverage.span(axis)).collect();
     let mut found = Vec::new();
     for (at, &axis) in axes.iter().enumerate() {
         let (symbol, MinMax { min: low, max: high }) = (axis.symbol(), coverage.trained[at]);
-        // Full scale is half of the range, so it is doubled here.
+        // Full scale is half of the range of a load, so it is doubled here.
         let most = largest(axes, &spans, axis).max(2.0 * calibration.full_scale[at]);
         if spans[at] <= STANDS_STILL * most {
             let (severity, figures) = match low == high {
@@ -207,7 +216,12 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
                 false => {
                     let [moves, of] = [high - low, most].map(|own| load(axis, own));
                     let share = percent((high - low) / most);
-                    (Doubtful, format!("the load moves by {moves}, {share} of {of}"))
+                    (
+                        Doubtful,
+                        format!(
+                            "the load moves by {moves}, which is {share} of {of}, the full range of this axis or of a similar one"
+                        ),
+                    )
                 }
             };
             let seen = format!("{symbol} hardly moves in the training recordings");
@@ -220,7 +234,9 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
             );
             let low = significant(low, 3);
             let [high, farthest] = [high, outside.farthest].map(|own| load(axis, own));
-            let figures = format!("the range is {low} to {high}, exceeded by up to {farthest}");
+            let figures = format!(
+                "the training loads are {low} to {high}, which test loads exceed by up to {farthest}"
+            );
             let severity = if is_far(&outside) { Doubtful } else { Enough };
             found.push(Finding::new(Id::OutsideTrained, severity, seen).with(figures));
         }
@@ -232,12 +248,12 @@ fn is_far(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
 }
 
-/// Returns findings about the network or kernel, its ridge, and the rank of the features.
+/// Returns findings about the rank of the features, and about the ridge and the axes of the network or kernel.
 fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
     let mut found = Vec::new();
     let (rank, n_features) = (calibration.quality.rank, calibration.columns().len());
     if rank < n_features && calibration.learned.is_none() {
-        let seen = format!("only {rank} of {n_features} features are independent");
+        let seen = format!("only {rank} of the {n_features} features of the fit are independent");
         found.push(Finding::new(Id::Rank, Enough, seen));
     }
     let at_edge = calibration.kernel_ridge_at_edge();
@@ -246,24 +262,28 @@ fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
             GridEdge::Weakest => (Id::WeakestKernelRidge, "weakest"),
             GridEdge::Strongest => (Id::StrongestKernelRidge, "strongest"),
         };
-        let seen = format!("the kernel's ridge is the {which} candidate");
+        let seen = format!(
+            "the automatic choice of the kernel's ridge gave the {which} of all candidates"
+        );
         Finding::new(id, Enough, seen).with(format!("{strength:e}"))
     }));
     let alone = calibration.linear_alone();
-    let seen = format!("no network or kernel on {}", symbols(&alone));
+    let seen = format!("the network or kernel is not used on {}", symbols(&alone));
     found.extend((!alone.is_empty()).then(|| Finding::new(Id::LinearAlone, Enough, seen)));
     found
 }
 
-/// Returns the finding of axes whose test error is larger with compensation.
+/// Returns the finding that the compensated calibration has a larger test error than the conventional one on some axes.
 fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let quality = &calibration.quality;
     let before = quality.conventional.test_rmse.as_ref()?;
     let after = quality.compensated.test_rmse.as_ref()?;
     let worse = (0..calibration.axes.len()).filter(|at| after[*at] > before[*at]);
     let worse: Vec<Axis> = worse.map(|at| calibration.axes[at]).collect();
-    let seen =
-        format!("the compensated test error exceeds the conventional one on {}", symbols(&worse));
+    let seen = format!(
+        "the test error of the compensated calibration exceeds that of the conventional one on {}",
+        symbols(&worse)
+    );
     (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen))
 }
 
@@ -350,11 +370,14 @@ mod tests {
         let all = |id: Id| found.iter().filter(move |own| own.id == id);
         assert_eq!(all(Id::FewRecordings).count(), 1, "{found:?}");
         let still = all(Id::Still).find(|own| own.seen.starts_with("Fx")).unwrap();
-        assert_eq!((still.severity, &*still.figures), (Insufficient, "always 0 N"));
+        assert_eq!((still.severity, &*still.figures), (Insufficient, "the load is always 0 N"));
         let outside: Vec<&str> = all(Id::OutsideTrained).map(|own| &*own.figures).collect();
         assert_eq!(
             outside,
-            ["outside 0 to 0 N by up to 5.00 N", "outside -9.00 to 9.00 N by up to 9.00 N"]
+            [
+                "the training loads are 0 to 0 N, which test loads exceed by up to 5.00 N",
+                "the training loads are -9.00 to 9.00 N, which test loads exceed by up to 9.00 N"
+            ]
         );
         for own in &found {
             let text = own.text(Face::Page);
@@ -379,7 +402,7 @@ mod tests {
         };
         let found = of(&own, squares.clone());
         let few = found.iter().find(|own| own.id == Id::FewLoads).unwrap();
-        assert_eq!(few.seen, "6 coefficients an axis from 7 load cases");
+        assert_eq!(few.seen, "6 coefficients per axis are fitted to 7 load cases");
         let other = [("a", held(0.0)), ("b", held(0.3)), ("c", held(0.6)), ("test", held(0.0))];
         let found = of(&other, squares);
         assert!(!found.iter().any(|own| own.id == Id::FewLoads), "{found:?}");
@@ -452,7 +475,7 @@ mod tests {
             found.into_iter().find(|own| own.id == Id::ColdStart)
         };
         let creep = || Blocks::default().with(&Creep, &[10.0]);
-        assert!(found(1.0, creep()).is_some_and(|own| own.seen.contains("over the first ")));
+        assert!(found(1.0, creep()).is_some_and(|own| own.seen.contains("in the first ")));
         assert_eq!(found(0.0, creep()), None);
         assert_eq!(found(1.0, Blocks::default()), None);
     }

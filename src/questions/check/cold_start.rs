@@ -1,4 +1,5 @@
-//! Compares the errors of a calibration and of the conventional calibration after a cold start.
+//! Compares the errors of a compensated calibration with those of the conventional calibration after a cold start, when no
+//! earlier gauge values are known.
 
 use std::sync::Arc;
 
@@ -12,15 +13,16 @@ use crate::recording::{Recording, Role, in_role};
 use crate::same::same_where;
 use crate::scoring::numbers::significant;
 
-/// Number of cold starts in each training recording, evenly spread.
+/// Number of simulated cold starts in each training recording, evenly distributed.
 const STARTS: usize = 8;
-/// Maximum number of times that the compared time after a start is halved, to find a time in which the calibration is worse.
+/// Maximum number of times that the time after a cold start is halved to find a time in which the calibration is worse than
+/// the conventional one.
 const HALVINGS: i32 = 6;
 
 impl Dataset {
     /// Returns the finding that the calibration errs more than the conventional one for some time after a cold start. To
-    /// measure it, the training recordings are started anew at several samples each, like a robot that is switched on under
-    /// load.
+    /// measure this, the calibration is started anew at several samples of each training recording, as if a robot were
+    /// switched on under load.
     ///
     /// # Errors
     /// [`AnalysisError`] if the calibration cannot be applied.
@@ -61,15 +63,16 @@ impl Dataset {
         Ok(worse.map(|(secs, ratio)| {
             let [secs, ratio] = [secs, ratio].map(|own| significant(own, 2));
             let seen = format!(
-                "on average worse than the conventional calibration in the first {secs} s after a cold start"
+                "the calibration is on average worse than the conventional one in the first {secs} s after a cold start"
             );
-            let figures = format!("{ratio} times the conventional error, in {} tried starts", runs.len());
+            let figures = format!("{ratio} times the error of the conventional calibration, in {} simulated starts", runs.len());
             Finding::new(Id::ColdStart, Verdict::Doubtful, seen).with(figures)
         }))
     }
 }
 
-/// Asks how long after a cold start a fitted calibration errs more than the conventional one.
+/// Request for the finding of [`Dataset::worse_at_start`]: how long after a cold start a fitted calibration errs more than
+/// the conventional one.
 #[derive(Clone, Debug)]
 pub struct AskColdStart {
     pub request: Request,

@@ -1,4 +1,4 @@
-//! Finds faulty samples of recordings, for the window.
+//! Finds faulty samples of recordings, which the window marks.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,18 +13,18 @@ use crate::scoring::faults::Faults;
 #[derive(Clone, Debug)]
 pub struct FindFaults {
     pub recordings: Arc<RecordingSet>,
-    /// Known limits of the sensor.
+    /// Limits of the sensor's gauges and loads, outside which a sample is faulty.
     pub range: ValidRange,
     pub datasets: Datasets,
 }
 
 #[derive(Debug)]
 pub struct FaultyRecording {
-    /// Number of samples that cannot be used.
+    /// Number of samples of the recording that cannot be used.
     pub n_samples: usize,
-    /// Text for each kind of fault.
+    /// For each kind of fault, a text that describes where it occurs.
     pub words: Vec<String>,
-    /// Start and end of each fault, on the recording's own clock (s).
+    /// Start and end (s) of each fault, on the recording's own clock.
     pub intervals: Vec<(f64, f64)>,
 }
 

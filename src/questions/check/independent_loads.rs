@@ -1,4 +1,4 @@
-//! Result of a check. A figure is `None` if the data do not determine it.
+//! Result of a check of the training recordings. A figure is `None` if the data do not determine it.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use crate::scoring::numbers::significant;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {
-    /// Gravest severity of the reasons.
+    /// Verdict on the recordings: the gravest severity of the findings in `reasons`.
     pub verdict: Verdict,
     /// Text with the numbers of coefficients, load cases and samples.
     pub summary: String,
@@ -20,18 +20,18 @@ pub struct Sufficiency {
     #[serde(flatten)]
     pub count: LoadCount,
     pub rank: usize,
-    /// Condition number of the design.
+    /// Condition number of the matrix of features that is used in the fit.
     pub condition: Option<f64>,
     pub axes: Vec<AxisReach>,
-    /// Faulty channels of each training recording, in words.
+    /// Faulty channels of each training recording that has some, in words.
     pub faults: Vec<String>,
-    /// Loads to record next, the best first.
+    /// Loads that should be recorded next, the best first.
     pub next: Vec<NextLoad>,
-    /// Text about the method of choosing these loads, or the reason why there are none.
+    /// Text that says by which method the loads in `next` were chosen, or why there are none.
     pub next_note: String,
-    /// Zeros and sensitivities of the gauges in each recording.
+    /// Zeros and sensitivities of the gauges in each recording, and the faults of the test rig that follow from them.
     pub rig: RigReport,
-    /// Loads for which the calibration is shown to hold, and conditions that the recordings do not cover.
+    /// Text about the loads with which the calibration was tested, and about conditions that the recordings do not cover.
     pub holds_for: String,
 }
 
@@ -42,36 +42,39 @@ pub struct AxisReach {
     pub low: f64,
     /// Largest training load (N, N·m).
     pub high: f64,
-    /// Full scale (N, N·m); 0 if the load does not move.
+    /// Full scale of the axis (N, N·m); 0 if the load does not move.
     pub full_scale: f64,
     /// True if the full scale is a rated load that the user entered.
     pub rated: bool,
-    /// Range of loads for which the calibration is meant: the rated range, or the recorded range without a rated load.
+    /// Range of loads (N, N·m) for which the calibration is meant: the rated range, or the recorded range if the user entered
+    /// no rated load.
     pub region: (f64, f64),
     pub deviation: f64,
-    /// Variance of the load divided by the variance of the part that does not follow from the other axes. It is 1 if the axis
-    /// moves independently.
+    /// Variance inflation factor: variance of the load divided by the variance of its part that does not follow from the
+    /// loads on other axes. It is 1 if the axis moves independently.
     pub inflation: Option<f64>,
     pub train_rmse: Option<f64>,
     pub left_out_rmse: Option<f64>,
-    /// Axis with the largest correlation of training loads, and the correlation.
+    /// Other axis whose training loads correlate most with those of this axis, and the correlation.
     pub moves_with: Option<(Axis, f64)>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextLoad {
-    /// Load on each axis (N, N·m).
+    /// Proposed load on each axis (N, N·m).
     pub load: Vec<f64>,
-    /// Text about the mass, arm and orientation that make the load.
+    /// Text that says which mass, arm and orientation of the sensor make the load. `None` if the load need not come from a
+    /// mass.
     pub how: Option<String>,
-    /// Increase of the logarithm of the determinant of the design.
+    /// Increase of the logarithm of the determinant of the information matrix if this load is recorded.
     pub gain: f64,
-    /// Share of the predictions' variance that remains after this load and the loads before it are recorded.
+    /// Share of the mean variance of predicted loads that remains after this load and the loads before it in the list are
+    /// recorded.
     pub variance_left: f64,
 }
 
 impl Sufficiency {
-    /// Returns the findings as sentences. If no finding gives the number of loads, a sentence with this number is added.
+    /// Returns the findings as sentences. If no finding gives the number of load cases, a sentence with this number is added.
     pub fn sentences(&self, face: Face) -> impl Iterator<Item = String> {
         let is_count = |own: &Finding| own.id == Id::FewLoads;
         let summary = (!self.reasons.iter().any(is_count)).then(|| self.summary.clone());
@@ -79,9 +82,12 @@ impl Sufficiency {
     }
 
     pub fn rank_in_words(&self) -> String {
-        let rank = format!("Rank {} of {} features", self.rank, self.count.coefficients);
+        let rank =
+            format!("Rank {} of the matrix with {} features", self.rank, self.count.coefficients);
         let rank = match self.rank < self.count.coefficients {
-            true => format!("{rank}: the other features repeat these or never change"),
+            true => {
+                format!("{rank}: the remaining features follow from the others or never change")
+            }
             false => rank,
         };
         match self.condition.filter(|_| self.rank > 1) {

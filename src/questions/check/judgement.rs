@@ -1,32 +1,33 @@
-//! Derives findings about the model from the figures of a check, and the verdict.
+//! Derives the findings about the linear model, and the verdict, from the figures of a check of the recordings.
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::scoring::numbers::{percent, significant};
 
 /// Ratio of the held-out error to the error of the fit above which the held-out error is reported, if it also exceeds
-/// [`ERROR_MATTERS`]. With 1.25 load cases per coefficient, the number of loads alone gives a ratio of five.
+/// [`ERROR_MATTERS`]. With 1.25 load cases per coefficient, a ratio of five is expected merely because there are few loads.
 const RATIO_FAILS: f64 = 5.0;
-/// Minimum held-out error that is reported, as a share of full scale.
+/// Held-out error, as a share of full scale, below which no ratio of errors is reported.
 const ERROR_MATTERS: f64 = 0.01;
-/// Held-out error from which the calibration counts as no better than always reporting the mean load, as a share of the
-/// load's standard deviation.
+/// Held-out error from which the calibration counts as useless on an axis: no better than always reporting the mean load. It
+/// is a share of the standard deviation of the load.
 const NO_BETTER: f64 = 0.9;
-/// Ratio of a load's variance to the variance of its independent part above which axes are reported as moving together.
+/// Variance inflation factor (variance of a load divided by the variance of its independent part) above which axes are
+/// reported as moving together.
 const INFLATION: f64 = 5.0;
-/// The same ratio above which the loads do not separate the axes at all. It corresponds to a correlation of 0.999 between two
-/// axes.
+/// Variance inflation factor above which the loads do not separate the axes at all. It corresponds to a correlation of 0.999
+/// between two axes.
 const SAME: f64 = 500.0;
-/// Share of the rated load that the training loads must reach on an axis.
+/// Share of the rated load that the training loads must reach on an axis, for no finding to be reported.
 const REACHED: f64 = 0.8;
-/// Largest load in the lesser direction of an axis, as a share of that in the other direction, for which the axis counts as
-/// loaded in one direction only.
+/// Ratio of the largest loads in the two directions of an axis, the smaller divided by the larger, up to which the axis
+/// counts as loaded in one direction only.
 pub(super) const ONE_WAY: f64 = 0.1;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
 impl Sufficiency {
-    /// Adds the findings that follow from the figures, sorts all findings, and sets the verdict.
+    /// Adds the findings that follow from the figures of the check, sorts all findings, and sets the verdict.
     pub fn judged(mut self, cross_validation: Option<&str>) -> Self {
         let mut found = std::mem::take(&mut self.reasons);
         found.extend(cross_validation.and_then(|by| self.no_better_than_mean(by)));
@@ -39,8 +40,8 @@ impl Sufficiency {
         self
     }
 
-    /// Returns axes with their held-out errors. With `is_lost`, these are the axes whose error is no better than that of the
-    /// mean load; without, the other axes.
+    /// Returns axes with their held-out errors. If `is_lost` is true, these are the axes whose error is no better than that
+    /// of always reporting the mean load. Otherwise these are all other axes.
     fn left_out(&self, is_lost: bool) -> impl Iterator<Item = (&AxisReach, f64)> {
         let errors = self.axes.iter().filter_map(|own| Some((own, own.left_out_rmse?)));
         errors.filter(move |(own, error)| {
@@ -48,13 +49,13 @@ impl Sufficiency {
         })
     }
 
-    /// Returns the finding of axes whose held-out errors are no better than that of the mean load. `by` describes the parts
-    /// that are held out.
+    /// Returns the finding that on some axes the held-out error is no better than that of always reporting the mean load.
+    /// `by` says what the cross-validation leaves out.
     fn no_better_than_mean(&self, by: &str) -> Option<Finding> {
         let one = |(own, error): (&AxisReach, f64)| {
             let [error, mean] = [error, own.deviation].map(|value| own.load(value));
             format!(
-                "the error of {} is {error}, that of always reporting the mean load {mean}",
+                "the error of {} is {error}, and always reporting the mean load would give {mean}",
                 own.axis.symbol()
             )
         };
@@ -64,7 +65,8 @@ impl Sufficiency {
             .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
     }
 
-    /// Returns the finding of axes whose held-out error is many times the error of the fit.
+    /// Returns the finding that on some axes the held-out error is many times the error of the fit. `by` says what the
+    /// cross-validation leaves out.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
         let times = self.left_out(false).filter_map(|(own, error)| {
             let least = 1e-9 * own.deviation;
@@ -76,7 +78,7 @@ impl Sufficiency {
         times.sort_by(|a, b| b.2.total_cmp(&a.2));
         let ((own, error, most), others) = times.split_first()?;
         let seen = format!(
-            "cross-validated {by}, the error of {} is {}, {} times the {} of the fit",
+            "cross-validated {by}, the error of {} is {}, which is {} times the error {} of the fit",
             own.axis.symbol(),
             own.load(*error),
             significant(*most, 2),
@@ -91,7 +93,7 @@ impl Sufficiency {
         Some(found.costing(error / own.full_scale))
     }
 
-    /// Returns the finding of axes whose loads follow mostly from the loads of other axes.
+    /// Returns the finding that the loads on some axes follow mostly from the loads on other axes.
     fn move_together(&self) -> Option<Finding> {
         let tied = |own: &&AxisReach| own.inflation.is_some_and(|own| own >= INFLATION);
         let tied: Vec<&AxisReach> = self.axes.iter().filter(tied).collect();
@@ -102,13 +104,13 @@ impl Sufficiency {
                 Some((
                     symbol,
                     format!(
-                        "{share} of the variance of {symbol}, correlation {r:+.2} with {other}"
+                        "{share} of the variance of {symbol} follows from other axes; the correlation with {other} is {r:+.2}"
                     ),
                 ))
             })
             .unzip();
         let seen =
-            format!("the loads on {} follow from the loads on other axes", symbols.join(", "));
+            format!("the training loads on {} follow from those on other axes", symbols.join(", "));
         let is_same = tied.iter().any(|own| own.inflation >= Some(SAME));
         let severity = if is_same { Insufficient } else { Doubtful };
         let found = Finding::new(Id::MovesTogether, severity, seen).with(figures.join("; "));
@@ -127,9 +129,12 @@ impl AxisReach {
         let is_one_sided = self.rated && self.deviation > 0.0 && other <= ONE_WAY * some;
         let way = if up > down { "positive" } else { "negative" };
         is_one_sided.then(|| {
-            let seen = format!("{} is loaded in {way} direction only", self.axis.symbol());
+            let seen = format!(
+                "in the training recordings, {} is loaded in the {way} direction only",
+                self.axis.symbol()
+            );
             let figures = format!(
-                "recorded {} to {}, rated ± {}",
+                "the recorded loads are {} to {}, the rated load is ± {}",
                 significant(self.low, 3),
                 self.load(self.high),
                 self.load(self.full_scale)
@@ -152,8 +157,11 @@ impl AxisReach {
         let short: Vec<String> = (short.iter())
             .map(|(end, share)| format!("{} of {}", percent(*share), self.load(*end)))
             .collect();
-        let seen =
-            format!("the load on {} reaches only {}", self.axis.symbol(), short.join(" and "));
+        let seen = format!(
+            "the training loads on {} reach only {}",
+            self.axis.symbol(),
+            short.join(" and ")
+        );
         (!short.is_empty())
             .then(|| Finding::new(Id::NotReached, Doubtful, seen).costing(1.0 - least))
     }

@@ -1,4 +1,5 @@
-//! Compares the number of load cases with the number of coefficients, by the same rule for the fit and for the check.
+//! Compares the number of load cases with the number of coefficients. The same rule is used in a fit and in a check of the
+//! recordings.
 
 use serde::Serialize;
 
@@ -8,19 +9,21 @@ use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
 use crate::shown::counted;
 
-/// Load cases per free coefficient below which the number alone makes errors on new loads five times those of the fit.
+/// Number of load cases per free coefficient below which a finding is grave. With so few load cases, the errors on other
+/// loads are expected to be five times those of the fit, even if the model is right.
 const FEWEST_CASES: f64 = 1.25;
-/// Load cases per free coefficient below which the number alone makes errors on new loads twice those of the fit.
+/// Number of load cases per free coefficient below which a finding is reported. With so few load cases, the errors on other
+/// loads are expected to be twice those of the fit, even if the model is right.
 const FEW_CASES: f64 = 2.0;
-/// Largest expected ratio of errors that is shown. A larger one means only that there are too few loads.
+/// Largest expected ratio of errors that is shown. A larger ratio tells no more than that there are too few loads.
 const TIMES: f64 = 100.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LoadCount {
-    /// Number of different loads; with features of the past, number of changes of the load.
+    /// Number of different loads. If features use earlier gauge values, number of changes of the load.
     pub load_cases: usize,
     pub coefficients: usize,
-    /// Number of coefficients that the ridge leaves free, on the axis with the largest number.
+    /// Number of coefficients that the ridge leaves free, on the axis where this number is largest.
     pub free_coefficients: f64,
 }
 
@@ -40,11 +43,11 @@ impl LoadCount {
         let Self { load_cases, coefficients, free_coefficients } = self;
         let few = free_coefficients.ceil();
         let free = match few < *coefficients as f64 {
-            true => format!(" ({few:.0} of them free)"),
+            true => format!(" ({few:.0} of which the ridge leaves free)"),
             false => String::new(),
         };
         let cases = counted(*load_cases, "load case");
-        format!("{coefficients} coefficients per axis{free} from {cases}")
+        format!("{coefficients} coefficients per axis{free} are fitted to {cases}")
     }
 
     pub fn finding(&self) -> Option<Finding> {
@@ -56,10 +59,10 @@ impl LoadCount {
             true => Verdict::Insufficient,
             false => Verdict::Doubtful,
         };
-        // For random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
+        // For random loads, p free coefficients and n load cases: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
         let times = (n > p + 1.0).then(|| ((n - 1.0) / (n - p - 1.0) * n / (n - p)).sqrt());
         let figures = match times {
-            _ if n <= p.ceil() => "there are no more load cases than coefficients".to_owned(),
+            _ if n <= p.ceil() => "there are no more load cases than free coefficients".to_owned(),
             Some(times) if times < TIMES => {
                 let times = significant(times, 2);
                 format!(

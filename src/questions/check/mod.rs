@@ -1,4 +1,4 @@
-//! Check of the recordings: faults of the rig, and whether the loads determine the model.
+//! Checks the recordings: finds faults of the test rig, and whether the loads determine the coefficients of the model.
 
 mod alternating;
 pub(crate) mod cautions;

@@ -1,4 +1,4 @@
-//! Checks training recordings for a model. It needs the sums of one pass over the samples.
+//! Checks whether training recordings suffice for a model. The check needs only sums from one pass over the samples.
 
 use crate::calibration::{Calibration, NormalEquations, Regressor};
 use crate::features::{Column, FeatureStream};
@@ -25,39 +25,39 @@ use crate::scoring::numbers::{percent, significant};
 use crate::shown::{counted, first_clauses};
 
 const PROPOSED: usize = 6;
-/// Maximum number of recordings with faults that are named.
+/// Maximum number of recordings with faults whose names are shown.
 const FAULTY: usize = 3;
-/// Share of faulty training samples above which the finding is serious.
+/// Share of faulty training samples above which the finding makes the verdict doubtful.
 const FAULTY_SHARE: f64 = 0.05;
-/// Orientation in which the sensor's frame equals the world's.
+/// Rotation matrix for the orientation in which the sensor's frame equals the world's.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 use Verdict::{Doubtful, Enough};
 
-/// Masses that can hang from the sensor in any orientation.
+/// Weights that can hang from the sensor in any orientation, by which the proposed loads can be made.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HangingMass {
     /// Available masses (kg).
     pub masses: Vec<f64>,
-    /// Distances from the sensor's origin, along its axes in both directions, at which they can hang (m).
+    /// Distances (m) from the origin of the sensor's frame at which the masses can hang, along each axis in both directions.
     pub arms: Vec<f64>,
 }
 
-/// Check of training recordings: faults of the rig, and whether the loads determine the model.
+/// Request to check training recordings: faults of the test rig, and whether the loads determine the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckData {
-    /// Fit that is checked.
+    /// Request for the fit whose recordings and features are checked.
     pub request: Request,
-    /// Limits of the sensor's channels that the user entered.
+    /// Limits of the gauges and loads that the user entered. Samples outside them are faulty.
     pub range: ValidRange,
-    /// Reasons why files were left out.
+    /// For each file that could not be used, the reason.
     pub unusable: Vec<String>,
-    /// Masses and arms for the proposed loads. With `None`, any load within the rated loads is proposed.
+    /// Masses and arms by which the proposed loads must be made. With `None`, any load within the rated loads is proposed.
     pub hanging: Option<HangingMass>,
 }
 
 impl CheckData {
-    /// Returns the check of a fit.
+    /// Returns the request to check the recordings of this fit.
     pub fn of(request: &Request, range: ValidRange, hanging: Option<HangingMass>) -> Self {
         Self { request: request.plain(), range, unusable: Vec::new(), hanging }
     }
@@ -80,7 +80,7 @@ impl Query for CheckData {
     }
 }
 
-/// Returns findings about the rig and about the linear model, and the loads to record next.
+/// Returns findings about the test rig and the linear model, and the loads that should be recorded next.
 ///
 /// # Errors
 /// [`AnalysisError`] if there is nothing to fit.
@@ -119,8 +119,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         reasons.push(Finding::new(Id::Faults, severity, seen).with(figures).costing(share));
     }
     if settings.regressor != Regressor::Linear {
-        let seen =
-            "this check judges the linear model on these features, not the network or kernel";
+        let seen = "this check judges the linear model of these features, not the network or kernel of the fit";
         reasons.push(Finding::new(Id::LinearOnly, Enough, seen));
     }
     let usual = sums.train.n_samples() as f64 / coverage.cases.len().max(1) as f64;
@@ -147,7 +146,8 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     Ok(found.judged(how.as_deref()))
 }
 
-/// Returns a text about the faulty channels of each training recording, and the share of faulty samples.
+/// Returns, for each training recording with faults, a text about its faulty channels. Also returns the share of faulty
+/// samples.
 fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
     let found =
         (asked.request.datasets).faults(&asked.request.recordings, &asked.range, progress)?;
@@ -164,7 +164,7 @@ fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), 
     Ok((words, spoiled as f64 / n.max(1) as f64))
 }
 
-/// Returns a text about the loads for which the calibration was tested, and about conditions that the recordings do not
+/// Returns a text about the loads with which the calibration was tested, and about conditions that the recordings do not
 /// cover.
 fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str) -> String {
     let axis = |own: &AxisReach| {
@@ -174,7 +174,10 @@ fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str)
     let loads: Vec<String> = axes.iter().map(axis).collect();
     let s = if n == 1 { "" } else { "s" };
     let how = how.unwrap_or("not cross-validated");
-    format!("Tested with {} in {n} training recording{s} ({how}). {not_covered}", loads.join(", "))
+    format!(
+        "The calibration was tested with loads {} in {n} training recording{s} ({how}). {not_covered}",
+        loads.join(", ")
+    )
 }
 
 fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) -> Vec<AxisReach> {
@@ -221,20 +224,22 @@ impl Dataset {
             found.push(Finding::new(
                 Id::OneAxisAtATime,
                 Doubtful,
-                "the axes are loaded one at a time",
+                "in the training recordings, the axes are loaded one at a time",
             ));
         }
         if training.len() > 1 && is_one_programme(&training) {
-            let seen =
-                format!("all {} training recordings repeat one programme of loads", training.len());
+            let seen = format!(
+                "all {} training recordings repeat the same sequence of loads",
+                training.len()
+            );
             found.push(Finding::new(Id::OneProgramme, Doubtful, seen));
         }
         found
     }
 }
 
-/// Returns the loads to record next, a text about their choice, and a finding about axes that none of them loads. Each
-/// proposed load counts as `weight` samples.
+/// Returns the loads that should be recorded next, a text about their choice, and a finding about axes that none of them
+/// loads. In the computation, each proposed load counts as `weight` samples.
 fn proposals(
     calibration: &Calibration,
     axes: &[AxisReach],
@@ -280,36 +285,43 @@ fn proposals(
         })
         .collect();
     let mut note = match (hanging, loads.is_empty()) {
-        (Some(_), true) => "Every mass and arm exceeds the largest load of an axis.".to_owned(),
+        (Some(_), true) => {
+            "Every available mass and arm makes a load that exceeds the largest load of an axis."
+                .to_owned()
+        }
         _ => format!(
-            "Each load increases the determinant of the design most, given the loads before it (D-optimal). It counts as {} \
-             samples, the mean of the recorded load cases. A linear model of the same data predicts the gauges.",
+            "Each load is chosen for the largest increase of the determinant of the information matrix, given the loads before it (D-optimal). In this computation it counts as {} \
+             samples, the mean number for a recorded load case. The gauge values under the load are predicted by a linear model of the same data.",
             significant(weight, 2)
         ),
     };
     if memoryless.len() < columns.len() {
-        note.push_str(" Features with a memory are ignored, because their values depend on how a load is reached.");
+        note.push_str(" Features that use earlier gauge values are ignored in this choice, because their values depend on how a load is reached.");
     }
     if axes.iter().zip(&moves).any(|(axis, moves)| *moves && !axis.rated) {
-        note.push_str(" On axes without a rated load, the loads stay within the recorded range.");
+        note.push_str(
+            " On axes without a rated load, the proposed loads stay within the recorded range.",
+        );
     }
-    // No available mass loads this axis. For example, there is no moment without an arm.
+    // No available mass and arm make a load on the other axes. For example, without an arm there is no moment.
     let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
     let unreached = (0..axes.len()).filter(|axis| !reached(*axis));
     let unreached: Vec<&str> = unreached.map(|axis| axes[axis].axis.symbol()).collect();
     let unreached = (hanging.is_some() && !loads.is_empty() && !unreached.is_empty()).then(|| {
-        let seen = format!("these masses and arms make no load on {}", unreached.join(", "));
+        let seen =
+            format!("the available masses and arms make no load on {}", unreached.join(", "));
         Finding::new(Id::Unreached, Enough, seen)
     });
     if moves.contains(&false) {
         note.push_str(
-            " First record loads on the axes that never move. They are not in this list.",
+            " First record loads on the axes on which the load never changes. These axes are not in the list.",
         );
     }
     (next, note, unreached)
 }
 
-/// Returns loads at the ends of each moving axis' range and halfway to zero, on one axis or on two axes at a time.
+/// Returns candidate loads: at the ends of the range of each moving axis, and halfway to zero, on one axis or on two axes at
+/// a time.
 fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     let none: Vec<f64> = axes.iter().map(|own| 0.0_f64.clamp(own.region.0, own.region.1)).collect();
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
@@ -337,8 +349,8 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     loads
 }
 
-/// Returns the loads of masses on arms, with gravity along the axes or halfway between them. Loads above the largest load of
-/// an axis are omitted.
+/// Returns candidate loads: those of the available masses on the arms, with gravity along the axes of the sensor or halfway
+/// between two. Loads that exceed the largest load of an axis are omitted.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
     let ways = steps

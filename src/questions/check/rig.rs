@@ -1,4 +1,4 @@
-//! Findings about the rig, and tables and figures of the gauges' zeros and sensitivities.
+//! Reports findings about the test rig, with tables and figures of the zeros and sensitivities of the gauges.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::scoring::numbers::{percent, significant};
 use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
 use crate::shown::{first, first_clauses};
 
-/// Units that are often confused: the factor between them, and a text.
+/// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
 const UNITS: [(f64, &str); 6] = [
     (4.448_221_6, "pounds-force taken for newtons would explain it"),
     (9.806_65, "kilograms-force taken for newtons would explain it"),
@@ -26,36 +26,41 @@ const UNITS: [(f64, &str); 6] = [
     (1.355_818, "pound-feet taken for newton metres would explain it"),
     (100.0, "centimetres taken for metres would explain it"),
 ];
-/// Maximum relative deviation of a factor from that of a unit or from −1, for which the unit or the sign is named.
+/// Maximum relative deviation of a found factor from the factor between two units, or from −1, for which the report names the
+/// confused units or the reversed sign.
 const NEAR: f64 = 0.03;
 const NAMED: usize = 6;
-/// Colours of gauges (Okabe and Ito 2008), without black and yellow.
+/// Colours (sRGB) of the gauges in figures, by Okabe and Ito (2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
-/// Minimum share of the squared error that a reported lag explains. Removing this share makes the error a tenth smaller
-/// (√0.8).
+/// Minimum share of the squared error that a time lag must explain to be reported. Without this share, the error would be a
+/// tenth smaller (√0.8).
 const LAG_SHARE: f64 = 0.2;
-/// The same minimum if less than half of the gauges lag. On single gauges, hysteresis alone explains up to 0.3.
+/// The same minimum share if less than half of the gauges lag. It is larger, because on single gauges hysteresis alone
+/// explains up to 0.3.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
-/// Smallest lag that is reported (samples). Its uncertainty is a tenth of a sample, so this is twice the uncertainty.
+/// Smallest time lag that is reported (samples). It is twice the uncertainty of a lag, which is a tenth of a sample.
 const SMALLEST_LAG: f64 = 0.2;
 const LAG_SAMPLES: f64 = 0.2;
-/// Maximum number of samples in which lags are measured. Of more recordings, only the first ones are used.
+/// Maximum number of samples in which time lags are measured. If the recordings have more samples, only the first recordings
+/// are used.
 const LAG_LONGEST: usize = 200_000;
 
-/// Zeros and sensitivities of the gauges in each recording, with the findings.
+/// Zeros and sensitivities of the gauges in each training recording, with the findings about the test rig.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RigReport {
-    /// Rows of the table, in order of time. A row is one recording, or several consecutive recordings.
+    /// Rows of the table of zeros and sensitivities, in order of time. A row is one recording, or several consecutive
+    /// recordings together.
     pub runs: Vec<Run>,
-    /// Name of each row.
+    /// Name of each row of the table: the name of its recording, or of the first and the last one.
     pub names: Vec<String>,
     /// Names of the gauges.
     pub gauges: Vec<String>,
-    /// Faults of the rig, and columns that are no gauges.
+    /// Findings about faults of the test rig, and about columns that are not gauges.
     #[serde(skip)]
     pub findings: Vec<Finding>,
-    /// Linear response of each gauge to the loads: zero, slope along each axis of `axes`, and RMS residual.
+    /// Linear response of each gauge to the loads: its zero, its slope along each of `axes`, and its RMS residual, in this
+    /// order.
     #[serde(skip)]
     pub answers: Vec<(f64, Vec<f64>, f64)>,
     /// Axes of the slopes in `answers`.
@@ -64,7 +69,7 @@ pub struct RigReport {
 }
 
 impl RigReport {
-    /// Creates the report for training recordings, given the full scale of each axis; `None` if no load moves.
+    /// Creates the report for training recordings. The full scale of each axis is given. Returns `None` if no load moves.
     pub fn of(
         training: &[&Recording],
         full_scale: &[f64],
@@ -94,7 +99,8 @@ impl RigReport {
             let seen = first_clauses(NAMED, no_gauges);
             findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
         }
-        // With repeated samples, held-out samples would be predicted from their own copies.
+        // If recordings contain the same samples, held-out samples would be predicted from their own copies, so faults are
+        // not searched.
         if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
@@ -114,7 +120,8 @@ impl RigReport {
         self.answers.iter().map(of_gauge).collect()
     }
 
-    /// Returns the tables of zeros, sensitivities and held-out errors of each recording.
+    /// Returns the tables of the zeros of the gauges, their sensitivities, and the held-out errors, with one row for each
+    /// recording.
     pub fn tables(&self) -> Vec<Table> {
         let rows = || self.names.iter().zip(&self.runs);
         let estimate = |own: Option<(f64, f64)>, from: f64| {
@@ -122,7 +129,7 @@ impl RigReport {
                 let (value, error) = (100.0 * (value - from), 100.0 * error);
                 Cell::number(value, format!("{value:+.2} ± {error:.2}"))
             });
-            Cell::known(cell, "the loads of this recording do not determine it")
+            Cell::known(cell, "the loads of this recording do not determine this value")
         };
         let gauges = || self.gauges.iter().enumerate();
         let head = |(_, name): &(usize, &String)| Column::numbers(name.as_str()).unit("%");
@@ -132,10 +139,10 @@ impl RigReport {
             .column(Column::numbers("held-out error").unit("%"), |(_, run)| {
                 Cell::digits(Some(100.0 * run.error), 3)
             })
-            .about("Error of the conventional calibration in this recording when it is fitted to the other recordings, as a share of full scale")
+            .about("Error of a conventional calibration in this recording, as a share of full scale. The calibration is fitted to the other recordings")
             .table(
-                "Zeros compared with the other recordings",
-                "Change of each gauge's zero as a share of the gauge's range, with one standard error.",
+                "Zeros of the gauges compared with the other recordings",
+                "Difference between the zero of each gauge in this recording and in the other recordings, as a share of the gauge's range, ± one standard error.",
             );
         let sensitivities = Table::of(rows())
             .words("Recording", |(name, _)| name.as_str())
@@ -143,13 +150,13 @@ impl RigReport {
                 estimate(run.sensitivities[*gauge], 1.0)
             })
             .table(
-                "Sensitivities compared with the other recordings",
-                "Relative change of each gauge's sensitivity, with one standard error.",
+                "Sensitivities of the gauges compared with the other recordings",
+                "Relative difference between the sensitivity of each gauge in this recording and in the other recordings, ± one standard error.",
             );
         if self.runs.len() > 1 { vec![zeros, sensitivities] } else { Vec::new() }
     }
 
-    /// Returns the figures of zeros and sensitivities over the recordings, in order of time.
+    /// Returns the figures of the zeros and the sensitivities of the gauges over the recordings, in order of time.
     pub fn figures(&self) -> Vec<Figure<'static>> {
         type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
         let kinds: [(&str, Estimates, f64); 2] =
@@ -188,15 +195,21 @@ impl RigReport {
 fn no_gauge(own: &NoGauge, gauges: &[String], names: &[String]) -> String {
     match own {
         NoGauge::Reference(gauge) => {
-            format!("{} equals a combination of the reference loads", gauges[*gauge])
+            format!(
+                "the gauge column {} equals a linear combination of the reference loads",
+                gauges[*gauge]
+            )
         }
         NoGauge::Constant(gauge, run) => {
             let place = run.map_or("all recordings", |run| &names[run]);
-            format!("{} has the same value in all samples of {place}", gauges[*gauge])
+            format!("the gauge {} has the same value in all samples of {place}", gauges[*gauge])
         }
-        NoGauge::Clock(gauge) => format!("{} seems to be a clock", gauges[*gauge]),
+        NoGauge::Clock(gauge) => format!("the gauge column {} seems to be a clock", gauges[*gauge]),
         NoGauge::Copy(gauge, of) => {
-            format!("{} repeats {} with another factor and offset", gauges[*gauge], gauges[*of])
+            format!(
+                "the gauge {} has the same values as the gauge {}, apart from a factor and an offset",
+                gauges[*gauge], gauges[*of]
+            )
         }
     }
 }
@@ -213,7 +226,7 @@ impl Contradiction {
             _ => format!("{what} is {} times as large", significant(value, 3)),
         };
         let (id, what) = match &self.cause {
-            Cause::Tare => (Id::TareChanged, "the zeros of the gauges change".to_owned()),
+            Cause::Tare => (Id::TareChanged, "the zeros of the gauges are different".to_owned()),
             Cause::Drift => (Id::ZerosDrift, "the zeros of the gauges drift with time".to_owned()),
             Cause::Gauge(gauge) => {
                 (Id::GaugeChanged, by(format!("the sensitivity of {}", gauges[*gauge])))
@@ -239,26 +252,25 @@ impl Contradiction {
             Cause::Noise(own) => {
                 let names = first(NAMED, own.iter().map(|gauge| &gauges[*gauge]));
                 let times = significant(value, 2);
-                (
-                    Id::Noisy,
-                    format!("the noise of {names} is {times} times that in any other recording"),
-                )
+                (Id::Noisy, format!("the noise of {names} is {times} times as large"))
             }
-            Cause::Unlike => (Id::Odd, "contradicts the others".to_owned()),
+            Cause::Unlike => (Id::Odd, "contradicts the other recordings".to_owned()),
         };
         let place = match self.place {
             Where::From(first) if names.len() == 2 => {
-                format!("between {} and {}, ", names[0], names[first])
+                format!("in {}, compared with {}, ", names[first], names[0])
             }
-            Where::From(first) => format!("from {} on, ", names[first]),
+            Where::From(first) => {
+                format!("from {} on, compared with the recordings before, ", names[first])
+            }
             Where::One(run) if self.cause == Cause::Unlike => format!("{} ", names[run]),
-            Where::One(run) => format!("in {}, ", names[run]),
+            Where::One(run) => format!("in {}, compared with the other recordings, ", names[run]),
             Where::All => String::new(),
         };
         let [with, without] = [self.with, self.without].map(|own| significant(100.0 * own, 2));
         let unit = self.unit().filter(|_| value > 0.0).map(|own| format!("{own}; "));
         let figures = format!(
-            "{}held-out error {with} % of full scale with this fault, {without} % without it",
+            "{}the held-out error is {with} % of full scale, and {without} % after correction of this fault",
             unit.unwrap_or_default()
         );
         Finding::new(id, Verdict::Doubtful, format!("{place}{what}"))
@@ -266,7 +278,8 @@ impl Contradiction {
             .costing(self.with - self.without)
     }
 
-    /// Returns the text about confused units that explains a factor, or an empty text for an opposite sign.
+    /// Returns the text that explains a factor by confused units, or an empty text if the factor reverses the sign. `None` if
+    /// the factor fits neither.
     fn unit(&self) -> Option<&'static str> {
         let factor = *self.values.first()?;
         let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
@@ -278,7 +291,7 @@ impl Contradiction {
     }
 }
 
-/// Returns the finding of recordings that contain the same gauges and loads.
+/// Returns the finding that recordings contain the same samples of gauges and loads.
 pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
     let mut pairs = Vec::new();
@@ -292,12 +305,13 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
             pairs.push(format!("{} and {}", earlier.name(), own.name()));
         }
     }
-    let seen = format!("the same samples are in {}", first(NAMED, pairs.iter()));
+    let seen = format!("the same samples are in the recordings {}", first(NAMED, pairs.iter()));
     let found = Finding::new(Id::SameSamples, Verdict::Doubtful, seen);
     (!pairs.is_empty()).then_some(found)
 }
 
-/// Returns the finding of a [`lag`] with its cost converted to a share of full scale, for the errors of a calibration.
+/// Returns the finding of [`lag`] with its cost converted from a share of the error to a share of full scale, by the errors
+/// of a calibration.
 pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
     let errors = calibration.quality.compensated.train_rmse.iter().flatten();
     let of_scale = errors.zip(&calibration.full_scale).filter(|(_, full_scale)| **full_scale > 0.0);
@@ -305,7 +319,8 @@ pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding 
     found.clone().costing(found.cost * error)
 }
 
-/// Returns the finding of gauges that lag behind the reference or are ahead of it. Its cost is a share of the error.
+/// Returns the finding that gauges lag behind the reference or are ahead of it. The cost of the finding is the share of the
+/// error that the lag explains.
 pub(crate) fn lag(
     training: &[&Recording],
     progress: &Progress,
@@ -360,16 +375,19 @@ pub(crate) fn lag(
     };
     let which = if are_many { "the gauges are" } else { "some gauges are" };
     let seen = format!(
-        "{which} {way} the reference by {} s, {} samples",
+        "{which} {way} the reference by {} s, which is {} samples",
         significant(size, 2),
         significant(worst.samples.abs(), 2)
     );
     let mut figures = format!(
-        "it explains {} of the squared error of a conventional calibration",
+        "the lag explains {} of the squared error of a conventional calibration",
         percent(worst.explained_error_share)
     );
     if !others.is_empty() {
-        figures += &format!("; other lags: {}", first(NAMED, others.into_iter()));
+        figures += &format!(
+            "; other recordings or gauges have other lags: {}",
+            first(NAMED, others.into_iter())
+        );
     }
     let cost = 1.0 - (1.0 - worst.explained_error_share).max(0.0).sqrt();
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures).costing(cost)))

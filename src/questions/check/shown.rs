@@ -1,4 +1,4 @@
-//! Tables of a check.
+//! Makes the tables that show the result of a check of the recordings.
 
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::report::table::{Cell, Column, Table};
@@ -21,15 +21,15 @@ fn axes(of: &Sufficiency) -> Table {
         .digits("full scale", 4, |own| (own.full_scale > 0.0).then_some(own.full_scale))
         .words("full scale from", |own| if own.rated { "rated load" } else { "recorded loads" })
         .digits("fit RMSE", 4, |own| own.train_rmse)
-        .about("RMS error on the training samples")
+        .about("RMS error of the fit on the training samples")
         .digits("cross-validation RMSE", 4, |own| own.left_out_rmse)
-        .about("RMS error on held-out samples")
+        .about("RMS error on samples that cross-validation held out of the fit")
         .words("correlated with", |own| match own.moves_with {
             Some((other, r)) => format!("{} ({r:+.2})", other.symbol()),
             None => String::new(),
         })
         .about(
-            "Axis whose training loads correlate most with those of this axis, and the correlation",
+            "Other axis whose training loads correlate most with those of this axis, and the correlation",
         )
         .table("Training loads and errors", "")
 }
@@ -44,9 +44,9 @@ fn next(of: &Sufficiency) -> Table {
             |(_, own), (axis, _)| Cell::digits(Some(own.load[*axis]), 3),
         )
         .digits("gain", 3, |(_, own)| Some(own.gain))
-        .about("Increase of the logarithm of the determinant of the design")
+        .about("Increase of the logarithm of the determinant of the information matrix if this load is recorded")
         .column(Column::numbers("remaining variance"), |(_, own)| share(own.variance_left))
-        .about("Share of the predictions' mean variance that remains after this load and the loads above it are recorded")
+        .about("Share of the mean variance of predicted loads that remains after this load and the loads above it in the table are recorded")
         .columns(
             hangs.then_some("how"),
             |name| Column::words(*name),

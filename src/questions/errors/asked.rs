@@ -1,4 +1,4 @@
-//! Main question of the window: fit, scores and traces.
+//! Request behind most of the window: the fit, its errors, and its traces over time.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use crate::questions::errors::query::{Analysis, Analyst};
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 
-/// Fits or applies a calibration, and computes scores and traces.
+/// Request to fit or apply a calibration, and to compute its errors and load traces in the background.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analyse(pub Request);
 

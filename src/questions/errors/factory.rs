@@ -1,10 +1,10 @@
 //! Loads and errors of the sensor's factory calibration, for comparison with the fitted calibration.
 //!
-//! Guarantees: gauges are matched with the recordings by name. An axis that the factory calibration lacks has no trace and no
-//! error.
+//! Guarantees: the gauges of the factory calibration are matched by name with the gauges of the recordings. An axis that the
+//! factory calibration lacks has no factory trace and no factory error.
 //!
-//! A factory matrix has no offset, because a sensor is tared before use. Instead, the mean error of each axis on the training
-//! recordings is subtracted from all recordings.
+//! A factory matrix has no offset, because a sensor is tared before use. In place of a tare, the mean error of each axis on
+//! the training recordings is subtracted from the axis' loads in all recordings.
 
 use std::path::Path;
 
@@ -14,8 +14,8 @@ use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_fro
 use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
 use crate::recording::{Axis, Entry, Recording, Role};
 
-/// Reads a calibration for comparison, see [`Request::factory`](crate::questions::Request::factory). If the file lists its
-/// gauges by position only (an ATI-style `.cal`), the gauges get these names.
+/// Reads the factory calibration for a comparison; see [`Request::factory`](crate::questions::Request::factory). If the file
+/// lists its gauges by position only (an ATI-style `.cal`), the gauges get the names `gauge_names`.
 ///
 /// # Errors
 /// [`ReadCalibrationError`] if the file cannot be read.
@@ -32,10 +32,10 @@ pub fn read_factory(
 
 #[derive(Debug)]
 pub(crate) struct Factory {
-    /// Loads of each recording, `n × n_axes` row-major with the axes of the factory calibration.
+    /// Loads of each recording by the factory calibration before the offset, `n × n_axes` row-major with its axes.
     loads: Vec<Vec<f64>>,
     axes: Vec<Axis>,
-    /// Offset that is added to each axis of the factory calibration (N or N·m).
+    /// Offset that takes the place of a tare: added to the loads of each axis of the factory calibration (N or N·m).
     offsets: Vec<f64>,
 }
 
@@ -72,7 +72,8 @@ impl Factory {
         Some(values.step_by(self.axes.len()).map(move |load| load + offset))
     }
 
-    /// Returns the errors on one axis in all recordings that have this role and a reference for the axis.
+    /// Returns the errors of the factory calibration on one axis (N or N·m), in all recordings that have this role and a
+    /// reference for the axis.
     fn errors(&self, entries: &[Entry], axis: Axis, role: Role) -> impl Iterator<Item = f64> {
         let entries = entries.iter().enumerate().filter(move |(_, entry)| entry.role == role);
         let pairs = entries.filter_map(move |(at, entry)| {

@@ -1,4 +1,5 @@
-//! Linear fit: one pass through all recordings gives sums, and all results follow from the sums.
+//! Linear fit by normal equations: one pass through all recordings computes the sums XᵀX and XᵀY, from which all results
+//! follow.
 
 use std::sync::Arc;
 
@@ -19,31 +20,34 @@ use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 use crate::scoring::metrics;
 use crate::scoring::part_squares::PartSquares;
 
-/// Maximum size of the sums that are kept for the next change of thresholds (bytes).
+/// Maximum size (bytes) of the normal equations that are kept to make the next change of look-back thresholds fast.
 const MOST_KEPT_BYTES: usize = 1 << 26;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Sums {
-    /// Sums of each piece of each recording.
+    /// Normal equations of each piece of each recording. A piece is a range of samples that belongs to one part of the
+    /// cross-validation.
     pub of_recordings: Vec<Vec<NormalEquations>>,
     pub train: NormalEquations,
     pub test: NormalEquations,
-    /// Training sums of each part that cross-validation leaves out.
+    /// Normal equations of each part of the training recordings that cross-validation leaves out.
     pub parts: Vec<NormalEquations>,
-    /// Sums of each part with a history that starts anew, on which the fit without the part is scored. `None` if the parts are
-    /// whole recordings, or if the features have no memory; `parts` then serve for both.
+    /// Normal equations of each part, with features whose history starts anew in the part; the fit without the part is scored
+    /// on them. `None` if the parts are whole recordings, or if the features have no memory; `parts` then serves both
+    /// purposes.
     pub cold: Option<Vec<NormalEquations>>,
 }
 
 pub(crate) struct LinearFit {
     pub errors: Vec<Option<Errors>>,
     pub shares: Vec<Vec<f64>>,
-    /// Squared errors of each part, predicted by a fit to the other parts; `None` if the other parts do not determine a fit.
+    /// Squared errors of each part of the training recordings, predicted by a fit to the other parts; `None` if the other
+    /// parts do not determine a fit.
     pub left_out: Option<PartSquares>,
 }
 
 impl Dataset {
-    /// Returns the sums of all recordings; incomplete if the work was cancelled.
+    /// Returns the normal equations of all recordings; incomplete if the work was cancelled.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
         let of_recordings = self.sums_of_recordings(design, past, progress);
         let empty = NormalEquations::new(design.n_columns(), n_axes);
@@ -89,8 +93,8 @@ impl Dataset {
         Some(parts)
     }
 
-    /// Returns the sums of each piece of each recording. If only thresholds changed, only the columns of the look-backs are
-    /// summed again. The result is identical to the bit.
+    /// Returns the normal equations of each piece of each recording. If only look-back thresholds changed, only the columns
+    /// of the look-backs are summed again. The result is then bitwise identical to that of summing all columns.
     fn sums_of_recordings(
         &self,
         design: &Design,
@@ -130,8 +134,9 @@ impl Dataset {
         sums
     }
 
-    /// Returns the sums of each training recording, if there are exactly two. The blocks of a single recording are too similar to
-    /// choose a ridge. With more recordings, the parts of cross-validation are whole recordings.
+    /// Returns the normal equations of each training recording if there are exactly two: the ridge is then chosen by leaving
+    /// out one of them, because the blocks of a single recording are too similar. With more recordings, the parts of
+    /// cross-validation are whole recordings already.
     pub fn recordings_left_out(
         &self,
         sums: &[Vec<NormalEquations>],
@@ -165,7 +170,8 @@ impl Dataset {
         let Sums { of_recordings, train, test, parts, cold } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
-        // Only an automatic ridge needs the sums of whole recordings, which take time at every step of a slider.
+        // Only an automatic ridge needs the normal equations of whole recordings. Computing them at every step of a threshold
+        // slider would take too long.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
@@ -179,11 +185,12 @@ impl Dataset {
         };
         let Chosen { strengths, by_block, shares, squares } = Chosen::of(&chooses, &design, ridge);
         let squares = squares.filter(|_| whole.is_none());
-        // The targets are the residuals of the conventional map, so zero coefficients mean the conventional map.
+        // The fit predicts the residuals of the conventional map, so zero coefficients reproduce the conventional map.
         let none = vec![0.0; design.n_columns() * n_axes];
         let mut found = fit_targets(train, terms(&all), &shares);
         if found.rank == fit(train, terms(&present), Ridge::None).rank {
-            // If no past sample differs, the compensated map is the conventional map, to the bit.
+            // If the history adds no independent column, because no earlier sample differs from the present one, the
+            // compensated map is the conventional map, to the bit.
             found.coefficients.clone_from(&none);
         }
         let matrix = self.map.corrected(&design, &found.coefficients);
@@ -238,7 +245,7 @@ fn total(pieces: &[NormalEquations]) -> Option<NormalEquations> {
     Some(whole)
 }
 
-/// Returns the largest effective number of coefficients of an axis.
+/// Returns the effective number of coefficients under the ridge, for the axis on which this number is largest.
 fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     let mut different: Vec<&Vec<f64>> = Vec::new();
     for own in shares {
@@ -251,12 +258,13 @@ fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
 }
 
 struct Chosen {
-    /// Smallest ridge strength of a block, for each axis; infinite if all blocks are left out.
+    /// Smallest ridge strength of any feature block, for each axis; infinite if all blocks are left out.
     strengths: Vec<f64>,
     by_block: Vec<BlockRidge>,
-    /// Ridge of each column for each axis, as a share of the column's squared length.
+    /// Ridge penalty of each feature column for each axis, as a share of the column's squared length (its diagonal element of
+    /// XᵀX).
     shares: Vec<Vec<f64>>,
-    /// Squared errors of the parts with these strengths; `None` if the choice did not compute them.
+    /// Squared cross-validation errors of the parts with these ridge strengths; `None` if the choice did not compute them.
     squares: Option<Vec<f64>>,
 }
 
@@ -267,7 +275,8 @@ impl Chosen {
                 let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
                 Self::by_group(left_out, design, &groups)
             }
-            // Coefficients of auxiliary channels and of features with memory differ in magnitude, so each group has a strength.
+            // Coefficients of auxiliary channels and of features with memory differ in magnitude, so each group of feature
+            // blocks has its own ridge strength.
             RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
                 Self::by_group(left_out, design, &design.ridge_groups())
             }
@@ -288,7 +297,8 @@ impl Chosen {
         }
     }
 
-    /// Chooses a strength for each group of blocks. If the groups cannot be compared, chooses one strength as [`Self::alike`].
+    /// Chooses a ridge strength for each group of feature blocks. If cross-validation cannot compare the groups, chooses one
+    /// strength for all, as [`Self::alike`].
     fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
         let own = design.blocks().into_iter().map(|own| (own.description, own.columns));
         let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = own.unzip();
@@ -299,7 +309,7 @@ impl Chosen {
             |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
         let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
             let groups = blocks.iter().map(group_of);
-            groups.map(|group| own[group.expect("every block belongs to a group")]).collect()
+            groups.map(|group| own[group.expect("every feature block belongs to a ridge group")]).collect()
         };
         let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
         let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);

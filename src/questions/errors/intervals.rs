@@ -1,4 +1,4 @@
-//! Intervals of recordings whose traces are saved to a file.
+//! Choice of the intervals of recordings whose traces are saved to a file.
 
 use std::sync::Arc;
 
@@ -15,20 +15,20 @@ use crate::same::same_where;
 pub struct OnScreen {
     /// Calibration that computes the loads.
     pub calibration: Arc<Calibration>,
-    /// The recordings with their roles.
+    /// The recordings with their roles (train, test or off).
     pub recordings: Arc<RecordingSet>,
-    /// Decimation, as in the analysis.
+    /// Decimation of the recordings, as in the analysis: every n-th sample is used.
     pub decimation: usize,
     /// Traces that the trace panes draw.
     pub traces: Arc<TraceSet>,
-    /// Visible interval of the traces' time (s); `None` for all samples.
+    /// Visible interval on the time axis of the trace panes (s); `None` for all samples.
     pub visible: Option<(f64, f64)>,
 }
 
 same_where!(OnScreen: shared(calibration, recordings, traces) value(decimation, visible) besides());
 
 impl OnScreen {
-    /// Returns the traces of an analysis that answers this request.
+    /// Returns the traces of `analysis`, which must be the answer to `request`.
     pub fn of(request: &Request, analysis: &Analysis, visible: Option<(f64, f64)>) -> Self {
         Self {
             calibration: Arc::clone(&analysis.calibration),

@@ -19,17 +19,17 @@ use crate::same::Shared as _;
 pub struct Analysis {
     /// Fitted or applied calibration. The `quality` of an applied calibration is measured on the loaded recordings.
     pub calibration: Arc<Calibration>,
-    /// True if the calibration was fitted to these recordings.
+    /// True if the calibration was fitted to these recordings, false if an existing calibration was applied to them.
     pub fitted: bool,
-    /// Results of all recordings, in the order of the set.
+    /// Results of all recordings, in the order of the recording set.
     pub recordings: Vec<RecordingResult>,
-    /// Errors of the factory calibration; `None` without one.
+    /// Errors of the factory calibration; `None` without a factory calibration.
     pub factory: Option<FactoryScores>,
     /// Findings about the recordings and the fit.
     pub findings: Vec<Finding>,
-    /// Traces that the panes draw.
+    /// Traces of loads and errors that the window draws.
     pub traces: Arc<TraceSet>,
-    /// Time that the analysis took.
+    /// Computing time of the analysis.
     pub elapsed: Duration,
     /// For a preview, the number n if every n-th sample is used; `None` for a complete analysis.
     pub preview_of: Option<usize>,
@@ -38,33 +38,34 @@ pub struct Analysis {
 /// Result of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingResult {
-    /// Number of samples after decimation.
+    /// Number of samples of the recording after decimation.
     pub n_samples: usize,
     /// Name of the recording's group; `None` for an ungrouped recording.
     pub group: Option<String>,
-    /// Uncompensated RMSE per axis; `None` without a reference.
+    /// RMSE of the uncompensated load for each axis (N or N·m); `None` without a reference load.
     pub conventional_rmse: Option<Vec<f64>>,
-    /// Compensated RMSE per axis; `None` without a reference.
+    /// RMSE of the compensated load for each axis (N or N·m); `None` without a reference load.
     pub compensated_rmse: Option<Vec<f64>>,
-    /// Share of samples for which the first look-back found a past sample; `None` without a look-back.
+    /// Share of samples for which the first look-back (earlier gauge values) found an earlier sample; `None` without a
+    /// look-back.
     pub share_with_past: Option<f64>,
 }
 
-/// Analyses one request.
+/// Fits or applies a calibration as requested, and computes its errors and traces.
 ///
 /// # Errors
-/// [`AnalysisError`] if the recordings or settings allow no analysis, or the work was cancelled.
+/// [`AnalysisError`] if the recordings or settings allow no analysis, or if the work was cancelled.
 pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, AnalysisError> {
     Analyst::default().analyse(request, progress)
 }
 
-/// Analyses requests, and keeps the data that do not depend on the thresholds.
+/// Computes one analysis after another, and keeps the data that do not depend on the look-back thresholds for the next one.
 #[derive(Debug, Default)]
 pub struct Analyst {
     data: Option<Arc<Dataset>>,
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
-    /// Decimated data for previews, if there are many samples.
+    /// Decimated data from which previews are computed, if there are many samples.
     thinned: Option<Dataset>,
 }
 
@@ -72,10 +73,10 @@ pub struct Analyst {
 const PREVIEW_SAMPLES: usize = 100_000;
 
 impl Analyst {
-    /// Fits or applies a calibration, and computes scores and traces.
+    /// Fits or applies a calibration, and computes its errors and traces.
     ///
     /// # Errors
-    /// As [`analyse`]. The kept data stay valid.
+    /// Those of [`analyse`]. The kept data stay valid after an error.
     pub fn analyse(
         &mut self,
         request: &Request,
@@ -84,8 +85,8 @@ impl Analyst {
         self.analyse_showing(request, progress, None)
     }
 
-    /// Analyses like [`Self::analyse`]. If many samples were analysed before, `show` first receives a preview of every n-th
-    /// sample.
+    /// Analyses like [`Self::analyse`]. If recordings with many samples were analysed before, `show` first receives a preview
+    /// that uses every n-th sample.
     ///
     /// # Errors
     /// As [`Self::analyse`].
@@ -139,8 +140,8 @@ impl Analyst {
         Ok(self.analysis(data, calibration, fitted, recordings, traces))
     }
 
-    /// Returns a preview of every n-th sample. Returns `None` if there are few samples, if the samples were not analysed
-    /// before, or if a calibration is applied, because a preview would then take as long as the analysis.
+    /// Returns a preview that uses every n-th sample. Returns `None` if there are few samples, if the samples were not
+    /// analysed before, or if a calibration is applied, because a preview would then take as long as the analysis.
     fn preview(
         &mut self,
         data: &Dataset,
@@ -194,7 +195,7 @@ impl Analyst {
         request: &Request,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
-        // The old data are dropped first, because both may not fit in memory.
+        // The kept data of the previous request are dropped first, because the data of two requests may not fit in memory.
         let before = self.data.take().map(|data| Arc::downgrade(&data));
         let data = request.datasets.get(&request.key(), progress)?;
         let is_other = before.is_none_or(|before| before.as_ptr() != Arc::as_ptr(&data));

@@ -6,10 +6,10 @@ use crate::report::table::{Cell, Column, Table};
 use crate::report::trace::{Shown, Trace};
 use crate::scoring::numbers::significant;
 
-/// Returns the RMSE of each axis on one set of samples, one row per axis.
+/// Returns a table of the RMSE of each axis on one set of samples (such as the test recordings), one row per axis.
 ///
 /// # Errors
-/// A sentence with the reason why there are no errors.
+/// A sentence with the reason why this set of samples has no errors.
 pub fn errors(
     calibration: &Calibration,
     factory: Option<&FactoryScores>,
@@ -51,7 +51,8 @@ pub fn errors(
         .table(format!("RMSE, {}{how}", set.label()), format!("{}.", set.explanation())))
 }
 
-/// Returns a note on the column of the factory calibration, with the offsets that were added to its loads.
+/// Returns the note below the table of errors that explains its factory column, with the offsets that were added to the
+/// factory calibration's loads.
 pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> String {
     let added = (calibration.axes.iter().zip(&factory.offsets))
         .filter_map(|(axis, offset)| {
@@ -60,11 +61,11 @@ pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> Strin
             Some(format!("{symbol} {} {unit}", significant(offset, 3)))
         })
         .collect::<Vec<_>>();
-    let note = "Factory: the calibration that the sensor came with, on the same gauges.";
+    let note = "Factory: errors of the calibration that the sensor came with, computed from the same gauges.";
     match added.is_empty() {
         true => note.to_owned(),
         false => format!(
-            "{note} As a tare, offsets were added that make its mean error on the training recordings zero: {}.",
+            "{note} In place of a tare, offsets were added to its loads, which make their mean error on the training recordings zero: {}.",
             added.join(", ")
         ),
     }

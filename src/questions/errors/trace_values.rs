@@ -1,4 +1,4 @@
-//! Values of traces: columns of existing tables, or loads that are computed for the visible samples.
+//! Values that the traces plot: columns of existing load tables, or loads that are computed only for the visible samples.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
@@ -11,16 +11,16 @@ use crate::scoring::series::Values;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Index of the recording in the set.
+    /// Index of the recording in the recording set.
     pub recording: usize,
     pub name: String,
-    /// Samples of the recording, counted from the first sample of all recordings on screen.
+    /// Samples of the recording, counted from the first sample of the first recording on screen.
     pub samples: Range<usize>,
-    /// Difference between the recording's own clock and the time axis (s).
+    /// Difference between the recording's own clock and the common time axis of the trace panes (s).
     pub clock_offset_secs: f64,
 }
 
-/// A row-major table of one recording.
+/// Row-major table with one row per sample of a recording: its reference loads, or loads that a calibration computed.
 #[derive(Clone, Debug)]
 pub(crate) enum Table {
     Reference(Arc<Recording>),
@@ -36,16 +36,17 @@ impl Table {
     }
 }
 
-/// One column of the recordings on screen, which follow one another.
+/// Load of one axis in the recordings on screen, which follow one another.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub segments: Arc<[Segment]>,
-    /// Table, column and number of columns, for each segment.
+    /// For each segment (recording on screen): the table, the position of the column in it, and the table's number of
+    /// columns.
     pub columns: Vec<(Table, usize, usize)>,
 }
 
-/// Calls `take` for each segment that overlaps `samples`. The arguments are the index of the segment, the overlapping samples
-/// counted within the segment, and their start counted within `samples`.
+/// Calls `take` for each segment (recording on screen) that overlaps `samples`. The arguments are the index of the segment,
+/// the overlapping samples counted within the segment, and their start counted within `samples`.
 fn by_segment(
     segments: &[Segment],
     samples: Range<usize>,
@@ -84,22 +85,23 @@ impl Values for Columns {
     }
 }
 
-/// Number of samples whose loads are computed together.
+/// Number of samples whose loads are computed together, as one block.
 const BLOCK: usize = 4096;
-/// Maximum number of blocks that are kept. A plot that shows single samples needs fewer.
+/// Maximum number of computed blocks of loads that are kept in memory. A plot that shows single samples needs fewer blocks.
 const KEPT: usize = 64;
 
-/// Loads of one block: all samples of the first axis, then of the next axis.
+/// Loads of one block of samples: first all samples of the first axis, then of the next axis.
 type Block = Arc<[f64]>;
 
-/// Loads of more samples than fit in memory. The newest blocks are kept; other blocks are computed when they are read.
+/// Loads of recordings with more samples than fit in memory. The newest blocks of loads are kept; other blocks are computed
+/// when they are read.
 #[derive(Debug)]
 pub(crate) struct Made {
     segments: Arc<[Segment]>,
     recordings: Vec<Arc<Recording>>,
     calibration: Calibration,
     design: Design,
-    /// Past samples of each recording; `None` for conventional loads.
+    /// Earlier samples that the look-backs found in each recording; `None` for conventional loads.
     past: Option<Arc<Vec<Past>>>,
     kept: Vec<Mutex<Option<(usize, Block)>>>,
 }
@@ -111,9 +113,11 @@ pub(crate) struct MadeAxis {
 }
 
 impl Made {
-    /// Returns the conventional loads, or the compensated loads if past samples are given.
+    /// Returns the conventional loads, or the compensated loads if `past` (the earlier samples that the look-backs found) is
+    /// given.
     ///
-    /// For compensated loads, the calibration must be [quick anywhere](Calibration::is_quick_anywhere).
+    /// For compensated loads, [`Calibration::is_quick_anywhere`] must be true: each load is then computed without the samples
+    /// before it.
     pub fn new(
         segments: &Arc<[Segment]>,
         recordings: Vec<Arc<Recording>>,

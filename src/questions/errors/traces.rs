@@ -1,4 +1,4 @@
-//! Traces that the panes draw: loads and errors of the recordings on screen, which follow one another.
+//! Traces over time that the trace panes draw: loads and errors of the recordings on screen, one recording after another.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -30,7 +30,8 @@ pub struct AxisTraces {
     /// Load by the factory calibration; `None` without a factory calibration of this axis.
     pub factory: Option<Arc<Series>>,
     pub factory_error: Option<Arc<Series>>,
-    /// Compensated load minus and plus two standard deviations; `None` if the regressor computes no standard deviation.
+    /// Compensated load minus and plus two standard deviations of its prediction; `None` if the regressor computes no
+    /// standard deviation.
     pub band: Option<[Arc<Series>; 2]>,
 }
 
@@ -57,25 +58,25 @@ impl AxisTraces {
 #[derive(Clone, Debug)]
 pub struct TraceSet {
     pub view: View,
-    /// Recordings in the order of time.
+    /// Recordings on screen, in their order on the time axis.
     pub segments: Arc<[Segment]>,
     /// Time of each sample on the time axis (s). The first recording starts at zero. Each further recording starts one time step
     /// after the previous recording.
     pub times: Arc<Vec<f64>>,
-    /// True for load cases, whose times are row numbers.
+    /// True if the samples are load cases without times; the time axis then shows row numbers.
     pub is_static: bool,
-    /// Past samples by recording; see [`Self::past_of`].
+    /// Earlier samples that the look-backs found, by recording; see [`Self::past_of`].
     past: Arc<Vec<Past>>,
-    /// Decimation of the past samples: 1, or more in a preview.
+    /// Decimation of the samples in `past`: 1, or more in a preview.
     each: usize,
-    /// Intervals without a past sample, if there is a look-back.
+    /// Intervals of samples for which the look-back finds no earlier sample, if there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
     pub axes: Vec<AxisTraces>,
-    /// Thresholds that chose the past samples; `None` without a look-back.
+    /// Thresholds of the look-back, by which the earlier samples were chosen; `None` without a look-back.
     pub thresholds: Option<Thresholds>,
-    /// Kind of distance that is compared with F_th.
+    /// Kind of distance between two loads that is compared with the force threshold F_th.
     pub distance: Distance,
-    /// Weight of each axis in the distance that is compared with F_th.
+    /// Weight of each axis in the distance between two loads that is compared with the force threshold F_th.
     pub weights: Vec<f64>,
 }
 
@@ -87,7 +88,7 @@ impl TraceSet {
         }
     }
 
-    /// Returns the time of sample `k` as text with this number of digits.
+    /// Returns the time of sample `k` (for load cases, its row number) as text with this number of digits.
     pub fn when(&self, k: usize, digits: usize) -> String {
         let time = significant(self.times[k], digits);
         match self.is_static {
@@ -101,7 +102,7 @@ impl TraceSet {
         self.segments.get(at)
     }
 
-    /// Returns the index of the past sample that the first look-back finds for sample `k`, or `k` without a past sample. Both
+    /// Returns the index of the earlier sample that the first look-back finds for sample `k`, or `k` if it finds none. Both
     /// indices count all samples on screen.
     pub fn past_of(&self, k: usize) -> usize {
         let past = self.segment_of(k).and_then(|segment| {
@@ -125,7 +126,8 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
-    /// Returns the index of each recording on screen, with the samples in the interval `visible` (s); `None` means all samples.
+    /// Returns the index of each recording on screen, with its samples in the interval `visible` of the time axis (s); `None`
+    /// means all samples.
     pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
         let visible = match visible {
             None => 0..self.times.len(),
@@ -143,12 +145,13 @@ impl TraceSet {
         segments.collect()
     }
 
-    /// Returns d(k, j), the distance of the conventional loads of two samples, in the unit of F_th.
+    /// Returns d(k, j), the weighted distance between the conventional loads of samples `k` and `j`, in the unit of the force
+    /// threshold F_th.
     pub fn distance_between(&self, k: usize, j: usize) -> f64 {
         self.distances(k, j..j + 1)[0]
     }
 
-    /// Returns d(k, j) for each sample `j` in `samples`.
+    /// Returns d(k, j), the distance between the conventional loads of samples `k` and `j`, for each `j` in `samples`.
     pub fn distances(&self, k: usize, samples: Range<usize>) -> Vec<f64> {
         let mut sums = vec![0.0; samples.len()];
         for (axis, weight) in self.axes.iter().zip(&self.weights) {
@@ -166,7 +169,7 @@ impl TraceSet {
     }
 }
 
-/// Part of the traces that does not depend on thresholds.
+/// Part of the traces that does not depend on the look-back thresholds.
 #[derive(Debug)]
 pub(crate) struct FixedTraces {
     pub(crate) view: View,
@@ -177,7 +180,7 @@ pub(crate) struct FixedTraces {
     axes: Vec<AxisTraces>,
 }
 
-/// Makes the traces of all values at once, so that computed loads are read only once.
+/// Makes all traces in one pass, so that loads that are computed on reading are read only once.
 fn series_of<const N: usize>(
     values: Vec<[Option<Arc<dyn Values>>; N]>,
     progress: &Progress,
@@ -235,7 +238,7 @@ impl FixedTraces {
         let series = series_of(values.collect(), progress)?;
         let axes = axes.iter().zip(series).map(|(&axis, series)| {
             let [conventional, calculated, factory, conventional_error, factory_error] = series;
-            let conventional = conventional.expect("one trace per axis");
+            let conventional = conventional.expect("each axis has a conventional trace");
             AxisTraces {
                 axis,
                 compensated: Arc::clone(&conventional),
@@ -258,7 +261,7 @@ impl FixedTraces {
         })
     }
 
-    /// Adds the traces that depend on past samples.
+    /// Adds the traces that depend on the earlier samples of the look-backs, such as the compensated load.
     pub(crate) fn with_past(
         &self,
         data: &Dataset,
@@ -307,14 +310,15 @@ impl FixedTraces {
         });
         let series = series_of(values.collect(), progress)?;
         let moving = series.into_iter().zip(bands).map(|([compensated, error], band)| Moving {
-            compensated: compensated.expect("one trace per axis"),
+            compensated: compensated.expect("each axis has a compensated trace"),
             error,
             band,
         });
         Ok(self.with_moving(moving, calibration, past, 1))
     }
 
-    /// Adds preview traces from every `each`-th sample of each recording. Each value is held until the next value.
+    /// Adds the traces of a preview, computed from every `each`-th sample of each recording. Each value is held until the
+    /// next computed value.
     pub(crate) fn preview(
         &self,
         thinned: &Dataset,
@@ -330,7 +334,7 @@ impl FixedTraces {
             })
             .collect();
         let n = self.times.len();
-        // For each held value: the index of its segment, and the decimated sample within the segment.
+        // For each value that the preview holds: the index of its segment, and the decimated sample within the segment.
         let runs: Vec<(usize, usize)> = (0..n)
             .step_by(each)
             .map(|k| {
@@ -401,7 +405,7 @@ struct Moving {
     band: Option<[Arc<Series>; 2]>,
 }
 
-/// Returns one column per axis. `loads` are row-major tables, one for each segment.
+/// Returns the loads of each axis as one column. `loads` are row-major tables, one for each segment (recording on screen).
 fn tables(
     segments: &Arc<[Segment]>,
     n_axes: usize,
@@ -415,7 +419,7 @@ fn tables(
     axes.collect()
 }
 
-/// Returns one column per axis, of loads that are computed when they are read.
+/// Returns the loads of each axis as one column, whose values are computed when they are read.
 fn made(
     segments: &Arc<[Segment]>,
     data: &Dataset,
@@ -459,7 +463,7 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
     (segments, times)
 }
 
-/// Returns the intervals of samples without a past sample; no interval crosses two recordings.
+/// Returns the intervals of samples for which the look-back found no earlier sample; no interval crosses two recordings.
 fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {

@@ -1,11 +1,11 @@
-//! Choice of the recordings on screen.
+//! Choice of the recordings that the trace panes show.
 
 use std::ops::Range;
 
-/// Recordings on screen.
+/// Recordings that the trace panes show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum View {
-    /// The recording with this index.
+    /// The recording with this index in the recording set.
     One(usize),
     /// All recordings, one after another.
     #[default]
@@ -13,7 +13,7 @@ pub enum View {
 }
 
 impl View {
-    /// Returns this view, or the last recording if this view's recording does not exist.
+    /// Returns this view. If its recording does not exist, returns a view of the last recording.
     pub fn within(self, n_recordings: usize) -> Self {
         match self {
             Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),

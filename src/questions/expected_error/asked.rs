@@ -1,4 +1,4 @@
-//! Background question for the expected error.
+//! Request for the expected error, which is computed in the background.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::same::same_where;
 
-/// Question for the expected error of the calibration on screen.
+/// Request for the expected error of the calibration on screen.
 #[derive(Clone, Debug)]
 pub struct AskExpectedError {
     request: Request,
@@ -21,7 +21,7 @@ pub struct AskExpectedError {
 same_where!(AskExpectedError: shared(calibration) value(request, fitted) besides());
 
 impl AskExpectedError {
-    /// Returns the question for an analysis that answers this request.
+    /// Returns the request for the expected error of an analysed calibration; `analysis` must be the answer to `request`.
     pub fn of(request: &Request, analysis: &Analysis) -> Self {
         let calibration = Arc::clone(&analysis.calibration);
         Self { request: request.plain(), calibration, fitted: analysis.fitted }

@@ -1,7 +1,7 @@
 //! Limits that the user sets for a calibration: the maximum expected error, RMSE and loop width, for all axes or for each axis.
 //!
-//! Guarantees: a figure without a known value does not pass. A misspelt name in the file is an error that lists the valid
-//! names.
+//! Guarantees: a limited figure whose value is unknown fails its limit. A misspelt name in the file of limits is an error
+//! that lists the valid names.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,15 +14,15 @@ use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 use crate::small_file::{TomlError, read_toml};
 
-/// Figure of a calibration that the user can limit.
+/// Error figure of a calibration for which the user can set a maximum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limited {
-    /// Value within which 95 % of the held-out errors lie.
+    /// Load error within which 95 % of the held-out errors lie.
     ExpectedError,
     /// Root mean squared error of cross-validation or of the test recordings, whichever is larger.
     Rmse,
-    /// Largest compensated width of the loop of the largest load cycle.
+    /// Largest width of the compensated load's loop in the largest load cycle.
     LoopWidth,
 }
 
@@ -36,9 +36,9 @@ impl Limited {
     }
 }
 
-/// Measured figures that are compared with limits.
+/// Measured figures of a calibration, which are compared with the limits.
 pub struct Measured<'a> {
-    /// Axes of the calibration, each with its full scale; 0 if there is none.
+    /// Axes of the calibration, each with its full scale (N or N·m); 0 if there is none.
     pub axes: &'a [(Axis, f64)],
     pub quality: &'a Quality,
     pub expected_error: &'a Result<ExpectedError, String>,
@@ -87,7 +87,7 @@ enum Bound {
     Load(f64),
 }
 
-/// All limits of a file: figure, axis, and maximum. `None` stands for all axes.
+/// All limits of a file: limited figure, axis, and maximum. `None` in place of the axis stands for all axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 
@@ -95,13 +95,13 @@ pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 pub struct Checked {
     pub figure: Limited,
     pub axis: Axis,
-    /// Value of the figure, in `unit`; `None` if unknown.
+    /// Value of the limited figure, in `unit`; `None` if unknown.
     pub value: Option<f64>,
     pub limit: f64,
     pub unit: &'static str,
-    /// True if the value is known and not above the limit.
+    /// True if the value of the figure is known and not above the limit.
     pub pass: bool,
-    /// Reason why the value is unknown.
+    /// Reason why the value of the figure is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
@@ -114,7 +114,7 @@ impl Checked {
             (None, reason) => format!("not known ({})", reason.as_deref().unwrap_or_default()),
         };
         let (figure, axis) = (self.figure.name(), self.axis.symbol());
-        format!("{figure} of {axis} is {value}, at most {}", number(self.limit))
+        format!("{figure} of {axis} is {value}; the limit is {}", number(self.limit))
     }
 }
 

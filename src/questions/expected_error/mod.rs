@@ -1,10 +1,11 @@
 //! The expected error of a calibration: for each axis, the value within which 95 % of the held-out errors lie.
 //!
 //! Held-out errors are those of groups of training recordings, each predicted by a fit to the other groups, and those of test
-//! recordings. The larger of the two values counts.
+//! recordings. If there are both, the larger of the two 95 % values is the expected error.
 //!
-//! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups, a reason takes the place of the value. Each value comes
-//! with the underlying loads, groups and samples, and with a list of conditions that the recordings do not cover.
+//! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups, a reason takes the place of the value. Each value
+//! comes with the range of loads and the numbers of groups and samples that it is based on, and with a list of conditions
+//! that the recordings do not cover.
 
 pub mod asked;
 pub(crate) mod limits;

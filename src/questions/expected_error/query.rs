@@ -42,7 +42,7 @@ pub fn expected_error(
     Ok(data.expected_error(calibration, &past, left_out))
 }
 
-/// Completes a fitted calibration for export: adds its expected error, and the files of the recordings.
+/// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings.
 ///
 /// # Errors
 /// Those of [`expected_error`].
@@ -119,7 +119,7 @@ impl Dataset {
             if !is_trained(entry) || progress.is_cancelled() {
                 continue;
             }
-            // Only whole recordings are left out here, so each recording is one piece.
+            // Cross-validation leaves out only whole recordings here, so each recording is one piece.
             own.compensated = Some(fits[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
             errors.add_loads(&loads, entry.recording.loads(), step);
@@ -145,7 +145,7 @@ impl Dataset {
         Ok(errors)
     }
 
-    /// Returns the step by which the samples of the chosen recordings are thinned to at most [`KEPT`].
+    /// Returns n so that every n-th sample of the chosen recordings makes at most [`KEPT`] samples.
     pub(crate) fn step_of(&self, is_chosen: impl Fn(&Entry) -> bool) -> usize {
         let chosen = self.entries.iter().filter(|entry| is_chosen(entry));
         let n: usize = chosen.map(|entry| entry.recording.n_samples()).sum();

@@ -1,4 +1,5 @@
-//! Rule of the expected error: when it exists, its value per axis, and the conditions that the recordings do not cover.
+//! Rules of the expected error: when the recordings suffice for it, its value per axis, and the conditions that the
+//! recordings do not cover.
 
 use std::collections::BTreeSet;
 
@@ -11,23 +12,24 @@ use crate::scoring::quantile::quantile;
 /// Share of the held-out errors that lie within the expected error.
 const SHARE: f64 = 0.95;
 
-/// Minimum number of left-out groups for an expected error. The same number of test recordings is enough, too.
+/// Minimum number of left-out groups for an expected error. Without them, the same number of test recordings is enough.
 pub(crate) const MIN_GROUPS: usize = 3;
 
-/// Minimum load range for an expected error of an axis, as a share of the largest range of the axes with the same unit.
+/// Minimum load range that gives an axis an expected error, as a share of the largest load range among the axes with the same
+/// unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
-/// Minimum load of an axis that counts as loaded, as a share of the axis' largest load.
+/// Minimum load from which an axis counts as loaded in a sample, as a share of the axis' largest load.
 const LOADED: f64 = 0.1;
 
-/// Minimum share of samples with several loaded axes among the loaded samples. With fewer of these samples, the recordings
+/// Minimum share of samples with several loaded axes among all samples with a loaded axis. Below this share, the recordings
 /// count as loaded one axis at a time.
 const COMBINED: f64 = 0.05;
 
-/// Magnitudes of held-out errors.
+/// Absolute values of held-out errors, from which the expected error is computed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeldOutErrors {
-    /// Number of left-out groups or of test recordings.
+    /// Number of left-out groups or of test recordings that the errors come from.
     pub n_groups: usize,
     /// Number of held-out samples, which may be larger than the number of stored errors.
     pub n_samples: u64,
@@ -40,7 +42,7 @@ impl HeldOutErrors {
         Self { sizes: vec![Vec::new(); n_axes], ..Self::default() }
     }
 
-    /// Adds every `step`-th sample of errors, `n × n_axes` row-major.
+    /// Adds the absolute value of every `step`-th sample's errors; `errors` is `n × n_axes` row-major.
     pub fn add(&mut self, errors: impl ExactSizeIterator<Item = f64>, step: usize) {
         let n_axes = self.sizes.len();
         self.n_samples += (errors.len() / n_axes.max(1)) as u64;
@@ -51,7 +53,7 @@ impl HeldOutErrors {
         }
     }
 
-    /// Adds the errors of loads against reference loads for every `step`-th sample, both `n × n_axes` row-major.
+    /// Adds the absolute errors of every `step`-th sample: loads minus reference loads, both `n × n_axes` row-major.
     pub fn add_loads(&mut self, loads: &[f64], reference: &[f64], step: usize) {
         self.add(loads.iter().zip(reference).map(|(own, reference)| own - reference), step);
     }
@@ -86,7 +88,7 @@ pub fn expected_from(
         && tested.n_groups < MIN_GROUPS
     {
         return Err(format!(
-            "{reason}. {MIN_GROUPS} test recordings are enough, too (there are {})",
+            "{reason}. In place of such groups, {MIN_GROUPS} test recordings are enough, too (there are {})",
             tested.n_groups
         ));
     }
@@ -127,9 +129,9 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
 
 /// Returns a sentence that lists the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
-    let mut missing = vec!["loads beyond the recorded loads".to_owned()];
+    let mut missing = vec!["loads beyond the range of the recorded loads".to_owned()];
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
-        missing.push("combined loads (the axes were loaded one at a time)".to_owned());
+        missing.push("combined loads (the recordings load one axis at a time)".to_owned());
     }
     if is_one_programme(&in_role(entries, Role::Train)) {
         missing
@@ -142,14 +144,14 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
     if days.collect::<BTreeSet<_>>().len() < 2 {
         missing.push("another day".to_owned());
     }
-    let last = missing.pop().expect("the list has at least one entry");
+    let last = missing.pop().expect("loads beyond the recorded range are always in the list");
     match missing.is_empty() {
-        true => format!("Not covered: {last}."),
-        false => format!("Not covered: {}, or {last}.", missing.join(", ")),
+        true => format!("The expected error does not cover {last}."),
+        false => format!("The expected error does not cover {}, or {last}.", missing.join(", ")),
     }
 }
 
-/// Returns true if only few of the loaded samples have more than one loaded axis.
+/// Returns true if only few of the samples with a load have more than one loaded axis.
 pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     let largest: Vec<f64> =
         load_ranges(used(entries), n_axes).into_iter().map(MinMax::magnitude).collect();
@@ -165,7 +167,8 @@ pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     loaded > 0 && (combined as f64) < COMBINED * loaded as f64
 }
 
-/// Returns true if several recordings all have the same loads at the same shares of their length.
+/// Returns true if there are several recordings and all repeat one load programme: equal loads at equal shares of their
+/// duration.
 pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
     match recordings {
         [first, others @ ..] => !others.is_empty() && others.iter().all(|own| own.repeats(first)),

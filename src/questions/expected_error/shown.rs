@@ -5,7 +5,7 @@ use crate::questions::expected_error::limits::Checked;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
-/// Returns the table of expected errors, one row per axis. The note below it describes the held-out samples.
+/// Returns the table of expected errors, one row per axis. The note below the table describes the held-out samples.
 pub fn expected_error_table(of: &ExpectedError) -> Table {
     let load = |own: &AxisExpectedError, value: Option<f64>, reason: &str| {
         let text = |value| format!("{} {}", significant(value, 3), own.unit);
@@ -14,24 +14,24 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
     Table::of(&of.axes)
         .words("Axis", |own| own.axis.symbol())
         .column(Column::numbers("Expected error"), |own| {
-            load(own, own.value, "the load on this axis hardly changes in the recordings")
+            load(own, own.value, "the load on this axis hardly changes in the recordings, so its expected error is unknown")
         })
-        .about("Value within which 95 % of the held-out errors lie")
+        .about("Load error within which 95 % of the held-out errors lie")
         .digits("Expected error [% FS]", 3, |own| own.percent_fs)
         .about("Expected error in percent of full scale")
         .column(Column::numbers("Cross-validation"), |own| {
             load(own, own.cross_validation, &NoCrossValidation::NotDone.to_string())
         })
         .about(
-            "Value on groups of training recordings, each predicted by a fit to the other groups",
+            "95 % error on groups of training recordings, each predicted by a fit to the other groups",
         )
         .column(Column::numbers("Test"), |own| load(own, own.test, "there is no test recording"))
-        .about("Value on the test recordings")
+        .about("95 % error on the test recordings")
         .column(Column::numbers("Loads reached"), |own| {
             let [low, high] = [own.range.0, own.range.1].map(|load| significant(load, 3));
             Cell::words(format!("{low} … {high} {}", own.unit))
         })
-        .about("Smallest and largest load of the recordings")
+        .about("Smallest and largest load on this axis in the recordings")
         .table("Expected error", of.notes().join(" "))
 }
 

@@ -1,4 +1,5 @@
-//! History rate of an export: the lowest rate of stored samples that hardly increases the error of the fit.
+//! History rate of an exported calibration: the number of earlier samples per second that a controller stores. The lowest
+//! rate that hardly increases the error of the fit is searched.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,10 +15,10 @@ use crate::scoring::numbers::significant;
 
 /// History rates to try, ascending (Hz).
 const RATES_HZ: [f64; 9] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-/// Maximum error with a lower history rate, as a multiple of the error with all samples.
+/// Maximum error of a fit with a lower history rate, as a multiple of the error with all samples in the history.
 const LARGEST_COST: f64 = 1.01;
 
-/// History with fewer samples than the recordings have.
+/// History that stores fewer samples per second than the recordings have.
 #[derive(Clone, Copy, Debug)]
 pub struct CoarseHistory {
     pub rate_hz: f64,
@@ -33,7 +34,7 @@ impl fmt::Display for CoarseHistory {
         let [error, all] = self.errors.map(|error| significant(100.0 * error, 3));
         write!(
             f,
-            "with {} samples per second in the history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; the mean error of the \
+            "with {} stored samples per second of history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; the mean error of the \
              linear fit is then {error} % of full scale instead of {all} %",
             self.rate_hz
         )
@@ -55,7 +56,8 @@ pub fn coarse_history(
     if settings.history_rate_hz != 0.0 || !settings.features.has_history() {
         return Ok(None);
     }
-    // A linear fit has the same history as the other regressors, and is the fastest.
+    // Only the linear regressor is fitted in this search: it has the same history as the other regressors, and is the
+    // fastest.
     let fitted = |history_rate_hz| {
         let regressor = Regressor::Linear;
         let settings = FitSettings { history_rate_hz, regressor, ..settings.clone() };
@@ -85,13 +87,13 @@ pub fn coarse_history(
     Ok(chosen)
 }
 
-/// Returns the mean error of all axes as a share of full scale. The error is the cross-validation error, or else the training
+/// Returns the mean error of all axes as a share of full scale: the cross-validation error, or if there is none, the training
 /// error.
 fn error_of(calibration: &Calibration) -> f64 {
     calibration.mean_cv_share().or(calibration.mean_train_share()).unwrap_or(f64::NAN)
 }
 
-/// Question for a history with a lower rate, for a calibration that needs too much memory on a controller.
+/// Request for a lower history rate, for a calibration that needs too much memory on a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskHistory(pub Request);
 

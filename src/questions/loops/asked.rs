@@ -1,4 +1,4 @@
-//! Questions of the panes that show loops and metrology figures.
+//! Requests for loops and metrology figures, one type for each part of the window that shows them.
 
 use std::sync::Arc;
 
@@ -6,20 +6,20 @@ use crate::questions::loops::query::{Look, Viewer};
 use crate::questions::loops::request::LookRequest;
 use crate::questions::question::{Answered, Query, Work};
 
-/// Question of one part of the window. Each part has its own type, so that the answers do not replace each other.
+/// Request of one part of the window. Each part has its own type, so that the results do not replace each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 
-/// Question of the loop pane.
+/// Request for the contents of the loop pane.
 pub type AskLoops = LookAt<'l'>;
-/// Question of the metrology pane, if the verdict strip shows other recordings.
+/// Request for the table of the metrology pane, made only if the verdict strip covers other recordings.
 pub type AskFigures = LookAt<'m'>;
-/// Question of the verdict strip at the top of the window. The metrology pane uses the answer if both show the same
-/// recordings.
+/// Request for the metrology table behind the verdict strip at the top of the window. The metrology pane shows the same table
+/// if both cover the same recordings.
 pub type AskVerdict = LookAt<'v'>;
-/// Question of the plot of predicted against reference load, for the model on screen.
+/// Request for the plot of predicted against reference load, for the model on screen.
 pub type AskPredicted = LookAt<'p'>;
-/// Question of the plot of residual against reference load, for the model on screen.
+/// Request for the plot of residual against reference load, for the model on screen.
 pub type AskResidual = LookAt<'e'>;
 
 impl<const PANE: char> Query for LookAt<PANE> {

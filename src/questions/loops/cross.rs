@@ -1,4 +1,4 @@
-//! Cross-plots: one channel against another.
+//! Cross-plots: one channel (time, gauge or load) plotted against another.
 
 use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
@@ -14,11 +14,11 @@ use crate::scoring::loops::Frame;
 /// A cross-plot, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct CrossPlot {
-    /// The request that the plot answers.
+    /// Request that the plot answers.
     pub question: CrossQuestion,
     /// Number of plotted samples.
     pub n_samples: usize,
-    /// Range of all points.
+    /// Visible range that shows all points.
     pub whole: Frame,
     /// Curves, one or more for each recording.
     pub drawn: Drawn,

@@ -1,4 +1,4 @@
-//! Dwells of the load, and the drift of the outputs in them.
+//! Dwells (intervals of constant load), and the drift of the uncompensated and the compensated load in a dwell.
 
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
@@ -19,23 +19,23 @@ pub struct DwellPlot {
     pub question: DwellQuestion,
     pub hold_secs: f64,
     pub dwells: Vec<Dwell>,
-    /// Index of the dwell that is drawn.
+    /// Index in the list of the dwell whose drift is drawn.
     pub chosen: usize,
     pub curve: Result<DwellCurve, Reason>,
 }
 
 #[derive(Clone, Debug)]
 pub struct DwellCurve {
-    /// Range of all points: time since the start of the dwell (s), and error.
+    /// Visible range that shows all points: time since the start of the dwell (s), and error.
     pub whole: Frame,
     pub outputs: [DwellOutput; 2],
 }
 
 #[derive(Clone, Debug)]
 pub struct DwellOutput {
-    /// Points `[seconds, error]`.
+    /// Measured points `[seconds, error]`.
     pub points: Vec<[f64; 2]>,
-    /// Fitted exponential; `None` if all times are equal.
+    /// Exponential that is fitted to the errors; `None` if all times are equal.
     pub drift: Option<Drift>,
     /// Points `[seconds, error]` of the fitted exponential.
     pub fit: Vec<[f64; 2]>,
@@ -105,7 +105,7 @@ fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOu
     let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
     let all = (0.0, since[since.len() - 1]);
     let (from, to) = question.frame.map_or(all, |frame| frame.loads);
-    // One sample beyond each visible end, so that the line reaches the edge of the plot.
+    // The curve has one sample beyond each visible end, so that its line reaches the edge of the plot.
     let start = since.partition_point(|time| *time < from).saturating_sub(1);
     let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
     let column_secs = (to - from) / question.pixels[0].max(1.0);

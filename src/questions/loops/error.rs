@@ -1,11 +1,11 @@
-//! Reasons why there is no plot.
+//! Reasons why there are no loops, cross-plots or dwells to plot.
 
 use crate::calibration::CalibrationError;
 use crate::progress::Cancelled;
 use crate::questions::metrology::{MetrologyError, Reason};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
+#[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
 pub enum LookError {
     #[error("no samples to plot; choose a recording, or show a longer interval in Traces")]
     NoSamples,
@@ -16,7 +16,7 @@ pub enum LookError {
     #[error("the chosen recordings do not have this channel; choose another channel")]
     NoChannel,
     #[error(
-        "no recording has a dwell of {secs} s, in which every axis stays within its stability tolerance; record a dwell, or choose a shorter dwell"
+        "no recording has a dwell of {secs} s or longer, in which every axis stays within its stability tolerance; record a dwell, or choose a shorter dwell"
     )]
     NoDwell { secs: f64 },
     #[error(transparent)]

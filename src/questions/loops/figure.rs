@@ -1,4 +1,4 @@
-//! Figures of loops and cross-plots, the same in window, files and report.
+//! Plots of loops and cross-plots, drawn alike in the window, in files and in the report.
 
 use std::sync::Arc;
 
@@ -11,13 +11,15 @@ use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;
 
-/// Minimum ratio of the load rates of the fastest and the slowest cycle, below which lag and hysteresis look alike.
+/// Minimum ratio of the load rates of the fastest and the slowest cycle. Below this ratio, a time lag and hysteresis look
+/// alike.
 const RATES_APART: f64 = 2.0;
 
-/// Divisor: an arrow's direction is computed from a tenth of the branch on each side. Neighbouring points are too noisy.
+/// Divisor of a branch's number of points: a tenth of the branch on each side of an arrow gives the arrow's direction,
+/// because neighbouring points are too noisy.
 const ARROW_SHARE: usize = 10;
 
-/// Margin around widths and rates in a plot, as a share of their range.
+/// Margin around the points in a plot of loop widths, as a share of the range of the plotted widths and rates.
 const WIDTH_MARGIN: f64 = 0.06;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,15 +33,15 @@ pub(crate) enum FiguresOf {
 pub(crate) struct Inks {
     pub(crate) conventional: [u8; 3],
     pub(crate) compensated: [u8; 3],
-    /// Colour of gauges, and of cross-plots.
+    /// Colour of lines that show a gauge or a cross-plot.
     pub(crate) gauge: [u8; 3],
-    /// Colour of text. The colour of a load is mixed with the colour of text for the density of falling branches.
+    /// Colour of text. Where falling branches are drawn as a density, this colour is mixed with the colour of the load.
     pub(crate) text: [u8; 3],
     pub(crate) guide: [u8; 3],
 }
 
 impl Inks {
-    /// Colours on a light background.
+    /// Colours for figures on a light background.
     pub(crate) const PRINT: Self = Self {
         conventional: color::CONVENTIONAL,
         compensated: color::COMPENSATED,
@@ -60,14 +62,15 @@ impl Inks {
 #[derive(Clone, Debug)]
 pub(crate) struct LoopView<'a> {
     pub(crate) plot: &'a LoopPlot,
-    /// Name and unit of the gauge on the vertical axis; empty for a load.
+    /// Name and unit of the gauge on the vertical axis; empty if the axis shows a load.
     pub(crate) gauge: (&'a str, &'a str),
     pub(crate) figures_of: FiguresOf,
     pub(crate) shown: Vec<&'a LoopCurve>,
 }
 
 impl<'a> LoopView<'a> {
-    /// Returns a view of all curves. Without a mean loop, the figures describe the largest cycle instead of the loop `asked`.
+    /// Returns a view that shows all curves of the plot. If there is no mean loop, its figures (such as the width) describe
+    /// the largest cycle instead of the loop `asked`.
     pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
         Self {
@@ -139,8 +142,8 @@ impl<'a> LoopView<'a> {
         format!("{what}: {of}, {share} % of the load range")
     }
 
-    /// Returns the figure: all branches as thin lines, and the loop of the figures as a thick line with arrows. The falling
-    /// branch of the thick line is dashed.
+    /// Returns the plot: all branches as thin lines, and the loop whose width is stated as a thick line with arrows. The
+    /// falling branch of the thick line is dashed.
     pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
         let frame = frame.unwrap_or(self.plot.whole);
         let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
@@ -186,8 +189,8 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Returns a plot of the mean width of full cycles against load rate. Returns `None` if the rates are too similar to distinguish
-    /// lag from hysteresis.
+    /// Returns a plot of the mean loop width of full cycles against load rate. Returns `None` if the rates are too similar to
+    /// distinguish lag from hysteresis.
     pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
         let spread = |curve: &&LoopCurve| {
             let ends = curve.by_rate.first().zip(curve.by_rate.last());
@@ -201,7 +204,7 @@ impl<'a> LoopView<'a> {
         let rates = rates.map(|[rate, _]| rate).chain([0.0]);
         let label = format!("rate [{}/s]", self.plot.question.axis.unit());
         Some(self.figure_of_widths(
-            format!("Mean width against rate{}", self.without_lag()),
+            format!("Mean loop width against load rate{}", self.without_lag()),
             Scale::spanning(label, rates, WIDTH_MARGIN),
             "mean width",
             groups.map(|(output, points)| Line::new("", inks.of(output), [points])).collect(),
@@ -215,7 +218,7 @@ impl<'a> LoopView<'a> {
             .into_iter()
             .map(|(output, figures)| Line::new("", inks.of(output), [&figures.widths[..]]));
         self.figure_of_widths(
-            "Width against load".to_owned(),
+            "Loop width against load".to_owned(),
             Scale::new(across, self.plot.whole.loads),
             "width",
             lines.collect(),
@@ -269,7 +272,8 @@ impl CrossPlot {
     }
 }
 
-/// Returns the densities of branches. Rising branches have the colour `own`, falling branches a colour between `own` and `ink`.
+/// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `own`, falling
+/// branches a colour between `own` and `ink`.
 fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
@@ -283,7 +287,7 @@ fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
         .collect()
 }
 
-/// Returns the means of neighbouring points, in groups of roughly equal size.
+/// Returns the means of neighbouring points of a plot, in groups of roughly equal size.
 fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     const GROUPS: usize = 12;
     let means = points.chunks(points.len().div_ceil(GROUPS).max(1)).map(|group| {
@@ -293,7 +297,8 @@ fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     means.collect()
 }
 
-/// Returns an arrow in the middle of a branch. The points of the branch are sorted by rising load.
+/// Returns an arrow in the middle of a branch, which shows whether the load rises or falls. The points of the branch are
+/// sorted by rising load.
 fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     let middle = branch.len() / 2;
     let around = (branch.len() / ARROW_SHARE).max(1);
@@ -305,7 +310,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// Returns the opacity of thin lines. More points give fainter lines, so that thick lines stand out.
+/// Returns the opacity of the thin lines of branches. More points give fainter lines, so that thick lines stand out.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);

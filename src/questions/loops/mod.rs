@@ -1,10 +1,10 @@
 //! Loops, cross-plots, dwells and metrology figures, as the loop pane and the metrology pane show them.
 //!
-//! A [`Viewer`] answers one [`Question`] at a time, and keeps the computed loads for the next question. After a change of
-//! axis, zoom or reversal threshold, the viewer reads the visible samples once.
+//! A [`Viewer`] answers one [`Question`] (a request for one plot or table) at a time, and keeps the computed loads for the
+//! next one. After a change of axis, zoom or reversal threshold, the viewer reads the visible samples once.
 //!
-//! Guarantees: every number in an answer is finite. Loops and cross-plots are exact to the pixel for any number of samples. A
-//! figure that the data do not determine is replaced by a sentence with the reason.
+//! Guarantees: every number in an answer is finite. Loops and cross-plots are exact to the pixel for any number of samples.
+//! If the data do not determine a figure, a sentence with the reason takes its place.
 
 pub mod asked;
 mod cross;

@@ -5,15 +5,15 @@ use crate::questions::loops::error::LookError;
 use crate::questions::metrology::Reason;
 use crate::recording::{Axis, RecordingSet, Role};
 
-/// Samples to plot.
+/// Choice of the samples to plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Span {
-    /// Samples that the trace panes show.
+    /// Samples that the trace panes show at present.
     #[default]
     Visible,
-    /// All samples of the recording with this index.
+    /// All samples of the recording with this index in the recording set.
     One(usize),
-    /// All recordings that the metrology table covers.
+    /// All samples of the recordings that the metrology table covers.
     Of(TableOf),
     /// All recordings.
     All,
@@ -26,14 +26,14 @@ pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize,
     Ok((at, calibration.full_scale[at]))
 }
 
-/// Recordings that the metrology table covers.
+/// Choice of the recordings that the metrology table covers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableOf {
     /// Test recordings.
     Test,
     /// Training recordings.
     Train,
-    /// Recordings that the fit does not use: test recordings, and recordings that are off.
+    /// Recordings that the fit does not use: those with the role Test or Off.
     NotFitted,
     /// All recordings.
     #[default]
@@ -51,8 +51,8 @@ impl TableOf {
         }
     }
 
-    /// Returns the default: the test recordings, else the training recordings, else all recordings. For the built-in sensor,
-    /// the default includes its bench recordings, although their role is off.
+    /// Returns the default choice: the test recordings, else the training recordings, else all recordings. For the built-in
+    /// simulated sensor, the default includes its bench recordings, although their role is off.
     pub fn usual(set: &RecordingSet) -> Self {
         let has = |role| set.entries().iter().any(|entry| entry.role == role);
         match () {

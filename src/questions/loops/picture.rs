@@ -1,4 +1,4 @@
-//! Loops of one axis: outputs against the reference load, and the figures of the loops.
+//! Loops of one axis: a gauge or the loads plotted against the reference load, with the widths and areas of the loops.
 
 use std::sync::Arc;
 
@@ -18,13 +18,13 @@ use crate::scoring::loops::{
     Branch, Cycle, Density, Frame, Loop, Outline, Stroke, common_loads, outline,
 };
 
-/// Loops, ready to be drawn.
+/// Loops of one axis, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct LoopPlot {
     pub question: LoopQuestion,
-    /// Reversal threshold, in the unit of the axis.
+    /// Reversal threshold: the smallest change of load that counts as a reversal, in the unit of the axis.
     pub reversal_threshold: f64,
-    /// Full scale of the axis; 0 if there is none.
+    /// Full scale of the axis (N or N·m); 0 if there is none.
     pub full_scale: f64,
     /// Output that counts as 100 %: full scale, or half the range of the gauge; 0 without a full scale.
     pub output_scale: f64,
@@ -34,17 +34,17 @@ pub struct LoopPlot {
     /// Samples of each cycle, counted after decimation. The cycles are in the order of recordings and time.
     pub cycles: Vec<Part>,
     pub n_full_cycles: usize,
-    /// Range of all points.
+    /// Visible range that shows all points.
     pub whole: Frame,
     /// One curve for a gauge, else a curve of the uncompensated load and a curve of the compensated load.
     pub curves: Vec<LoopCurve>,
-    /// Lag of the uncompensated load.
+    /// Time lag of the uncompensated load behind the reference load.
     pub lag: OutputLag,
 }
 
 #[derive(Clone, Debug)]
 pub struct LoopCurve {
-    /// Output; `None` for a gauge.
+    /// Load that the curve shows: uncompensated or compensated; `None` for a gauge.
     pub output: Option<Trace>,
     pub drawn: Drawn,
     pub mean: Result<LoopFigures, Reason>,
@@ -57,16 +57,16 @@ pub struct LoopCurve {
 pub struct LoopFigures {
     /// Rising and falling branch as points `[load, output]`.
     pub branches: [Vec<[f64; 2]>; 2],
-    /// The width as points `[load, falling − rising]`.
+    /// Width of the loop at each load, as points `[load, falling − rising]`.
     pub widths: Vec<[f64; 2]>,
-    /// Largest width and mean width (unit of the output), area and dissipated work (unit of the output times unit of the load),
-    /// each with its basis.
+    /// Largest width and mean width (unit of the output), area and dissipated work (unit of the output times unit of the
+    /// load), each with the cycles that it is based on.
     pub measures: [(f64, Basis); 4],
 }
 
 impl LoopFigures {
-    /// Computes the figures of a loop. `others` are the loops with half and twice the reversal threshold. Returns `None` if a
-    /// figure is too large for a number.
+    /// Computes the width, area and work of a loop. `others` are the loops with half and twice the reversal threshold.
+    /// Returns `None` if a figure is too large for a number.
     fn of(
         shape: &Loop,
         n_cycles: usize,
@@ -94,7 +94,8 @@ impl LoopFigures {
         })
     }
 
-    /// Returns the basis of the first figure. The other figures have the same cycles and range.
+    /// Returns the number of cycles and their load range behind the largest width. The other figures of the loop have the
+    /// same basis.
     pub(crate) fn basis(&self) -> &Basis {
         &self.measures[0].1
     }
@@ -111,7 +112,7 @@ fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
 
 type Columns = Vec<Vec<f64>>;
 
-/// One output and its reference, with one column for each part.
+/// One output (a gauge or a load) and its reference load, each with one column for each plotted part of a recording.
 struct Curve {
     output: Option<Trace>,
     loads: Arc<Columns>,
@@ -238,7 +239,7 @@ impl Curve {
     }
 }
 
-/// Returns each output with its reference. `lags` are the lags to remove from the outputs.
+/// Returns each output with its reference load. `lags` are the time lags to remove from the outputs.
 fn curves(
     source: &Source,
     parts: &[Part],
@@ -284,7 +285,7 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
     pub strokes: Vec<Stroke>,
-    /// Densities of the branches that have too many points for lines.
+    /// Density maps of the branches that have too many points for lines.
     pub clouds: Vec<Cloud>,
 }
 

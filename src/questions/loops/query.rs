@@ -1,4 +1,4 @@
-//! One question about loops, cross-plots, dwells or the metrology table, and its answer.
+//! Computes the loops, cross-plot, dwells or metrology table that a part of the window requests.
 
 use std::sync::Arc;
 
@@ -13,35 +13,36 @@ use crate::questions::loops::source::Source;
 use crate::questions::loops::{cross, dwell, picture};
 use crate::questions::metrology::{Metrology, Run, table_by};
 
-/// Answer to a [`Question`].
+/// Plot or table that a [`Question`] requests.
 #[derive(Clone, Debug)]
 pub enum Look {
     /// Loops of one axis.
     Loops(LoopPlot),
-    /// One channel against another.
+    /// One channel plotted against another.
     Cross(CrossPlot),
-    /// Dwells of the load.
+    /// Dwells of the load, and the drift in one dwell.
     Dwells(DwellPlot),
     /// Metrology table.
     Table(Arc<Metrology>),
 }
 
-/// Answers questions one after another. Keeps the computed loads for the next question about the same calibration.
+/// Computes one requested plot or table after another, and keeps the computed loads for the next request about the same
+/// calibration.
 #[derive(Debug, Default)]
 pub struct Viewer {
     source: Option<Source>,
 }
 
 impl Viewer {
-    /// Answers one question.
+    /// Computes the requested plot or table.
     ///
     /// # Errors
-    /// [`LookError`] if there is nothing to show. The kept loads stay valid.
+    /// [`LookError`] if there is nothing to show. The kept loads stay valid after an error.
     pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
         if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
             self.source = Some(Source::of(request, self.source.take()));
         }
-        let source = self.source.as_mut().expect("the source was just made");
+        let source = self.source.as_mut().expect("the plot data were made a few lines above");
         let answer = answer(source, request, progress);
         source.forget_many();
         answer

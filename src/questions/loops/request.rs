@@ -7,43 +7,43 @@ use crate::recording::Axis;
 use crate::report::Trace;
 use crate::scoring::loops::Frame;
 
-/// Quantity on the vertical axis.
+/// Quantity on the vertical axis of a loop plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Up {
     /// Uncompensated and compensated load.
     Load,
-    /// Errors of both loads.
+    /// Errors of the uncompensated and of the compensated load.
     #[default]
     Error,
     /// A raw gauge channel.
     Gauge(usize),
 }
 
-/// Request for loops.
+/// Request for the loops of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopQuestion {
     /// Axis whose reference load is on the horizontal axis.
     pub axis: Axis,
-    /// Quantity on the vertical axis.
+    /// Quantity on the vertical axis of a loop plot.
     pub up: Up,
-    /// Samples to plot.
+    /// Choice of the samples to plot.
     pub span: Span,
     /// True to remove the time lag between gauges and reference before the loops are drawn.
     pub lag_removed: bool,
-    /// Visible range of the plot; `None` shows all points.
+    /// Visible range of the plot after zooming; `None` shows all points.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
 }
 
-/// A channel with a value at every sample.
+/// Quantity with a value at every sample, which a cross-plot can show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// Time on the recording's own clock (s).
     Time,
-    /// A raw gauge.
+    /// A raw gauge channel, by its index.
     Gauge(usize),
-    /// Load of an axis, except for the load by the factory calibration.
+    /// Reference, uncompensated or compensated load of an axis. The load by the factory calibration is not available.
     Load(Trace, Axis),
 }
 
@@ -54,9 +54,9 @@ pub struct CrossQuestion {
     pub across: Channel,
     /// Channel on the vertical axis.
     pub up: Channel,
-    /// Samples to plot.
+    /// Choice of the samples to plot.
     pub span: Span,
-    /// Visible range of the plot; `None` shows all points.
+    /// Visible range of the plot after zooming; `None` shows all points.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
@@ -65,30 +65,30 @@ pub struct CrossQuestion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DwellQuestion {
     pub axis: Axis,
-    /// Index of the dwell to draw, in the order of recordings and time. A larger index means the last dwell. `None` means the
-    /// longest dwell under load; without a dwell under load, the longest dwell at zero.
+    /// Index of the dwell to draw, in the order of recordings and time. An index beyond the last dwell means the last dwell.
+    /// `None` means the longest dwell under load; without a dwell under load, the longest dwell at zero.
     pub rest: Option<usize>,
-    /// Visible range of the plot; `None` shows all points.
+    /// Visible range of the plot after zooming; `None` shows all points.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
 }
 
-/// Loops, cross-plot, dwells or metrology table that a pane shows.
+/// Plot or table that a pane requests.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Loops of one axis.
     Loops(LoopQuestion),
-    /// One channel against another.
+    /// One channel plotted against another.
     Cross(CrossQuestion),
     /// Dwells of the load.
     Dwells(DwellQuestion),
-    /// Metrology table of these recordings.
+    /// Metrology table of the chosen recordings.
     Table(TableOf),
 }
 
 impl Question {
-    /// Returns true if the answer depends on the interval that the trace panes show.
+    /// Returns true if the plot changes with the interval that the trace panes show.
     pub fn follows_screen(&self) -> bool {
         let span = match self {
             Self::Loops(question) => question.span,
@@ -99,13 +99,13 @@ impl Question {
     }
 }
 
-/// A question, and the data from which the answer is computed.
+/// Request for a plot or table, and the data from which it is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookRequest {
     /// Recordings, calibration and traces on screen.
     pub loads: OnScreen,
-    /// Settings that define reversals and dwells.
+    /// Settings that define reversals of the load and dwells.
     pub measuring: MetrologySettings,
-    /// The question.
+    /// Plot or table that is requested.
     pub question: Question,
 }

@@ -1,4 +1,4 @@
-//! Tables of the figures of loops, and of the drift in a dwell.
+//! Tables of the widths and areas of loops, and of the drift in a dwell.
 
 use crate::questions::loops::dwell::DwellCurve;
 use crate::questions::loops::figure::LoopView;
@@ -11,16 +11,16 @@ use crate::report::trace::Trace;
 use crate::scoring::holds::Drift;
 use crate::scoring::numbers::significant;
 
-/// Returns a sentence about the time lag of the uncompensated load, and its effect on the loop.
+/// Returns a sentence about the time lag of the uncompensated load, and its effect on the width of the loop.
 pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let lag = match &found.lag {
         Ok(lag) => lag,
-        Err(reason) => return format!("Time lag unknown: {reason}."),
+        Err(reason) => return format!("Time lag of the uncompensated load unknown: {reason}."),
     };
     let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
     let samples = significant(lag.samples, 3);
     if !lag.is_significant() {
-        return format!("No significant time lag: {late} ± {error} s ({samples} samples).");
+        return format!("No significant time lag of the uncompensated load: {late} ± {error} s ({samples} samples).");
     }
     let kind = match lag.kind_is_known {
         true => lag.kind.name(),
@@ -45,8 +45,9 @@ enum Line {
     Moves,
 }
 
-/// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent. Each figure has a row on
-/// its dependence on the reversal threshold. For two loops, a column holds the change from the first to the second.
+/// Returns a table of the largest width, mean width, area and dissipated work of each loop, in units and in percent. A
+/// further row of each figure shows its change with the reversal threshold. For two loops, a column holds the change from the
+/// first to the second.
 pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     let (loops, plot, unit) = (view.found(), view.plot, view.unit());
     let (axis, scale) = (plot.question.axis, plot.output_scale);
@@ -63,8 +64,8 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     let width = (unit, share, scale);
     let area = (&*area_unit, area_share, scale * plot.full_scale);
     let described = [
-        ("Largest width", "Largest |falling − rising| at equal load", width),
-        ("Mean width", "Mean |falling − rising| across the range of loads", width),
+        ("Largest width", "Largest distance |falling − rising| between the two branches of the loop at equal load", width),
+        ("Mean width", "Mean distance |falling − rising| between the two branches of the loop, across its range of loads", width),
         (
             "Area",
             "Integral of |falling − rising| along the load; in percent of the product of the full scales of output and load",
@@ -81,7 +82,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
             [
                 (at, name, unit, about, Line::Units),
                 (at, "", share, of_what, Line::Percent(scale)),
-                (at, "½, 2 × threshold", "%", MOVES, Line::Moves),
+                (at, "Change at ½, 2 × threshold", "%", MOVES, Line::Moves),
             ]
         });
     Table::of(rows)
@@ -116,7 +117,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
                 both.each_ref().map(|(_, figures)| figures.measures[*at].0),
             ) {
                 (Line::Units, [before, after]) if before * after < 0.0 => {
-                    Cell::missing("–", "the two figures have opposite signs")
+                    Cell::missing("–", "no change in percent, because the figures of the two loops have opposite signs")
                 }
                 (Line::Units, [before, after]) => Cell::change(before.abs(), after.abs()),
                 (Line::Percent(_) | Line::Moves, _) => Cell::words(""),
@@ -125,7 +126,8 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
         .table("", "")
 }
 
-/// Returns the fitted exponential of each output's error over one dwell. A cell is a dash if the dwell has no duration.
+/// Returns a table of the exponential that is fitted to each output's error over one dwell. A cell is a dash if the dwell has
+/// no duration.
 pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
     let drifts = Trace::OUTPUTS.into_iter().zip(curve.outputs.iter().map(|own| &own.drift));
     let reasons = drifts.clone().filter_map(|(trace, drift)| {
@@ -138,18 +140,18 @@ pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
     let rows: [(String, &str, OfDrift); 3] = [
         (
             format!("Drift [{unit}]"),
-            "Change of output − load from the beginning of the dwell to its end, on the fitted exponential",
+            "Change of the error (output − load) from the beginning of the dwell to its end, on the fitted exponential",
             |drift| Cell::digits(Some(drift.size), 3),
         ),
         (
             "τ [s]".to_owned(),
-            "Time constant of a + b (1 − exp(−t / τ)); a dash means that the data do not determine the time constant",
+            "Time constant τ of the error a + b (1 − exp(−t / τ)), fitted over the dwell; a dash means that the data do not determine the time constant",
             |drift| match drift.tau_secs() {
                 Ok(tau) => Cell::digits(Some(tau), 3),
                 Err(reason) => Cell::missing("–", reason.to_string()),
             },
         ),
-        (format!("Noise [{unit}]"), "Root mean square of the residuals of the fit", |drift| {
+        (format!("Noise [{unit}]"), "Root mean square of the residuals of the fitted exponential", |drift| {
             Cell::digits(Some(drift.noise), 3)
         }),
     ];

@@ -1,4 +1,4 @@
-//! Data of a plot: the recordings of the analysis, with the loads of the calibration.
+//! Data of the plots: the recordings of the analysis, with the loads that the calibration computes.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -18,21 +18,21 @@ use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lag_of, widths};
 use crate::scoring::loops::{LoadExtent, extents_of_set};
 
-/// Samples of one recording.
+/// Part of one recording: its index, and a range of its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     pub(crate) recording: usize,
     pub(crate) samples: Range<usize>,
 }
 
-/// Time lag of one output behind its reference.
+/// Time lag of one output (uncompensated or compensated load) behind its reference load.
 #[derive(Clone, Debug)]
 pub struct OutputLag {
-    /// The lag, or the reason why the lag is unknown.
+    /// Measured time lag, or the reason why the lag is unknown.
     pub lag: Result<Lag, NoLag>,
     /// Widths of the loop with and without the lag; `None` if there is no lag or no loop.
     pub widths: Option<Widths>,
-    /// Removal of the lag; `None` if there is no lag, or if the lag is too uncertain.
+    /// Correction that removes the lag; `None` if there is no lag, or if the lag is too uncertain.
     pub(crate) in_time: Option<InTime>,
 }
 
@@ -50,7 +50,7 @@ impl OutputLag {
     }
 }
 
-/// Recordings of the analysis, with the computed loads that the questions needed so far.
+/// Recordings of the analysis, with the loads that were computed for the requests so far.
 #[derive(Debug)]
 pub(crate) struct Source {
     set: Arc<RecordingSet>,
@@ -58,15 +58,16 @@ pub(crate) struct Source {
     pub(crate) calibration: Arc<Calibration>,
     pub(crate) recordings: Vec<Arc<Recording>>,
     applied: Vec<Option<AppliedLoads>>,
-    /// Noise and range of all samples before decimation, so that the reversal threshold does not depend on the decimation.
+    /// Noise and range of each axis' load over all samples before decimation, so that the reversal threshold does not depend
+    /// on the decimation.
     extents: Vec<LoadExtent>,
-    /// Measured lags, by the axis' position in the calibration and the output.
+    /// Measured time lags, by the axis' position in the calibration and by the output (uncompensated or compensated load).
     lags: HashMap<(usize, Trace), OutputLag>,
 }
 
 impl Source {
-    /// Makes a source for this request. Results of the source `before` that are still valid are kept. Its loads are dropped
-    /// first, because two sets of loads may not fit in memory.
+    /// Makes the plot data for this request. Results in `before` (data of the previous request) that are still valid are
+    /// kept. The loads in `before` are dropped first, because two sets of loads may not fit in memory.
     pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
         let loads = &request.loads;
         let (mut extents, mut lags) = (None, HashMap::new());
@@ -96,8 +97,9 @@ impl Source {
         }
     }
 
-    /// Returns the lag of an output, which the first call measures. The lag is measured on the training recordings with a
-    /// reference for every axis. If there is no such training recording, all recordings with this reference are used.
+    /// Returns the time lag of an output behind its reference; the first call measures it. The lag is measured on the
+    /// training recordings with a reference for every axis. If there is no such training recording, all recordings with a
+    /// reference for every axis are used.
     pub(crate) fn lag(
         &mut self,
         column: usize,
@@ -157,7 +159,7 @@ impl Source {
             && self.decimation == request.loads.decimation
     }
 
-    /// Returns the samples of a span, and computes their loads.
+    /// Returns the parts of recordings that `span` selects, and computes their loads.
     pub(crate) fn parts(
         &mut self,
         span: Span,
@@ -204,7 +206,7 @@ impl Source {
                 progress.check()?;
                 let applied = self.calibration.apply(&self.recordings[*at])?;
                 progress.advance(1);
-                // Past samples are not needed for plots.
+                // Plots do not need the indices of the earlier samples that the look-backs found.
                 Ok(AppliedLoads { past: Vec::new(), ..applied })
             })
             .collect::<Result<Vec<_>, LookError>>()?;
@@ -228,7 +230,7 @@ impl Source {
         self.applied[at].as_ref().expect("the loads of a recording are computed before its plot")
     }
 
-    /// Returns an output of a recording on all axes, row-major.
+    /// Returns the uncompensated or the compensated load (`output`) of a recording on all axes, row-major.
     fn output_rows(&self, at: usize, output: Trace) -> &[f64] {
         match output {
             Trace::Conventional => &self.applied(at).conventional,
@@ -240,14 +242,15 @@ impl Source {
         Run::new(&self.recordings[at], self.applied(at))
     }
 
-    /// Returns the reference load of an axis; `None` if the recording has none.
+    /// Returns the reference load of an axis; `None` if the recording has no reference load for this axis.
     pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
         let recording = &self.recordings[part.recording];
         let at = recording.axes().iter().position(|own| *own == axis)?;
         Some(column(recording.loads(), recording.axes().len(), at, &part.samples))
     }
 
-    /// Returns the reference load of an axis, delayed like an output; `None` if the recording has none.
+    /// Returns the reference load of an axis, delayed by the time lag of an output; `None` if the recording has no reference
+    /// load.
     pub(crate) fn late_loads(&self, part: &Part, axis: Axis, lag: &InTime) -> Option<Vec<f64>> {
         let whole = Part { samples: 0..usize::MAX, ..part.clone() };
         let loads = self.loads(&whole, axis)?;
@@ -255,7 +258,7 @@ impl Source {
         Some(late[part.samples.clone()].to_vec())
     }
 
-    /// Returns a gauge channel; `None` if there is none with this index.
+    /// Returns the values of a gauge channel; `None` if there is no gauge with this index.
     pub(crate) fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
         let recording = &self.recordings[part.recording];
         let width = recording.n_gauges();
@@ -267,7 +270,7 @@ impl Source {
         column(rows, self.calibration.axes.len(), at, &part.samples)
     }
 
-    /// Returns an output with gains fitted to the delayed reference.
+    /// Returns a load (`output`) after its gains are fitted again to the delayed reference load.
     pub(crate) fn refitted(&self, part: &Part, output: Trace, lag: &InTime) -> Vec<f64> {
         let rows = self.output_rows(part.recording, output);
         let width = self.calibration.axes.len();

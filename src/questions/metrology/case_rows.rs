@@ -15,7 +15,7 @@ pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Fi
     ]
 }
 
-/// Returns the largest deviation of a load case's mean output from the best-fit straight line.
+/// Returns the nonlinearity: the largest deviation of a load case's mean output from the best-fit straight line.
 fn nonlinearity(view: &AxisView<'_>, output: usize) -> Figure {
     let cases = cases(view);
     let mean = |rows: &[usize], values: &[f64]| {
@@ -34,7 +34,7 @@ fn nonlinearity(view: &AxisView<'_>, output: usize) -> Figure {
     Ok(Value::everywhere(line.largest_deviation(points.iter())))
 }
 
-/// Returns the largest difference between the errors of one load case.
+/// Returns the largest difference between the errors of repeated measurements of one load case.
 fn repeatability(view: &AxisView<'_>, output: usize) -> Figure {
     let run = &view.runs[0];
     let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];

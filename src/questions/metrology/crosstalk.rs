@@ -9,13 +9,14 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 
-/// Minimum number of samples for a slope, and for an average.
+/// Minimum number of samples from which the slope of crosstalk, or an average deviation, is computed.
 const FEWEST_SAMPLES: usize = 10;
-/// Load above which an axis counts as present, as a share of full scale.
+/// Load above which an axis counts as loaded when its crosstalk is measured, as a share of full scale.
 const PRESENT: f64 = 0.1;
-/// Number of load intervals between zero and full scale, on each side of zero. Deviations are averaged in each interval.
+/// Number of load intervals between zero and full scale, on each side of zero. Crosstalk deviations are averaged in each
+/// interval.
 const CELLS: usize = 10;
-/// Mean deviation up to which an average counts as noise, in standard errors.
+/// Mean deviation up to which an average counts as noise and not as crosstalk, in standard errors.
 const STANDARD_ERRORS: f64 = 3.0;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,7 +33,7 @@ impl Sums {
         self.squares += value * value;
     }
 
-    /// Returns the mean; 0 if the mean is within the noise.
+    /// Returns the mean of the added values; 0 if the mean is within the noise.
     fn systematic(&self) -> f64 {
         let mean = self.sum / self.n;
         let variance = (self.squares / self.n - mean * mean).max(0.0);
@@ -41,8 +42,8 @@ impl Sums {
     }
 }
 
-/// Errors by output and axis while one axis is loaded alone: the error at full load, and the largest mean deviation. `None` if
-/// the load does not change enough for a slope.
+/// Crosstalk while one axis is loaded alone, by output and responding axis: the error at full load, and the largest mean
+/// deviation. `None` if the load does not change enough for a slope.
 pub(crate) type Response = [Vec<Option<[f64; 2]>>; OUTPUTS];
 
 pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
@@ -50,8 +51,8 @@ pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
     axes.map(|loaded| response(measured, loaded)).collect()
 }
 
-/// Returns the loads of a run, and the samples in which no axis but `loaded` is loaded. Returns `None` without a reference for
-/// each axis.
+/// Returns the reference loads of a recording, and the samples in which no axis but `loaded` is loaded. Returns `None`
+/// without a reference for each axis.
 fn samples<'a>(
     measured: &Measured<'_>,
     columns: &'a Columns<'_>,
@@ -108,8 +109,8 @@ fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
     }))
 }
 
-/// Returns the least-squares slope of errors against loads, with an offset for each run. Returns `None` if no load differs from
-/// the mean of its run by more than `apart`.
+/// Returns the least-squares slope of errors against loads, with an offset for each recording. Returns `None` if no load
+/// differs from the mean of its recording by more than `apart`.
 fn slope(runs: &[Vec<(f64, f64)>], apart: f64) -> Option<f64> {
     let (mut xx, mut xy, mut reach) = (0.0, 0.0, 0.0_f64);
     for points in runs {
@@ -129,7 +130,7 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-/// Returns the largest mean deviation in a load interval, relative to the error at no load.
+/// Returns the largest mean deviation in any load interval, measured from the error at no load.
 fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f64 {
     let mut cells = [Sums::default(); 2 * CELLS];
     for points in runs {

@@ -1,4 +1,4 @@
-//! Cycles of one axis, or the reasons why there are none.
+//! Load cycles of one axis, or the reasons why there are none.
 
 use crate::min_max::MinMax;
 use crate::questions::metrology::figures::Result;
@@ -8,11 +8,11 @@ use crate::scoring::loops::{Cycle, Loops, TooFew};
 
 #[derive(Debug)]
 pub(crate) struct Cycles {
-    /// Minimum and maximum load of all recordings.
+    /// Minimum and maximum load of the axis in all recordings.
     pub range: MinMax,
     pub loops: Loops,
     pub largest: Result<Cycle>,
-    /// Cycles of the mean loop.
+    /// Cycles that are averaged to the mean loop.
     pub mean: Result<Vec<Cycle>>,
 }
 

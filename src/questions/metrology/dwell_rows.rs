@@ -31,7 +31,8 @@ pub(crate) fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity
     ]
 }
 
-/// Returns the largest change of an output at zero by a load between two neighbouring dwells at zero.
+/// Returns the zero return: the largest change of an output between two neighbouring dwells at zero load, if the axis was
+/// loaded between them.
 fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
     let least = view.loaded_from()?;
     check_zero(view)?;
@@ -57,7 +58,7 @@ fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
     largest.ok_or(Reason::NoReturn { axis: view.axis, share: view.measured.settings.loaded_share })
 }
 
-/// Returns the longest dwell with the axis loaded.
+/// Returns the longest dwell during which the axis is loaded.
 fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
     let least = view.loaded_from()?;
     let holds = view.runs.iter().flat_map(|run| {
@@ -72,7 +73,7 @@ fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
     })
 }
 
-/// Returns the longest dwell at zero after the axis was loaded.
+/// Returns the longest dwell at zero load that follows a load on the axis.
 fn recovery<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
     let least = view.loaded_from()?;
     check_zero(view)?;
@@ -88,7 +89,7 @@ fn recovery<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
         .ok_or(Reason::NoRecovery { axis: view.axis, share: view.measured.settings.loaded_share })
 }
 
-/// Returns the dwells in which every axis of the run is near zero.
+/// Returns the dwells in which the loads of all axes of the recording are near zero.
 fn dwells_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     let measured = view.measured;
     let holds = measured.holds[run.index].iter();

@@ -8,14 +8,14 @@ use crate::questions::metrology::settings::{MetrologyError, Rules};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dwell {
     pub place: Place,
-    /// Mean load of the axis; `None` if the recording has no reference for the axis.
+    /// Mean reference load of the axis in the dwell; `None` if the recording has no reference for the axis.
     pub level: Option<f64>,
-    /// True if every axis with a reference is near zero.
+    /// True if the load of every axis with a reference is near zero in the dwell.
     pub at_zero: bool,
 }
 
-/// Returns all dwells of these runs, in the order of runs and time. Zero return and creep are measured in these dwells. `axis`
-/// is the position of the axis whose level is returned.
+/// Returns all dwells of these recordings, in the order of recordings and time. Zero return and creep are measured in these
+/// dwells. `axis` is the position of the axis whose mean load [`Dwell::level`] states.
 ///
 /// # Errors
 /// See [`table_by`](crate::questions::metrology::table_by).

@@ -1,4 +1,4 @@
-//! Metrology rows on the errors of all samples.
+//! Metrology rows that summarise the errors of all samples: RMSE, largest error, 95 % error.
 
 use crate::questions::metrology::figures::{Figure, Value};
 use crate::questions::metrology::measured::AxisView;
@@ -6,7 +6,7 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::scoring::metrics::root_mean;
 use crate::scoring::quantile::quantile;
 
-/// Share of the samples that the 95 % error covers.
+/// Share of the samples whose absolute error is at most the 95 % error.
 const COVERED: f64 = 0.95;
 
 pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
@@ -19,7 +19,7 @@ pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity
     let rmse = root_mean(&[squares], sizes.len() as u64).map_or(f64::NAN, |rmse| rmse[0]);
     let covered = quantile(&mut sizes, COVERED).unwrap_or(f64::NAN);
     let largest = errors.reduce(|largest, other| if other.0 > largest.0 { other } else { largest });
-    let (largest, run, k) = largest.expect("a view has samples");
+    let (largest, run, k) = largest.expect("the samples of a measured axis are not empty");
     vec![
         (Quantity::Rmse, Ok(Value::everywhere(rmse))),
         (Quantity::LargestError, Ok(Value::at(largest, Some(run.place(k..k + 1))))),

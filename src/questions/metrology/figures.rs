@@ -1,4 +1,4 @@
-//! Inputs of the metrology figures, and the figures.
+//! Inputs of the metrology figures (recordings with their loads), and the computed figures.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::questions::metrology::quantity::{Definition, Quantity};
 use crate::questions::metrology::reason::Reason;
 use crate::recording::{Axis, Recording};
 
-/// One recording with the loads of a calibration.
+/// One recording, with the loads that a calibration computes from it.
 ///
 /// **Shapes** reference `n × reference_axes` row-major, conventional and compensated `n × n_axes` row-major, with the axes
 /// of the table.
@@ -22,22 +22,23 @@ pub struct Run<'a> {
     pub name: &'a str,
     /// Times of the samples (s).
     pub times: &'a [f64],
-    /// Gauge channels, row-major; may be empty. They show which gauges have hysteresis when the lag is measured.
+    /// Gauge channels, row-major; may be empty. From them, the measurement of the time lag finds which gauges have
+    /// hysteresis.
     pub gauges: &'a [f64],
-    /// Axes whose reference load is known; empty without a reference.
+    /// Axes whose reference load is known; empty without reference loads.
     pub reference_axes: &'a [Axis],
-    /// Reference load.
+    /// Reference load of each sample (N or N·m).
     pub reference: &'a [f64],
-    /// Uncompensated load.
+    /// Uncompensated load of each sample (N or N·m).
     pub conventional: &'a [f64],
-    /// Compensated load.
+    /// Compensated load of each sample (N or N·m).
     pub compensated: &'a [f64],
     /// True if the samples are load cases without times.
     pub is_static: bool,
 }
 
 impl<'a> Run<'a> {
-    /// Returns a recording with the loads of a calibration.
+    /// Returns a recording with the loads that a calibration computes from it.
     pub fn new(recording: &'a Recording, applied: &'a AppliedLoads) -> Self {
         Self {
             name: recording.name(),
@@ -64,42 +65,42 @@ impl Run<'_> {
     }
 }
 
-/// Interval of a recording that a figure comes from.
+/// Interval of a recording from which a figure is computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
-    /// Index of the run.
+    /// Index of the recording in the list of runs.
     pub recording: usize,
     /// Name of the recording.
     pub name: String,
-    /// Time of the first sample (s).
+    /// Time of the first sample in the interval (s).
     pub from_secs: f64,
-    /// Time of the last sample (s).
+    /// Time of the last sample in the interval (s).
     pub to_secs: f64,
-    /// The samples.
+    /// Samples of the recording in the interval.
     #[serde(skip)]
     pub samples: Range<usize>,
 }
 
-/// A figure, which is a finite number.
+/// Metrology figure, whose value is a finite number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
-    /// Value, in the unit of the cell.
+    /// Value of the figure, in the unit of its table cell.
     pub value: f64,
     /// Value in % of full scale; `None` for times, and for an axis without a full scale.
     pub percent_fs: Option<f64>,
-    /// Interval that the figure comes from; `None` for a figure of all samples.
+    /// Interval of a recording that the figure comes from; `None` for a figure of all samples.
     pub place: Option<Place>,
-    /// Cycles behind the figure; `None` for a figure that does not come from loops.
+    /// Load cycles from which the figure is computed; `None` for a figure that does not come from loops.
     pub basis: Option<Basis>,
 }
 
 impl Value {
-    /// Returns a figure of all samples. The percentage of full scale is still missing.
+    /// Returns a figure that was computed from all samples, still without its percentage of full scale.
     pub(crate) fn everywhere(value: f64) -> Self {
         Self::at(value, None)
     }
 
-    /// Returns a figure of an interval. The percentage of full scale is still missing.
+    /// Returns a figure that was computed from an interval of a recording, still without its percentage of full scale.
     pub(crate) fn at(value: f64, place: Option<Place>) -> Self {
         Self { value, percent_fs: None, place, basis: None }
     }
@@ -108,18 +109,18 @@ impl Value {
 /// Cycles from which a loop figure is computed, and the dependence of the figure on the reversal threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Basis {
-    /// Number of cycles.
+    /// Number of load cycles from which the figure is computed.
     pub n_cycles: usize,
-    /// Share of all loads of the axis that the cycles have in common.
+    /// Share of the axis' load range that all these cycles have in common.
     pub range_share: f64,
-    /// The figure with half the reversal threshold; `None` if the figure would be missing.
+    /// The figure with half the reversal threshold; `None` if it cannot be computed then.
     pub reversal_threshold_halved: Option<f64>,
-    /// The figure with twice the reversal threshold; `None` if the figure would be missing.
+    /// The figure with twice the reversal threshold; `None` if it cannot be computed then.
     pub reversal_threshold_doubled: Option<f64>,
 }
 
 impl Basis {
-    /// Returns a basis without figures for other reversal thresholds.
+    /// Returns a basis that lacks the figures with half and twice the reversal threshold.
     pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
         Self {
             n_cycles,
@@ -129,7 +130,7 @@ impl Basis {
         }
     }
 
-    /// Returns the change of a figure with half and twice the reversal threshold, in percent.
+    /// Returns as text the change of a figure with half and with twice the reversal threshold, in percent.
     pub(crate) fn moves(&self, value: f64) -> String {
         let others = [self.reversal_threshold_halved, self.reversal_threshold_doubled];
         let moved = others.map(|other| match other {
@@ -148,18 +149,18 @@ impl Basis {
     }
 }
 
-/// Explanation of [`Basis::moves`].
-pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash means that the figure would be missing";
+/// Explanation of the text of [`Basis::moves`], for the window.
+pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash means that the figure cannot be computed then";
 
-/// A figure, or the reason why there is none.
+/// A metrology figure, or the reason why there is none.
 pub type Figure = std::result::Result<Value, Reason>;
 
-/// Figures of one row and axis.
+/// Table cell with the figures of one quantity and one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
-    /// The axis.
+    /// Axis of the cell.
     pub axis: Axis,
-    /// Unit of `value`.
+    /// Unit of the two figures.
     pub unit: &'static str,
     /// Figure of the uncompensated load.
     #[serde(serialize_with = "figure")]
@@ -169,40 +170,40 @@ pub struct Cell {
     pub compensated: Figure,
 }
 
-/// One row of the table.
+/// One row of the table of metrology figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Quantity of the row.
+    /// Quantity that the row shows, such as hysteresis.
     #[serde(skip)]
     pub quantity: Quantity,
-    /// Definition of the quantity.
+    /// Definition of the quantity that the row shows.
     #[serde(flatten)]
     pub definition: Definition,
-    /// One cell per axis, in axis order.
+    /// One table cell per axis, in axis order.
     pub cells: Vec<Cell>,
 }
 
 /// Table of metrology figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrology {
-    /// Axes in the order of the cells.
+    /// Axes in the order of the cells of each row.
     pub axes: Vec<Axis>,
     /// Full scale of each axis (N or N·m); 0 without a full scale.
     pub full_scale: Vec<f64>,
     /// Reversal threshold of each axis (N or N·m).
     pub reversal_thresholds: Vec<f64>,
-    /// Number of recordings.
+    /// Number of recordings that the table covers.
     pub n_recordings: usize,
     /// Number of samples of all recordings.
     pub n_samples: usize,
-    /// Findings about the recordings of the table.
+    /// Findings about the recordings that the table covers.
     pub findings: Vec<Finding>,
-    /// Rows in a fixed order.
+    /// Rows of the table, always in the same order.
     pub rows: Vec<Row>,
 }
 
 impl Metrology {
-    /// Returns names and definitions of the rows. All crosstalk rows share the definition of the first loaded axis.
+    /// Returns the name and the definition of each row. All crosstalk rows share the definition of the first loaded axis.
     pub fn definitions(&self) -> impl Iterator<Item = (String, &Definition)> {
         self.rows.iter().filter_map(|Row { quantity, definition, .. }| {
             match quantity.crosstalk_from() {

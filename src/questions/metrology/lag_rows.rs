@@ -8,8 +8,8 @@ use crate::scoring::lag::{WORTH_REMOVING, widths};
 
 type Rows = [(Quantity, Figure); 2];
 
-/// Returns the rows of one output: its lag, and its hysteresis without the lag. Also returns the share of the mean width that
-/// the lag explains. `place` is the position of the axis.
+/// Returns two rows of one output (uncompensated or compensated load): its time lag, and its hysteresis without the lag. Also
+/// returns the share of the loop's mean width that the lag explains. `place` is the position of the axis.
 pub(crate) fn lag_figures(view: &AxisView<'_>, place: usize, output: usize) -> (Rows, Option<f64>) {
     let axis = view.axis;
     let rows = |lag, without| [(Quantity::TimeLag, lag), (Quantity::HysteresisWithoutLag, without)];

@@ -11,10 +11,10 @@ use crate::scoring::loops::{
     Branch, Curve, Cycle, FULL_SHARE, Loop, branches, common_loads, even_loads,
 };
 
-/// Minimum number of different loads for a line that shows nonlinearity.
+/// Minimum number of different loads on a branch, for a line that shows nonlinearity.
 pub(crate) const FEWEST_LOADS: usize = 3;
-/// Largest difference between repeated cycles: between their reversals, as a share of the largest cycle's span, and between
-/// the loads of another axis, as a share of its full scale.
+/// Largest difference at which cycles count as repeated: between their reversals, as a share of the largest cycle's span, and
+/// between the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
 /// Minimum number of branches of repeated cycles: two cycles with two branches each.
 const FEWEST_REPEATS: usize = 4;
@@ -98,7 +98,8 @@ impl<'a> LoopRows<'a> {
         })
     }
 
-    /// Returns the rising branch of the largest cycle, with its recording. Without a cycle, the widest rising branch is used.
+    /// Returns the rising branch of the largest cycle, with the index of its recording. Without a cycle, the widest rising
+    /// branch is used.
     fn rising(&self) -> Result<(usize, &Branch)> {
         match &self.cycles.largest {
             Ok(cycle) => Ok((cycle.recording, cycle.rising())),
@@ -137,7 +138,8 @@ impl<'a> LoopRows<'a> {
         line(curve).filter(|_| found >= FEWEST_LOADS).ok_or(Reason::TooFewLoads { axis, found })
     }
 
-    /// Returns the largest difference at equal load between branches of the same direction, in repeated cycles.
+    /// Returns the repeatability: the largest difference at equal load between branches of the same direction, in repeated
+    /// cycles.
     fn repeatability(&self, output: usize) -> Figure {
         let axis = self.view.axis;
         let mut why_not = Reason::TooFewCycles { axis };
@@ -148,7 +150,7 @@ impl<'a> LoopRows<'a> {
         };
         let mut worst: Option<Value> = None;
         for run in &self.view.runs {
-            // Branches that cover less than half the range belong to smaller cycles.
+            // Branches that cover less than half the load range of the largest cycle belong to smaller cycles.
             let mut large = branches(run.loads, 0.5 * span);
             trim(&mut large, run.loads);
             if large.len() >= FEWEST_REPEATS {
@@ -175,7 +177,8 @@ impl<'a> LoopRows<'a> {
         worst.ok_or(why_not)
     }
 
-    /// Returns another axis whose load differs, at equal load of this axis, between branches of the same direction.
+    /// Returns an axis that makes the cycles differ: at equal load of this axis, the load of the other axis differs between
+    /// branches of the same direction.
     fn differs(&self, run: &AxisRun<'_>, ways: &[Vec<&Branch>; 2]) -> Option<Axis> {
         let measured = self.view.measured;
         let axes = measured.axes.iter().zip(measured.full_scale).zip(&run.columns.loads);
@@ -187,8 +190,8 @@ impl<'a> LoopRows<'a> {
     }
 }
 
-/// Moves the start of the first branch and the end of the last branch to their extreme loads. At these ends, a turn below the
-/// reversal threshold is no reversal.
+/// Moves the start of the first branch and the end of the last branch to their extreme loads. A turn there that is smaller
+/// than the reversal threshold is no reversal.
 fn trim(branches: &mut [Branch], loads: &[f64]) {
     let farthest = |branch: &Branch, highest: bool| {
         let sign = if highest { 1.0 } else { -1.0 };
@@ -205,8 +208,8 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
     }
 }
 
-/// Returns the longest series of consecutive branches that turn at nearly the same loads. Each branch covers most of `span`. A
-/// series has at least two branches of each direction.
+/// Returns the longest series of consecutive branches that turn at nearly the same loads. Each branch covers most of `span`,
+/// the load range of the largest cycle. A series has at least two branches of each direction.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
         let turns = [(a.loads.min, b.loads.min), (a.loads.max, b.loads.max)];

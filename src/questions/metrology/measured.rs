@@ -1,4 +1,4 @@
-//! Inputs of the metrology rows: checked loads, dwells and lags.
+//! Inputs of the metrology rows: checked loads, dwells and time lags.
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -15,20 +15,20 @@ use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
 use crate::scoring::lag::{Lag, LagRun, NoLag, lags};
 
-/// Number of outputs: uncompensated, then compensated.
+/// Number of outputs of the sensor that are compared: the uncompensated, then the compensated load.
 pub(crate) const OUTPUTS: usize = 2;
 
-/// Lag of each axis, for each output.
+/// Time lag of each axis behind its reference load, for each output.
 pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 
-/// Largest valid load. The squares of larger loads could overflow.
+/// Largest load that is accepted (N or N·m). The squares of larger loads could overflow.
 const LARGEST: f64 = 1e100;
 
-/// A run, and its reference as one column for each axis.
+/// A recording with its loads, and its reference load as one column for each axis.
 #[derive(Debug)]
 pub(crate) struct Columns<'a> {
     pub(crate) run: Run<'a>,
-    /// Reference of each axis of the table; `None` if the run has no reference for the axis.
+    /// Reference load of each axis of the table; `None` if the recording has no reference for the axis.
     pub(crate) loads: Vec<Option<Vec<f64>>>,
 }
 
@@ -56,7 +56,8 @@ impl<'a> Columns<'a> {
         Ok(Self { loads: axes.iter().map(load).collect(), run })
     }
 
-    /// Returns the loads of each output, row-major. To save memory, an axis is copied to a column only while it is measured.
+    /// Returns the uncompensated and the compensated loads, row-major. To save memory, an axis is copied to a column only
+    /// while it is measured.
     pub(crate) fn outputs(&self) -> [&'a [f64]; OUTPUTS] {
         [self.run.conventional, self.run.compensated]
     }
@@ -73,7 +74,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
     pub(crate) reversal_thresholds: Vec<f64>,
-    /// Dwells of each run, in which all axes with a reference are still.
+    /// Dwells of each recording, in which the loads of all axes with a reference are still.
     pub(crate) holds: Vec<Vec<Hold>>,
     lags: OnceLock<Lags>,
 }
@@ -103,8 +104,9 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
-    /// Returns the lags of both outputs, which the first call measures. They are measured together, because they share the
-    /// slow part: the states of hysteresis and creep that follow from the reference.
+    /// Returns the time lags of the uncompensated and the compensated load; the first call measures them. They are measured
+    /// together, because they share the slow part of the model: the states of hysteresis and creep that follow from the
+    /// reference.
     pub(crate) fn lags(&self) -> &Lags {
         let n = self.axes.len();
         self.lags.get_or_init(|| {
@@ -115,7 +117,7 @@ impl<'a> Measured<'a> {
             });
             let rows: Vec<Vec<f64>> = rows.collect();
             runs.iter_mut().zip(&rows).for_each(|(run, rows)| run.outputs = rows);
-            // This progress is never cancelled.
+            // This progress is never cancelled, so the measurement runs to its end.
             let mut found = lags(&runs, &Progress::default()).unwrap_or_default();
             found.resize(OUTPUTS * n, Err(NoLag::TooShort));
             let second = found.split_off(n);
@@ -123,7 +125,7 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Returns the runs with times and a reference for every axis, on which the lag of an output is measured.
+    /// Returns the recordings with times and a reference for every axis, on which the time lag of an output is measured.
     pub(crate) fn lag_runs(&self, output: usize) -> Vec<LagRun<'_>> {
         let usable = |own: &&Columns<'_>| own.run.reference_axes == self.axes && !own.run.is_static;
         let runs = self.runs.iter().filter(usable).map(|own| LagRun {
@@ -135,7 +137,7 @@ impl<'a> Measured<'a> {
         runs.collect()
     }
 
-    /// Returns true if every axis of the run that has a reference is near zero in this dwell.
+    /// Returns true if the load of every axis of the recording that has a reference is near zero in this dwell.
     pub(crate) fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
         let known = self.runs[run].loads.iter().zip(self.full_scale);
         let full_scales =
@@ -144,10 +146,10 @@ impl<'a> Measured<'a> {
         levels.all(|(level, full_scale)| level.abs() <= self.settings.zero_share * full_scale)
     }
 
-    /// Returns the samples of one axis, from the runs with a reference for this axis.
+    /// Returns the samples of one axis, from all recordings with a reference for this axis.
     ///
     /// # Errors
-    /// [`Reason`] if no run has a reference for the axis, or if a number is not finite or too large.
+    /// [`Reason`] if no recording has a reference for the axis, or if a number is not finite or too large.
     pub(crate) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
         let axis = self.axes[at];
         let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
@@ -189,7 +191,7 @@ pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Resu
     }
 }
 
-/// Samples of one axis, in all runs with a reference for the axis.
+/// Samples of one axis, in all recordings with a reference for the axis.
 #[derive(Debug)]
 pub(crate) struct AxisView<'a> {
     pub(crate) measured: &'a Measured<'a>,
@@ -231,7 +233,7 @@ impl AxisRun<'_> {
 }
 
 impl AxisView<'_> {
-    /// Returns the load from which this axis counts as loaded.
+    /// Returns the smallest load (N or N·m) at which this axis counts as loaded.
     pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
         if self.full_scale > 0.0 {
             Ok(self.measured.settings.loaded_share * self.full_scale)

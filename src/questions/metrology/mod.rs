@@ -1,4 +1,4 @@
-//! Metrology figures per axis, uncompensated beside compensated.
+//! Metrology figures per axis, of the uncompensated load beside those of the compensated load.
 //!
 //! [`table_by`] takes recordings with the loads of a calibration, and returns one row per [`Quantity`] with its definition
 //! and source. If the data do not determine a figure, the cell has a [`Reason`] instead of a number.

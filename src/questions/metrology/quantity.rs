@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use crate::recording::Axis;
 
-/// Quantity of a row, defined in [`QUANTITIES`]. A crosstalk row holds the loaded axis.
+/// Quantity that a row of the metrology table shows, defined in [`QUANTITIES`]. A crosstalk quantity contains the loaded
+/// axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     Hysteresis,
@@ -31,13 +32,13 @@ pub enum Quantity {
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Definition {
-    /// Short, constant id for programs.
+    /// Short, constant id of the quantity, for programs that read the table.
     pub id: String,
     pub name: String,
     pub definition: &'static str,
-    /// Standard or book that the definition comes from.
+    /// Standard or book from which the definition is taken.
     pub source: &'static str,
-    /// Conditions of the source that a free-running recording does not meet; may be empty.
+    /// Conditions that the source of the definition requires and a free-running recording does not meet; may be empty.
     pub free_running: &'static str,
 }
 
@@ -64,7 +65,7 @@ impl Quantity {
         all.collect()
     }
 
-    /// Returns the loaded axis of a crosstalk row.
+    /// Returns the loaded axis of a crosstalk row; `None` for any other row.
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
             Self::Crosstalk(axis) | Self::CrosstalkDeviation(axis) => Some(axis),
@@ -72,14 +73,14 @@ impl Quantity {
         }
     }
 
-    /// Returns true if the figures are times in seconds, not loads.
+    /// Returns true if the figures of the quantity are times in seconds, not loads.
     pub fn is_time(self) -> bool {
         matches!(self, Self::CreepTime | Self::TimeLag)
     }
 
     pub fn definition(self) -> Definition {
         let is_own = |(of, _): &&(Self, _)| discriminant(of) == discriminant(&self);
-        let (_, texts) = QUANTITIES.iter().find(is_own).expect("every quantity has a row");
+        let (_, texts) = QUANTITIES.iter().find(is_own).expect("QUANTITIES defines every quantity");
         let [id, name, definition, source, free_running] = *texts;
         let (id, name) = match self.crosstalk_from() {
             None => (id.to_owned(), name.to_owned()),
@@ -92,11 +93,12 @@ impl Quantity {
     }
 }
 
-const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count";
+const OTHERS_NEARLY_UNLOADED: &str = "a calibration bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count as crosstalk";
 
-const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as width";
+const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as loop width";
 
-/// All quantities in the order of the table, each with the five texts of its [`Definition`]. Crosstalk is listed for Fx.
+/// All quantities in the order of the metrology table, each with the five texts of its [`Definition`]. Crosstalk is listed
+/// for Fx only.
 const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
     (
         Quantity::Hysteresis,
@@ -114,7 +116,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_mean_loop",
             "Hysteresis, mean loop",
             "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest cycle's range, at the loads that these cycles have in common. A mean loop needs at least three cycles, and their common loads must cover more than half of the load range",
-            "as hysteresis; this program also averages the cycles, to keep the repeated part and to reduce effects of other axes",
+            "as for Hysteresis; this program also averages the cycles, to keep what repeats and to reduce effects of loads on other axes",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -123,8 +125,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
-            "mean |falling − rising| across the load range of the mean loop",
-            "as for the mean loop; noise is averaged as for hysteresis, so noise hardly increases the mean width",
+            "mean |falling − rising| of the output at equal load, across the load range of the mean loop",
+            "as for Hysteresis, mean loop; noise is averaged as for Hysteresis, so noise hardly increases the mean width",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -145,7 +147,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Nonlinearity, best-fit line",
             "largest deviation of the rising branch of the largest cycle from its least-squares line, with equal weight for every hundredth of its range",
             "sensor makers' data sheets (best-fit straight line), rising only",
-            "as for the terminal line",
+            "as for Nonlinearity, terminal line",
         ],
     ),
     (
@@ -155,7 +157,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Combined error",
             "largest deviation of both branches of the largest cycle from the line through the ends of the rising branch",
             "load-cell makers' glossaries: nonlinearity and hysteresis in one figure",
-            "as for hysteresis and nonlinearity",
+            "as for Hysteresis and for Nonlinearity, terminal line",
         ],
     ),
     (
@@ -165,7 +167,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Repeatability",
             "largest difference at equal load between branches of the same direction, in two or more successive, repeated cycles; the maximum of all recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
             "load-cell makers' glossaries: same load, same direction, same conditions",
-            "conditions may differ between cycles, for example the speed",
+            "the conditions, for example the speed, may differ between the repeated cycles of a recording",
         ],
     ),
     (
@@ -175,7 +177,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Time lag",
             "delay of the output behind the reference, or time constant of a first-order low-pass, whichever has the smaller residual. Found by least squares on the delayed reference of all axes, its play operators of several radii, its squares and cubes, \
              and slow creep. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time in which the load changes by its own standard deviation",
-            "system identification; no standard defines it",
+            "system identification; no standard defines a time lag of the sensor",
             "the load must move at rates that differ by a factor of about two: at one rate, lag and hysteresis look alike",
         ],
     ),
@@ -185,7 +187,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
             "hysteresis of the mean loop (without a mean loop, of the largest cycle) after the reference is delayed by the lag of the output. Gains and crosstalk of the output are fitted again to the delayed reference by least squares on these recordings. The figure is given if the lag explains more than a tenth of the mean width, and if two standard errors of the lag change the hysteresis by at most a tenth, or by 0.3 % of full scale",
-            "as hysteresis",
+            "as for Hysteresis",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -216,7 +218,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "creep_time_constant",
             "Creep, time constant",
             "τ of output − load = a + b (1 − exp(−t / τ)), fitted to the dwell of the creep figure",
-            "a first-order creep element; no standard defines it",
+            "a first-order creep element; no standard defines its time constant",
             "",
         ],
     ),
@@ -228,7 +230,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "change of output − load from the beginning to the end of the longest dwell at zero after the axis was loaded, on a \
         fitted first-order exponential, with its sign",
             "load-cell makers' glossaries: change of zero after a held load is removed",
-            "here the load may have been removed without a dwell",
+            "here the load may have been removed without being held before",
         ],
     ),
     (
@@ -247,7 +249,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "crosstalk_deviation_from",
             "Crosstalk from Fx, largest",
             "largest systematic deviation of the axis while the named axis alone is loaded: output − load, minus its value at no load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors of zero counts as zero",
-            "as crosstalk, including its nonlinear part",
+            "common practice for multi-axis sensors, but including the nonlinear part of the crosstalk",
             OTHERS_NEARLY_UNLOADED,
         ],
     ),
@@ -257,7 +259,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "rmse",
             "RMSE",
             "root mean square of output − load over all samples",
-            "statistics; no standard defines it",
+            "statistics; no standard defines this error figure",
             "",
         ],
     ),
@@ -267,7 +269,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "largest_error",
             "Largest error",
             "largest |output − load| over all samples",
-            "statistics; no standard defines it",
+            "statistics; no standard defines this error figure",
             "",
         ],
     ),
@@ -278,7 +280,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "95 % error",
             "|output − load| that 95 % of all samples do not exceed",
             "statistics; makers of multi-axis sensors state accuracy per axis in percent of full scale",
-            "neighbouring samples are correlated, so this is a share of time, not a confidence level",
+            "neighbouring samples are correlated, so the 95 % are a share of time, not a confidence level",
         ],
     ),
 ];

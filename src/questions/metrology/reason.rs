@@ -1,4 +1,4 @@
-//! Reasons why a figure is missing, as sentences that replace the figure.
+//! Reasons why a metrology figure is missing, as sentences that take the place of the figure.
 
 use crate::recording::Axis;
 use crate::scoring::holds::NoTimeConstant;
@@ -77,15 +77,15 @@ pub enum Reason {
     NoRecovery { axis: Axis, share: f64 },
     #[error("the time lag of {axis} is unknown: {reason}")]
     NoLag { axis: Axis, reason: NoLag },
-    #[error("the time lag explains {:.0} % of the mean width of {axis}, so the hysteresis needs no correction", 100.0 * .share)]
+    #[error("the time lag explains {:.0} % of the mean loop width of {axis}, so the hysteresis needs no correction for the lag", 100.0 * .share)]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(
-        "the time lag is uncertain, so the hysteresis of {axis} is uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
+        "the time lag is uncertain, so the hysteresis of {axis} without the lag is uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
     )]
     LagTooUncertain { axis: Axis, uncertainty: f64 },
     #[error(transparent)]
     NoTimeConstant(#[from] NoTimeConstant),
-    #[error("{axis} is the loaded axis")]
+    #[error("{axis} is the loaded axis, and an axis has no crosstalk onto itself")]
     LoadedAxis { axis: Axis },
     #[error("{axis} is the only axis, so there is no crosstalk")]
     OnlyAxis { axis: Axis },
@@ -101,12 +101,12 @@ pub enum Reason {
         "{recording}: the load or the output of {axis} is not a finite number in sample {sample}"
     )]
     NotFinite { axis: Axis, recording: String, sample: usize },
-    #[error("the numbers of {axis} are too large to compute with")]
+    #[error("the loads or errors of {axis} are too large to compute with")]
     Overflow { axis: Axis },
 }
 
 impl Reason {
-    /// Returns one or two words for a narrow cell.
+    /// Returns the reason in one or two words, for a narrow table cell.
     pub fn word(&self) -> &'static str {
         match self {
             Self::NoReference { .. } => "no ref.",
@@ -138,7 +138,7 @@ impl Reason {
     }
 }
 
-/// Returns a number with three digits, without trailing zeros.
+/// Returns a number as text with three digits, without trailing zeros.
 fn short(value: f64) -> String {
     let digits = significant(value, 3);
     if digits.contains('.') && !digits.contains('e') {

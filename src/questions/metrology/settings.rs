@@ -18,19 +18,19 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MetrologySettings {
-    /// Reversal threshold per axis, in axis order. Missing entries and `None` are computed from noise and range
-    /// ([`LoadExtent`]).
+    /// Reversal threshold per axis, in axis order: the smallest change of load that counts as a reversal. Missing entries and
+    /// `None` are computed from noise and range of the load ([`LoadExtent`]).
     #[serde(alias = "dead_bands")]
     pub reversal_thresholds: Vec<Option<f64>>,
     /// Shortest dwell (s).
     pub hold_secs: f64,
-    /// Largest movement of a load in a dwell, as a share of full scale.
+    /// Largest movement of a load that still counts as a dwell, as a share of full scale.
     pub still_share: f64,
-    /// Largest load that counts as zero, as a share of full scale.
+    /// Largest load of an axis that counts as zero, as a share of full scale.
     pub zero_share: f64,
-    /// Smallest load of a loaded axis, as a share of full scale.
+    /// Smallest load at which an axis counts as loaded, as a share of full scale.
     pub loaded_share: f64,
-    /// Largest load of an unloaded axis, as a share of full scale.
+    /// Largest load of an axis that counts as unloaded while another axis is loaded alone, as a share of full scale.
     pub alone_share: f64,
 }
 
@@ -49,16 +49,16 @@ impl Default for MetrologySettings {
 
 /// Rules that define loops, dwells and figures.
 ///
-/// **Shapes** one full scale and one extent per axis.
+/// **Shapes** one full scale and one extent (noise and range of the load) per axis.
 ///
 /// **Units** full scales in N and N·m; 0 if there is none.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules<'a> {
     /// Axes of the calibration.
     pub axes: &'a [Axis],
-    /// Full scale of each axis.
+    /// Full scale of each axis of the calibration.
     pub full_scale: &'a [f64],
-    /// Settings that the user chose.
+    /// Metrology settings that the user chose.
     pub settings: &'a MetrologySettings,
     /// Noise and range of each load, for reversal thresholds that the user did not set; see
     /// [`extents_of_set`](crate::scoring::loops::extents_of_set).
@@ -72,7 +72,7 @@ impl Rules<'_> {
         chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::reversal_threshold))
     }
 
-    /// Returns the largest movement within a dwell of the axis at this position, in its unit.
+    /// Returns the largest movement of the load within a dwell, for the axis at this position, in its unit.
     pub(crate) fn still(&self, at: usize) -> f64 {
         let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
         (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
@@ -121,7 +121,7 @@ impl MetrologySettings {
     }
 }
 
-/// Checks that there is one number for each axis, zero or above.
+/// Checks that `values` has one number for each axis, and that no number is below zero.
 pub(crate) fn check_per_axis(
     what: &'static str,
     values: &[f64],

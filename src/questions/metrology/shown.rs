@@ -16,7 +16,7 @@ const OUTPUTS: [(Trace, Output); 2] = [
     (Trace::Compensated, |cell| &cell.compensated),
 ];
 
-/// Returns all figures but crosstalk of the axis at this index, one row for each figure.
+/// Returns a table of one axis (the axis at this index) with all figures but crosstalk, one row for each figure.
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
     let title = format!(
@@ -62,11 +62,11 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     if shown != Shown::All {
         return rows.table(title, "");
     }
-    rows.words("cycles, range", |(_, cell)| {
+    rows.words("cycles, load range", |(_, cell)| {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
-    .about("Number of cycles of the figure, and the share of the load range that all these cycles cover")
+    .about("Number of load cycles from which the figure is computed, and the share of the load range that all these cycles cover")
     .columns(
         OUTPUTS,
         |(trace, _)| {
@@ -113,7 +113,7 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     }
     if let Some(basis) = &value.basis {
         about.push_str(&format!(
-            "\nCycles: {} of the load range. With ½ and 2 × the reversal threshold: {}",
+            "\nCycles and their share of the load range: {}. Change with ½ and 2 × the reversal threshold: {}",
             cycles(basis),
             basis.moves(value.value)
         ));
@@ -141,8 +141,8 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     Table::beside(title, tables)
 }
 
-/// Returns two rows per loaded axis, with one column for each axis that responds. If figures are missing, one row gives the
-/// reason. Returns `None` for a single axis.
+/// Returns the crosstalk table: two rows per loaded axis, with one column for each axis that responds. If the figures of a
+/// loaded axis are missing, one row gives the reason. Returns `None` if there is only one axis.
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
     let rows = metrology.rows.iter();
@@ -155,7 +155,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
         outputs.into_iter().map(move |output| (from, row, output))
     });
     let table = Table::of(rows)
-        .column(Column::words("Loaded alone"), |(from, row, _)| {
+        .column(Column::words("Axis loaded alone"), |(from, row, _)| {
             let largest = match row.quantity {
                 Quantity::CrosstalkDeviation(_) => ", largest",
                 _ => "",
@@ -186,7 +186,8 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     (axes.len() > 1).then_some(table)
 }
 
-/// Returns the reason for missing figures, if the reason is the same for all axes but the loaded axis.
+/// Returns the reason why the crosstalk figures of a row are missing, if the reason is the same for all axes but the loaded
+/// axis.
 fn shared_reason(row: &Row) -> Option<&Reason> {
     let figures = row.cells.iter().flat_map(|cell| [&cell.conventional, &cell.compensated]);
     let mut others = figures.filter(|figure| !matches!(figure, Err(Reason::LoadedAxis { .. })));
@@ -194,8 +195,9 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
     others.all(|other| other.as_ref().err() == Some(reason)).then_some(reason)
 }
 
-/// Returns one row per quantity and axis, for a file. A row has the uncompensated and the compensated figure, in the unit of the
-/// axis and in % of full scale. Each figure has a place, or a reason why the figure is missing.
+/// Returns a table for a file, with one row per quantity and axis. A row has the uncompensated and the compensated figure, in
+/// the unit of the axis and in % of full scale. Each figure has the place in a recording that it comes from, or a reason why
+/// it is missing.
 ///
 /// Full scale and reversal threshold are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {

@@ -1,4 +1,4 @@
-//! Table of all metrology figures.
+//! Computes the table of all metrology figures.
 
 use std::collections::HashMap;
 
@@ -22,17 +22,17 @@ use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::WORTH_REMOVING;
 use crate::scoring::numbers::significant;
 
-/// Ratio of the largest load to full scale, above which the table has a finding.
+/// Ratio of the largest load to full scale, above which a finding warns that the loads exceed full scale.
 const BEYOND: f64 = 1.2;
 
-/// Share of the load range below which the table has a finding on the span of the largest cycle.
+/// Span of the largest cycle, as a share of the load range, below which a finding warns of a small cycle.
 const SMALL: f64 = 0.6;
 
-/// Returns the metrology table of these runs.
+/// Returns the metrology table of these recordings.
 ///
 /// # Errors
-/// [`MetrologyError`] if a setting is out of range or numbers do not match. A figure that the data do not determine is no
-/// error: the cell has a [`Reason`].
+/// [`MetrologyError`] if a setting is out of range, or if the lengths of the inputs do not match. A figure that the data do not
+/// determine is no error: its cell has a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
@@ -97,11 +97,11 @@ pub fn table_by(
 #[derive(Default)]
 struct AxisFigures {
     outputs: [HashMap<Quantity, Figure>; OUTPUTS],
-    /// Reason why the other quantities are missing; `None` if no quantity is missing.
+    /// Reason why all quantities without a figure in `outputs` are missing; `None` if no quantity is missing.
     missing: Option<Reason>,
-    /// Span of the largest cycle, as a share of the load range.
+    /// Span of the largest load cycle, as a share of the load range of all recordings.
     cycle_share: Option<f64>,
-    /// Share of the uncompensated loop's mean width that the lag explains.
+    /// Share of the mean width of the uncompensated loop that the time lag explains.
     lag_share: Option<f64>,
 }
 
@@ -153,16 +153,16 @@ impl AxisFigures {
     fn figures(&self, quantity: Quantity) -> [Figure; OUTPUTS] {
         self.outputs.each_ref().map(|all| match all.get(&quantity) {
             Some(found) => found.clone(),
-            None => Err(self.missing.clone().expect("a missing row has a reason")),
+            None => Err(self.missing.clone().expect("missing figures have a reason")),
         })
     }
 }
 
-/// Joined columns of several runs: times, reference, uncompensated and compensated load.
+/// Joined columns of several recordings: times, reference, uncompensated and compensated load.
 type Joined = [Vec<f64>; 4];
 
-/// Joins the rows of all load cases, which have no order in time. Also returns the axes of the reference. Returns `None` if the
-/// samples have times.
+/// Joins the load cases of all recordings into one table, because load cases have no order in time. Also returns the axes of
+/// the reference load. Returns `None` if the samples are no load cases but have times.
 fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     let is_static = runs.iter().any(|run| run.is_static);
     let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
@@ -181,7 +181,8 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     Some((axes, columns))
 }
 
-/// Returns the figure with its percentage of full scale. A figure that is too large for a number is replaced by the reason.
+/// Returns the figure with its percentage of full scale added. A figure that is too large for a number is replaced by the
+/// reason.
 fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
     let Value { value, place, mut basis, .. } = figure?;
     let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * value / full_scale);
@@ -218,7 +219,7 @@ fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
             let seen =
                 format!("the uncompensated load of {axis} lags {secs} s behind the reference");
             found(Id::LagInLoop, seen)
-                .with(format!("{} of the mean width of its loop", percent(share)))
+                .with(format!("the lag makes {} of the mean width of its loop", percent(share)))
         });
         full_scale_finding(measured, at).into_iter().chain(small).chain(lag)
     });

@@ -1,4 +1,4 @@
-//! Changes of figures by compensation, for each axis.
+//! Relative changes of error figures by the compensation, for each axis.
 
 use crate::calibration::Quality;
 use crate::questions::metrology::figures::{Cell, Figure, Metrology};
@@ -7,7 +7,7 @@ use crate::questions::thresholds::ScoreSet;
 use crate::recording::Axis;
 use crate::scoring::metrics::percent_change;
 
-/// Figures of the metrology table that the verdict contains.
+/// Figures of the metrology table that the verdict strip shows.
 const COUNTED: [Quantity; 5] = [
     Quantity::LargestError,
     Quantity::Hysteresis,
@@ -16,21 +16,23 @@ const COUNTED: [Quantity; 5] = [
     Quantity::ZeroReturn,
 ];
 
-/// One figure, uncompensated and compensated.
+/// One error figure, of the uncompensated and of the compensated load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerdictFigure {
     /// Short name.
     pub name: String,
-    /// Definition of the figure, and a description of the samples.
+    /// Definition of the figure, and a description of the samples from which it is computed.
     pub about: String,
     /// True for the RMSE, which the table of errors shows. The metrology table shows the other figures.
     pub is_rmse: bool,
-    /// Magnitudes per axis, uncompensated and compensated; `None` if the samples do not determine the figure.
+    /// Magnitude of the figure for each axis, uncompensated and compensated; `None` if the samples do not determine the
+    /// figure.
     pub of_axes: Vec<Option<[f64; 2]>>,
 }
 
 impl VerdictFigure {
-    /// Returns the change of each axis by compensation, in whole percent. A negative change is an improvement.
+    /// Returns the change of the figure by the compensation for each axis, in whole percent. A negative change is an
+    /// improvement.
     pub fn changes(&self) -> impl Iterator<Item = Option<f64>> {
         self.of_axes.iter().map(|own| {
             let [before, after] = (*own)?;
@@ -39,7 +41,7 @@ impl VerdictFigure {
     }
 }
 
-/// Changes of the figures by compensation.
+/// Comparison of the uncompensated with the compensated load by several error figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The axes.
@@ -49,8 +51,8 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Compares both calibrations by the metrology table and by their RMSE: in cross-validation, else on the test recordings,
-    /// else on the training recordings.
+    /// Compares the conventional with the compensated calibration by the metrology table and by their RMSE: in
+    /// cross-validation, else on the test recordings, else on the training recordings.
     pub fn of(quality: &Quality, metrology: &Metrology) -> Self {
         let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train].into_iter();
         let mut scored = sets.filter_map(|set| {
@@ -65,7 +67,7 @@ impl Verdict {
         let row_of = |own| metrology.rows.iter().find(|row| row.quantity == own);
         let measured = COUNTED.into_iter().filter_map(|quantity| {
             let row = row_of(quantity)?;
-            // If a lag explains a part of the loop, only the width without the lag is hysteresis.
+            // If a time lag explains a part of the loop, only the loop width without the lag is hysteresis.
             let without_lag =
                 row_of(Quantity::HysteresisWithoutLag).filter(|_| quantity == Quantity::Hysteresis);
             let of_axes = row.cells.iter().enumerate().map(|(at, cell)| {

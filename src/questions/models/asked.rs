@@ -1,4 +1,4 @@
-//! Background questions that train a model, or try several models.
+//! Requests that train a model, or fit and score several models, in the background.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::same::same_where;
 
-/// Request to train a network or a kernel, which takes too long to follow a slider. A network that the user stops keeps its
-/// best epoch.
+/// Request to train a network or a kernel, which takes too long to be repeated at every step of a slider. A network that the
+/// user stops keeps its best epoch.
 #[derive(Clone)]
 pub struct Train {
     pub request: Request,
-    /// Function that receives the result at once, even while the window is hidden.
+    /// Function that receives the trained calibration at once, even while the window is hidden.
     pub on_trained: OnTrained,
 }
 
@@ -69,7 +69,7 @@ impl Query for Train {
 /// Request to fit and score several models.
 #[derive(Clone, Debug)]
 pub struct TryModels {
-    /// Number by which requests are distinguished.
+    /// Number that distinguishes this request from other requests.
     pub run: u64,
     pub list: List,
 }
@@ -79,7 +79,7 @@ pub struct TryModels {
 pub enum List {
     /// Candidates of a search for the best model.
     Search(Search),
-    /// Candidates of the paper's comparison.
+    /// Candidates of the comparison of regressors in the paper of Koike et al. (2019).
     Paper(Comparison),
 }
 

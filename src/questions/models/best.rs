@@ -1,7 +1,8 @@
 //! Search for the best model. Cross-validation scores each candidate, and [`ErrorBlocks`] chooses among the candidates.
 //!
-//! Guarantees: held-out recordings influence no step of a fit: conventional calibration, thresholds, values of blocks, ridge,
-//! and training. Held-out recordings are predicted from a cold start. Test recordings are not used for the choice.
+//! Guarantees: held-out recordings influence no step of a fit: conventional calibration, thresholds, values of feature
+//! blocks, ridge, and training. Held-out recordings are predicted from a cold start. Test recordings are not used for the
+//! choice.
 
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -33,9 +34,9 @@ const ENOUGH_SAMPLES: usize = 60_000;
 /// Limits of the short training, which selects networks and kernels for the full training.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// Selection for the full training. For each regressor: the maximum error of the short training as a multiple of the lowest
-/// error, and the maximum number of models. The maximum error of networks is larger, because a short training says less about
-/// networks.
+/// Which models get the full training, for each regressor: the maximum error after the short training as a multiple of the
+/// lowest error, and the maximum number of models. The maximum error of networks is larger, because a short training says
+/// less about networks.
 const CAN_WIN: [(Regressor, f64, usize); 4] = [
     (Regressor::HybridKernel, 1.3, 3),
     (Regressor::Kernel, 1.3, 3),
@@ -44,23 +45,24 @@ const CAN_WIN: [(Regressor, f64, usize); 4] = [
 ];
 /// Maximum error of a model that is trained again for longer, as a multiple of the lowest error.
 const NEARLY_BEST: f64 = 1.15;
-/// Length of a block of errors, as a multiple of their correlation time.
+/// Length of the blocks into which errors are divided, as a multiple of the correlation time of the errors.
 const TIMES_CORRELATED: usize = 4;
-/// Maximum number of blocks of one recording.
+/// Maximum number of error blocks of one recording.
 const MOST_BLOCKS: usize = 50;
-/// Default of [`Search::within`].
+/// Default of [`Search::within`], the share by which the error of the smallest model may exceed the lowest error.
 pub const WITHIN: f64 = 0.05;
 
 /// Request for a search of the best model.
 #[derive(Clone, Debug)]
 pub struct Search {
-    /// Recordings with their roles.
+    /// Recordings with their roles (train, test or off).
     pub recordings: Arc<RecordingSet>,
-    /// Settings that all candidates share: offset, full scales, and the distance that F_th applies to.
+    /// Settings that all candidates share: offset, full scales, and the kind of load distance that is compared with the force
+    /// threshold F_th.
     pub settings: FitSettings,
     /// Time after which no further candidate starts.
     pub time_limit: Duration,
-    /// Maximum error of the smallest proposed model above the error of the most accurate model, as a share of that error.
+    /// Maximum by which the error of the smallest proposed model exceeds the lowest error, as a share of the lowest error.
     pub within: f64,
 }
 
@@ -73,16 +75,17 @@ pub struct Tried {
     #[serde(skip)]
     pub at: usize,
     pub name: String,
-    /// Amount of data as named in the paper; empty if it follows from the decimation.
+    /// Amount of training data as named in the paper of Koike et al. (2019), such as A; empty if it follows from the
+    /// decimation.
     #[serde(skip)]
     pub data: String,
     /// Description of the features; empty for the gauges alone.
     pub blocks: String,
     pub regressor: Regressor,
-    /// Settings chosen on all training recordings, with the cross-validation errors.
+    /// Model with settings that were chosen on all training recordings, and with its cross-validation errors.
     #[serde(flatten)]
     pub model: Model,
-    /// Root mean squared error divided by the conventional one, with all axes weighted alike.
+    /// Root mean squared error divided by that of the conventional calibration, with all axes weighted alike.
     pub relative: f64,
     /// True for the most accurate candidate, which is proposed.
     pub is_proposed: bool,
@@ -90,13 +93,13 @@ pub struct Tried {
     pub is_smallest: bool,
     /// Reason why the candidate cannot be proposed; `None` if the candidate is eligible.
     pub refused: Option<String>,
-    /// Sums of squared errors, `n_blocks × n_axes` row-major.
+    /// Sums of squared errors of each block of held-out samples, `n_blocks × n_axes` row-major.
     #[serde(skip)]
     squares: Vec<f64>,
 }
 
 impl Tried {
-    /// Returns a model before its comparison with other models.
+    /// Returns a fitted candidate that is not compared with other models yet.
     pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
         Self {
             at: 0,
@@ -166,7 +169,7 @@ impl Best {
         if proposed.name == self.tried[0].name {
             return vec![format!(
                 "Proposed: {}. None of the {} other models is better with 90 % confidence over {} blocks of left-out samples and without \
-                 harm to a group",
+                 a much larger error on one of the groups",
                 proposed.name,
                 self.tried.len() - 1,
                 self.cut.blocks.samples.len()
@@ -181,9 +184,9 @@ impl Best {
         );
         let within = significant(100.0 * self.within, 2);
         let second = match smallest.name == proposed.name {
-            true => format!("No smaller model has an error within {within} % of this one"),
+            true => format!("No smaller model has an error within {within} % of the proposed model's error"),
             false => format!(
-                "Smallest model with an error within {within} % of this one: {}, {} of the conventional error; {}",
+                "Smallest model with an error within {within} % of the proposed model's error: {}, {} of the conventional error; {}",
                 smallest.name,
                 percent(smallest),
                 cost(smallest)
@@ -192,11 +195,11 @@ impl Best {
         vec![first, second]
     }
 
-    /// Returns sentences with further results of the search.
+    /// Returns sentences with further results of the search, such as the models that were not tried.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let lowest = self.proposed().map_or(1.0, |own| own.relative);
-        // A model with a lower error than the proposed model needs an explanation.
+        // A model with a lower error than the proposed model needs an explanation why it is not proposed.
         let lower = self.tried.iter().filter(|own| own.relative < lowest);
         remarks.extend(lower.map(|own| match &own.refused {
             Some(why) => format!("{} is not proposed: {why}", own.name),
@@ -277,7 +280,7 @@ impl Best {
         Table {
             title: format!("RMSE, {}{folds}", set.label()),
             note: format!(
-                "→: the proposed, most accurate model; =: the smallest model with an error within {} % of this one",
+                "→: the proposed, most accurate model; =: the smallest model with an error within {} % of the proposed model's error",
                 significant(100.0 * self.within, 2)
             ),
             ..model_table(axes, &[set], rows)
@@ -285,18 +288,19 @@ impl Best {
     }
 }
 
-/// Division of the held-out samples into blocks.
+/// Division of the held-out samples into blocks of consecutive samples.
 #[derive(Clone, Debug, Default)]
 struct Cut {
     blocks: ErrorBlocks,
     /// Number of blocks of each held-out recording.
     counts: Vec<usize>,
-    /// Names of the groups.
+    /// Names of the groups of recordings that are held out.
     groups: Vec<String>,
 }
 
 impl Cut {
-    /// Returns blocks that are longer than the correlation time of `errors`, the errors of the conventional calibration.
+    /// Divides the held-out samples into blocks that are longer than the correlation time of `errors`, the errors of the
+    /// conventional calibration.
     fn of(folds: &NestedFolds, errors: &FoldErrors, n_axes: usize) -> Self {
         let length = TIMES_CORRELATED * correlated(errors, n_axes);
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
@@ -373,7 +377,7 @@ fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     lag
 }
 
-/// Tries the candidates. `show` receives all results after each candidate.
+/// Fits and scores the candidates of the search. `show` receives all results after each candidate.
 ///
 /// # Errors
 /// [`AnalysisError`] without training recordings, or after a cancellation.
@@ -446,9 +450,9 @@ struct Running<'a> {
     progress: &'a Progress,
     start: Instant,
     folds: NestedFolds,
-    /// All training recordings.
+    /// All training recordings, to which the final settings of each candidate are fitted.
     whole: Side,
-    /// Recordings of each cross-validation fold.
+    /// Training and held-out recordings of each cross-validation fold.
     sides: Vec<Side>,
     n_axes: usize,
     best: Best,
@@ -522,7 +526,7 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// Returns the result of a trial. If the candidate could not be fitted, stores the reason and returns `None`.
+    /// Returns the result of fitting a candidate. If the candidate could not be fitted, stores the reason and returns `None`.
     fn noted<T>(
         &mut self,
         recipe: &Recipe,
@@ -541,15 +545,16 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Returns false if the error equals the error of a linear model: then the second stage has no effect.
+    /// Returns false if the error equals that of a linear model: then the network or kernel after the linear fit has no
+    /// effect.
     fn is_new(&self, relative: f64) -> bool {
         let is_linear = |own: &&Tried| own.regressor == Regressor::Linear;
         let same = |own: &Tried| (own.relative - relative).abs() < 1e-9;
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
-    /// Returns the recipe with the lowest error of a regressor; `None` if this error is far above the lowest error of all
-    /// models.
+    /// Returns the candidate with the lowest error among those with this regressor; `None` if this error is far above the
+    /// lowest error of all models.
     fn best_of<'r>(
         &self,
         regressor: Regressor,
@@ -565,7 +570,7 @@ impl<'a> Running<'a> {
         found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, recipe)| recipe)
     }
 
-    /// Returns the root mean squared error divided by the conventional one, with all axes weighted alike.
+    /// Returns the root mean squared error divided by that of the conventional calibration, with all axes weighted alike.
     fn relative(&self, errors: &FoldErrors) -> f64 {
         let conventional = &self.best.tried[0].model.scores;
         let weights = weights(conventional.cv_rmse.as_deref().unwrap_or_default());
@@ -579,7 +584,7 @@ impl<'a> Running<'a> {
         let tried = self.tried(recipe);
         let Some(mut tried) = self.noted(recipe, tried)? else { return Ok(()) };
         let is_same = |own: &Tried| own.model.settings == tried.model.settings;
-        // Blocks without effect were removed, so a candidate may equal an earlier candidate.
+        // Feature blocks without effect were removed, so a candidate may equal an earlier candidate.
         if !self.best.tried.iter().any(is_same) {
             tried.model.seconds = Some(since.elapsed().as_secs_f64());
             self.best.push(tried);
@@ -626,7 +631,7 @@ fn spreads(errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
     (0..n_axes).map(of_axis).collect()
 }
 
-/// Removes the blocks that the ridge has removed for all axes.
+/// Removes the feature blocks that the ridge has left out for all axes.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let ridges = &calibration.quality.ridge_by_block;
     for (own, ridge) in calibration.design().blocks().iter().zip(ridges) {

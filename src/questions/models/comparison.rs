@@ -1,4 +1,5 @@
-//! Comparison of regressors and features as in the paper's Figures 9, 10, 12 and 13, with further regressors.
+//! Comparison of regressors and features as in Figures 9, 10, 12 and 13 of the paper of Koike et al. (2019), with further
+//! regressors.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -23,14 +24,16 @@ use crate::recording::{RecordingSet, Role};
 pub struct Candidate {
     pub regressor: Regressor,
     pub features: FeatureSettings,
-    /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
+    /// Decimation: 1 is pattern A of the paper of Koike et al. (2019), 10 is its pattern B.
     pub decimation: usize,
-    /// True if only the recordings of the first load programme are used for training. This pattern is not in the paper.
+    /// True if only the recordings of the first load programme are used for training. This pattern is not in the paper of
+    /// Koike et al. (2019).
     pub few_trajectories: bool,
 }
 
 impl Candidate {
-    /// Returns the name of the amount of data: A or B as in the paper, or C for recordings of one load programme.
+    /// Returns the name of the amount of training data: A or B as in the paper of Koike et al. (2019), or C for recordings of
+    /// one load programme.
     pub fn pattern(&self) -> String {
         match (self.few_trajectories, self.decimation) {
             (false, step) => pattern(step),
@@ -53,7 +56,7 @@ pub type Outcome = Option<Result<Model, AnalysisError>>;
 #[derive(Clone, Debug)]
 pub struct Comparison {
     pub recordings: Arc<RecordingSet>,
-    /// Settings that all candidates share.
+    /// Settings that all candidates of the comparison share.
     pub settings: FitSettings,
     pub candidates: Vec<Candidate>,
 }
@@ -81,8 +84,9 @@ impl Comparison {
     }
 }
 
-/// Returns the candidates of a comparison: each regressor without and with the features of `settings`, for each amount of data that
-/// the recordings allow. A polynomial without past samples is added for the linear regressor. Quick candidates come first.
+/// Returns the candidates of a comparison: each regressor without and with the features of `settings`, for each amount of
+/// training data that the recordings allow. A polynomial of the present gauges is added for the linear regressor. Candidates
+/// that are quick to fit come first.
 pub fn paper_candidates(
     recordings: &RecordingSet,
     settings: &FitSettings,
@@ -193,7 +197,7 @@ fn compare_one(
 ) -> Result<Model, AnalysisError> {
     let start = Instant::now();
     let recordings = match candidate.few_trajectories {
-        true => Arc::new(few_trajectories(recordings).expect("candidates fit the recordings")),
+        true => Arc::new(few_trajectories(recordings).expect("this candidate exists only for recordings with several groups")),
         false => Arc::clone(recordings),
     };
     let request = Request::fit(recordings, candidate.settings(settings));
@@ -209,7 +213,7 @@ fn compare_one(
         progress.advance(done - counted);
         counted = done;
     })?;
-    // A cancelled network is no result of the comparison.
+    // A network whose training was cancelled is no result of the comparison.
     progress.check()?;
     progress.advance(weight - counted);
     Ok(Model {

@@ -1,5 +1,5 @@
 //! Cross-validation folds of a model search. A fold holds out a group of recordings, or a segment of one long recording. The
-//! other recordings are fitted.
+//! models are fitted to the remaining training recordings.
 //!
 //! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long
 //! recording are also predicted from the earlier segments alone, so that a drift increases the error.
@@ -16,13 +16,13 @@ const SEGMENTS: usize = 4;
 
 pub(super) struct NestedFolds {
     pub folds: Vec<Fold>,
-    /// All training recordings, cut as in the folds, and the test recordings.
+    /// All training recordings, cut into groups or segments as in the folds, and the test recordings.
     pub whole: Arc<RecordingSet>,
-    /// Description of the folds, for headings.
+    /// Description of the cross-validation folds, for the headings of tables.
     pub what: String,
     /// Names of the groups or segments. The choice of a model compares the errors of each group or segment.
     pub parts: Vec<String>,
-    /// Number of folds that hold out each sample once. Further folds predict forward in time.
+    /// Number of folds that together hold out each sample once. Further folds predict forward in time.
     pub n_left_out: usize,
 }
 
@@ -33,7 +33,7 @@ struct Piece {
 }
 
 impl NestedFolds {
-    /// Divides the training recordings. Without training recordings, returns [`AnalysisError::NoTraining`].
+    /// Divides the training recordings into folds. Without training recordings, returns [`AnalysisError::NoTraining`].
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
@@ -50,8 +50,8 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            // One of several recordings in a file, such as one press, is too short for a group, so consecutive recordings are
-            // combined.
+            // If one file has several recordings, a single one (such as one press) is too short for a group. So consecutive
+            // recordings are combined.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
             let pieces: Vec<Piece> = (training.into_iter())
                 .map(|(entry, group)| {
@@ -91,7 +91,7 @@ impl NestedFolds {
             let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
-        // Only groups that follow one another in the file can be predicted forward in time.
+        // Only groups that follow one another in the same file can be predicted forward in time.
         let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|own| own.fold);
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
         let fold =
@@ -103,8 +103,8 @@ impl NestedFolds {
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
-            // The last segment is predicted from all earlier ones already. Fewer than half of the segments are too few for a
-            // fit.
+            // The last segment is already predicted from all earlier segments. Fewer than half of the segments are too few
+            // for a fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
         }
@@ -112,7 +112,7 @@ impl NestedFolds {
         let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
         let whole = Fold::of(training.chain(tested.map(|entry| (entry.clone(), Some(0))))).set;
         let what = match folds.len() > n_left_out {
-            true => format!("nested, {what}; and forward in time"),
+            true => format!("nested, {what}; and with later segments predicted from earlier ones"),
             false => format!("nested, {what}"),
         };
         Ok(Self { folds, whole, what, parts, n_left_out })

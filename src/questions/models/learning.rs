@@ -1,7 +1,7 @@
-//! Training of networks and kernels on all training recordings, alone or after a linear stage.
+//! Training of networks and kernels on all training recordings, either alone or on the residuals of a linear fit (hybrid).
 //!
-//! Guarantees: the features of a kernel are computed once if there is enough memory, and otherwise again in each pass. A network draws
-//! its samples in a new order in each epoch, so all samples stay in memory, in single precision.
+//! Guarantees: the features of a kernel are computed once if there is enough memory, and otherwise again in each pass through
+//! the samples. A network draws its samples in a new order in each epoch, so all samples stay in memory, in single precision.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,25 +23,26 @@ use crate::recording::{Entry, Recording, Role};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::part_squares::PartSquares;
 
-/// Number of training groups of which one is held out for early stopping of a network. With few groups, the last tenth of the
+/// One of this number of training groups is held out for early stopping of a network. With few groups, the last tenth of the
 /// samples is held out.
 const HELD_OUT: usize = 10;
-/// Minimum number of groups for holding out a whole group. With fewer groups, too few samples would remain for training.
+/// Minimum number of training groups for holding out a whole group. With fewer groups, too few samples would remain for
+/// training.
 const FEWEST_GROUPS: usize = 3;
-/// Maximum number of cross-validation parts that choose the ridge strengths of a kernel.
+/// Maximum number of cross-validation parts by which the ridge strengths of a kernel are chosen.
 const MAX_PARTS: usize = 10;
 /// Maximum number of values that are kept in memory for further passes of a kernel: 64 MB.
 const MOST_KEPT: usize = 8_000_000;
-/// Number of rows in a block.
+/// Number of training samples that are passed to a network or kernel together, as one block.
 const BLOCK: usize = 128;
-/// Half width of the band around the load, in standard deviations.
+/// Half width of the uncertainty band around the load, in standard deviations.
 const BAND_DEVIATIONS: f64 = 2.0;
 
 #[derive(Clone, Copy, Debug)]
 pub enum TrainingStep {
     Epoch(EpochReport),
     CrossValidation {
-        /// Finished share, 0 to 1.
+        /// Finished share of the cross-validation, 0 to 1.
         done: f64,
         elapsed: Duration,
     },
@@ -66,13 +67,14 @@ impl TrainingStep {
     }
 }
 
-/// Sums from which the squared error follows for any share of the second stage.
+/// Sums over samples of a hybrid model. They give the squared error for any share of the network's or kernel's output that is
+/// added to the linear fit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moments {
     pub n_samples: u64,
-    /// `Σ r²`, `Σ r g` and `Σ g²` of each axis. The residual of the linear stage is r, the output of the second stage g.
+    /// `Σ r²`, `Σ r g` and `Σ g²` of each axis: r is the residual of the linear fit, g the output of the network or kernel.
     pub of_axes: Vec<[f64; 3]>,
-    /// Residual r and output g of evenly spaced samples, `n × n_axes` row-major.
+    /// Residual r of the linear fit and output g of the network or kernel, for evenly spaced samples, `n × n_axes` row-major.
     pub kept: Vec<[f64; 2]>,
 }
 
@@ -81,7 +83,8 @@ impl Moments {
         Self { n_samples: 0, of_axes: vec![[0.0; 3]; n_axes], kept: Vec::new() }
     }
 
-    /// Adds residuals and outputs of the second stage to the sums, both `n × n_axes` row-major.
+    /// Adds residuals of the linear fit (`left_over`) and outputs of the network or kernel (`added`) to the sums, both `n ×
+    /// n_axes` row-major.
     pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
         let n_axes = self.of_axes.len();
         for (left_over, added) in left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes)) {
@@ -94,7 +97,8 @@ impl Moments {
         }
     }
 
-    /// Keeps residual and output of every `step`-th sample, both `n × n_axes` row-major.
+    /// Keeps the residual of the linear fit and the output of the network or kernel for every `step`-th sample, both `n ×
+    /// n_axes` row-major.
     pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
         let n_axes = self.of_axes.len();
         let rows = left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes));
@@ -103,7 +107,7 @@ impl Moments {
         }
     }
 
-    /// Returns the sum of squared errors with this share of the second stage.
+    /// Returns the sum of squared errors if this share of the network's or kernel's output is added to the linear fit.
     pub fn squares(&self, axis: usize, share: f64) -> f64 {
         let [rr, rg, gg] = self.of_axes[axis];
         (rr - 2.0 * share * rg + share * share * gg).max(0.0)
@@ -112,11 +116,11 @@ impl Moments {
 
 pub(crate) struct Fitted {
     pub past: Vec<Past>,
-    /// Calibration whose second stage is not reduced to its share yet.
+    /// Fitted calibration. The output of its network or kernel is not multiplied by a share yet.
     pub calibration: Calibration,
-    /// Squared errors of the linear fits without each part.
+    /// Squared cross-validation errors of the linear fit on each left-out part.
     pub linear: Option<PartSquares>,
-    /// Sums of each recording that was held out for early stopping.
+    /// Sums of each recording over the samples that were held out for early stopping.
     pub held_out: Vec<Moments>,
 }
 
@@ -135,7 +139,7 @@ pub(crate) fn fit_all(
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
-        // The standard errors of the linear stage do not apply to the whole model.
+        // The standard errors of the linear coefficients do not apply to a model with a network or kernel.
         calibration.quality.coefficients = None;
         if !settings.regressor.is_hybrid() {
             calibration.compensated = None;
@@ -181,8 +185,8 @@ pub(crate) fn fit_all(
     Ok(Fitted { past, calibration, linear: left_out, held_out })
 }
 
-/// Returns the half width of the band around the compensated load for each axis; `None` if the regressor has no band. See
-/// [`Quality::band`](crate::calibration::Quality::band).
+/// Returns the half width of the uncertainty band around the compensated load for each axis; `None` if the regressor has no
+/// band. See [`Quality::band`](crate::calibration::Quality::band).
 pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
     let has = |role| data.entries.iter().any(|entry| entry.role == role);
     let role = if has(Role::Test) { Role::Test } else { Role::Train };
@@ -207,24 +211,24 @@ struct TrainingRows<'a> {
     target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
-    /// Every `step`-th sample of a recording is a row.
+    /// Every `step`-th sample of a recording is a training row.
     step: usize,
-    /// True if some rows are held out for early stopping of a network.
+    /// True if some training rows are held out for early stopping of a network.
     holds_out: bool,
-    /// Rows of each recording that stay in memory; empty if there are too many.
+    /// Training rows of each recording that stay in memory; empty if there are too many.
     kept: Vec<Vec<KeptBlock>>,
 }
 
-/// Copy of a [`RowBlock`]: fold, then inputs, columns of the linear stage, and targets.
+/// Copy of a [`RowBlock`]: cross-validation fold, then inputs, columns of the linear fit, and targets.
 type KeptBlock = (usize, [Vec<f64>; 3]);
 
-/// Targets of the training.
+/// What the network or kernel is trained to predict.
 enum Target<'a> {
     Load,
-    /// Residual of this linear map.
+    /// Residual of this linear map, which a network learns.
     LeftOver(&'a LinearMap),
-    /// Residual of a linear fit that the kernel repeats without each part. The rows contain the columns of this linear fit.
-    /// Their targets are the residuals of the conventional calibration.
+    /// Residual of a linear fit that the kernel repeats without each cross-validation part. The training rows contain the
+    /// columns of this linear fit. Their targets are the residuals of the conventional calibration.
     AfterStage(LinearStage),
 }
 
@@ -252,7 +256,7 @@ impl TrainingRows<'_> {
         (0..self.runs.len()).map(|run| self.n_samples(run)).sum()
     }
 
-    /// Computes all rows once for several passes, unless the rows need too much memory.
+    /// Computes all training rows once for several passes, unless the rows need too much memory.
     fn keep(&mut self) {
         let (n_inputs, n_axes) = self.widths();
         let n_linear = self.linear_stage().map_or(0, |stage| stage.kinds.len());
@@ -269,8 +273,8 @@ impl TrainingRows<'_> {
         self.kept = (0..self.runs.len()).into_par_iter().map(run).collect();
     }
 
-    /// Returns true if sample `at` of all recordings is held out for early stopping. Whole groups of recordings are held out,
-    /// or the last tenth of all samples if there are few groups.
+    /// Returns true if training row `at`, counted over all recordings, is held out for early stopping. Whole groups of
+    /// recordings are held out, or the last tenth of all samples if there are few groups.
     fn is_held_out(&self, run: usize, at: usize) -> bool {
         if !self.holds_out {
             return false;
@@ -312,7 +316,8 @@ impl TrainingRows<'_> {
         Ok((train, held_out))
     }
 
-    /// Returns the sums of each recording over the samples that are held out for early stopping.
+    /// Returns for each recording the sums of residuals and network outputs over the samples that are held out for early
+    /// stopping.
     fn moments_held_out(&self, network: &Network) -> Vec<Moments> {
         let mut at = 0;
         let mut answers = Vec::new();

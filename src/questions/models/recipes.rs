@@ -1,9 +1,10 @@
-//! Candidates of a model search. A new feature block becomes a candidate by its line in the list of blocks.
+//! Candidates of a model search. A new feature block becomes a candidate as soon as the list of feature blocks has a line for
+//! it.
 
 use crate::calibration::{Learner, Regressor};
 use crate::features::{Appends, Auxiliary, BLOCKS, Block, FixedLag};
 
-/// Candidate before the choice of thresholds, radii and times.
+/// Candidate model whose thresholds, play radii and times are not chosen yet.
 #[derive(Clone, Debug)]
 pub(super) struct Recipe {
     pub name: String,
@@ -19,11 +20,11 @@ pub(super) struct Recipe {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Times {
-    /// The times with the lowest cross-validation error of a linear fit.
+    /// The times (s) that give the lowest cross-validation error of a linear fit.
     Chosen,
     /// Times spread evenly over the range that the recordings allow.
     Spread,
-    /// Times of the latest samples, one per sample, as in a filter with finite impulse response.
+    /// Times of the latest samples, one time per sample, as in a filter with finite impulse response.
     EverySample,
 }
 
@@ -31,7 +32,7 @@ const LEARNERS: [Regressor; 4] =
     [Regressor::HybridKernel, Regressor::HybridNetwork, Regressor::Kernel, Regressor::Network];
 
 impl Recipe {
-    /// Returns a linear candidate; a degree above zero adds a polynomial.
+    /// Returns a linear candidate; a `degree` above zero adds a polynomial of this degree.
     fn linear(look_back: bool, blocks: &[&'static dyn Block], degree: f64) -> Self {
         let polynomials = BLOCKS
             .iter()
@@ -80,7 +81,7 @@ impl Recipe {
     }
 }
 
-/// Returns the words in lower case, except for the first letter.
+/// Returns the words in lower case, except for the first letter of the sentence.
 fn sentence(words: &str) -> String {
     let (first, rest) = words.split_at(1);
     format!("{first}{}", rest.to_lowercase())
@@ -124,7 +125,7 @@ pub(super) fn learned() -> Vec<Recipe> {
     recipes
 }
 
-/// Returns the blocks that append past gauges.
+/// Returns the feature blocks that append earlier gauge values.
 fn pasts() -> Vec<&'static dyn Block> {
     let all = BLOCKS.iter().copied();
     all.filter(|block| matches!(block.appends(), Appends::Past(_))).collect()

@@ -1,5 +1,5 @@
-//! One cross-validation fold of a model search: recordings, and the thresholds, radii and times chosen on the training
-//! recordings.
+//! One cross-validation fold of a model search: its recordings, and the thresholds, play radii and times that were chosen on
+//! its training recordings.
 
 use std::sync::Arc;
 
@@ -17,22 +17,22 @@ use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Measure, ThresholdGrid};
 use crate::recording::{RecordingSet, Role};
 
-/// Number of tried values of F_th, and of t_th.
+/// Number of values that are tried for each look-back threshold: the force threshold F_th and the time threshold t_th.
 const GRID: usize = 12;
-/// Number of values of a block with [`Times::Spread`].
+/// Number of values that a feature block gets with [`Times::Spread`].
 const SPREAD: usize = 6;
 /// Maximum number of lags with [`Times::EverySample`].
 const MOST_LAGS: usize = 160;
-/// Maximum number of columns with [`Times::EverySample`].
+/// Maximum number of feature columns with [`Times::EverySample`].
 const MOST_LAG_COLUMNS: usize = 200;
 /// Maximum number of multiplications for the sums of a fit with [`Times::EverySample`], to limit the computing time.
 const MOST_LAG_WORK: usize = 400_000_000;
 /// Lists of lags to try for the effect of auxiliary channels (s).
 const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
-/// Maximum squared error for the use of a lag of auxiliary channels, as a share of the squared error without a lag.
+/// Squared error below which a lag of auxiliary channels is used, as a share of the squared error without a lag.
 const LAG_HELPS: f64 = 0.9;
 
-/// Limits of a training.
+/// Limits of one training, which bound its computing time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     /// Maximum number of training samples.
@@ -43,16 +43,16 @@ pub(super) struct Effort {
     pub units: usize,
 }
 
-/// Recordings of one cross-validation fold, and the values chosen on the training recordings.
+/// Recordings of one cross-validation fold, and the values chosen on its training recordings.
 pub(super) struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
     datasets: Datasets,
-    /// Chosen thresholds of the look-back.
+    /// Thresholds of the look-back that were chosen on the training recordings; `None` before the choice.
     look_back: Option<Thresholds>,
-    /// Chosen values of blocks.
+    /// Values (lags or radii) of feature blocks that were chosen so far.
     values: Vec<(&'static dyn Block, Times, Vec<f64>)>,
-    /// Lags of the auxiliary channels; empty without channels.
+    /// Chosen lags of the auxiliary channels (s); empty without auxiliary channels.
     pub auxiliary: Vec<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Side {
         }
     }
 
-    /// Chooses the lags of the auxiliary channels.
+    /// Chooses the lags of the auxiliary channels by the error of a linear fit.
     pub fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
         let (mut without_lag, mut lowest) = (None, f64::INFINITY);
         for lags in AUXILIARY_LAGS {
@@ -93,7 +93,7 @@ impl Side {
         Ok(())
     }
 
-    /// Returns the settings of a recipe, with thresholds, radii and times chosen on the training recordings.
+    /// Returns the settings of a candidate, with thresholds, play radii and times chosen on the training recordings.
     pub fn settle(
         &mut self,
         recipe: &Recipe,
@@ -126,7 +126,7 @@ impl Side {
         Ok(settings)
     }
 
-    /// Removes every second value of the longest list until the number of columns is allowed.
+    /// Removes every second value from the feature block with most values, until the number of feature columns is allowed.
     fn thin_out(&self, features: &mut FeatureSettings) -> Result<(), AnalysisError> {
         let n_gauges = self.recordings.layout().gauge_names.len();
         while let Err(error) = features.check_columns(n_gauges) {
@@ -150,7 +150,7 @@ impl Side {
         Ok(*self.look_back.insert(map.suggestion(Measure::FullScale)?.thresholds))
     }
 
-    /// Returns the chosen values of a block, or its default values if no tried list reduces the error.
+    /// Returns the values chosen for a feature block, or its default values if no tried list of values reduces the error.
     fn values(
         &mut self,
         block: &'static dyn Block,
@@ -188,7 +188,8 @@ impl Side {
         Ok(values)
     }
 
-    /// Returns lags of 1, 2, 3 … samples (s), up to the limits above and to a tenth of the shortest recording.
+    /// Returns lags of 1, 2, 3 … samples (s), up to the limits for [`Times::EverySample`] and to a tenth of the shortest
+    /// recording.
     fn every_sample(&self) -> Vec<f64> {
         let Some(rate) = self.recordings.rate_hz(Role::Train) else { return Vec::new() };
         let step = self.settings.decimation as f64 / rate;

@@ -1,4 +1,4 @@
-//! Fitted model with its settings and results, and the table of models.
+//! Fitted model with its settings and results, and the table that lists models.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,15 +11,16 @@ use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
-/// Maximum number of samples for the measurement of the time per sample.
+/// Maximum number of samples on which the computing time per sample is measured.
 const TIMED_STEPS: usize = 2_000;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cost {
     pub coefficients: usize,
-    /// Memory of an export in single precision (bytes): parameters and state, at the sample rate of the recordings.
+    /// Memory that an exported calibration needs in single precision (bytes): parameters and state, at the sample rate of the
+    /// recordings.
     pub bytes: usize,
-    /// Time per sample on this machine (µs).
+    /// Computing time per sample on this machine (µs).
     micros_a_sample: Option<f64>,
 }
 
@@ -32,18 +33,18 @@ pub struct Model {
     pub scores: Scores,
     /// Standard deviation of the cross-validated RMSE between the left-out parts, per axis; empty if unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference between the model's and the conventional mean squared error, as a share of the
-    /// conventional one; `None` if unknown.
+    /// Standard error of the difference between the mean squared errors of the model and of the conventional calibration, as
+    /// a share of the conventional one; `None` if unknown.
     pub spread: Option<f64>,
     /// Description of the cross-validation; may be empty.
     #[serde(skip)]
     pub left_out: String,
-    /// Scores of the conventional calibration.
+    /// Errors of the conventional calibration, for comparison.
     #[serde(skip)]
     pub conventional: Scores,
     pub cost: Cost,
     pub n_train: u64,
-    /// Ridge of the linear part, per axis.
+    /// Ridge strength of the linear part of the model, per axis.
     #[serde(skip)]
     pub ridge: Vec<f64>,
     /// Time for fitting and scoring the model (s), if known.
@@ -86,7 +87,7 @@ impl Model {
     }
 }
 
-/// Returns the weight of each axis' squared error: the inverse of the conventional mean squared error, so that all axes count
+/// Returns the weight of each axis' squared error: the inverse of the conventional mean squared error. All axes then count
 /// alike.
 pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
@@ -126,9 +127,9 @@ fn micros_a_sample(calibration: &Calibration, recordings: &RecordingSet) -> Opti
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     None,
-    /// Smallest model that is nearly as accurate as the most accurate one.
+    /// Mark of the smallest model that is nearly as accurate as the most accurate one.
     Smallest,
-    /// Most accurate model.
+    /// Mark of the most accurate model, which is proposed.
     Proposed,
 }
 
@@ -144,7 +145,7 @@ impl Mark {
     }
 }
 
-/// Returns the paper's name of the amount of data for this decimation.
+/// Returns the name of the amount of training data with this decimation, as in the paper of Koike et al. (2019).
 pub fn pattern(decimation: usize) -> String {
     match decimation {
         1 => "A".to_owned(),
@@ -159,12 +160,12 @@ pub const RELATIVE: &str = "relative RMSE";
 pub struct ModelRow<'a> {
     pub mark: Cell,
     pub name: &'a str,
-    /// Amount of data as named in the paper; empty if it follows from the decimation.
+    /// Amount of training data as named in the paper of Koike et al. (2019); empty if it follows from the decimation.
     pub data: &'a str,
     pub model: &'a Model,
 }
 
-/// Returns the table of models with errors on these sets of samples, parameters, memory and computing time.
+/// Returns the table of models with their errors on these sets of samples, numbers of parameters, memory and computing time.
 pub fn model_table<'a>(
     axes: &[Axis],
     sets: &[ScoreSet],
@@ -199,25 +200,25 @@ pub fn model_table<'a>(
         )
         .columns(
             has_spread.then(|| Column::numbers("±").unit("%").about(
-                "Standard error of the difference between the model's mean squared error and the conventional one, from blocks of left-out samples",
+                "Standard error of the difference between the model's mean squared error and that of the conventional calibration, from blocks of left-out samples",
             )),
             Column::clone,
             |row, _| Cell::digits(percent(row.model.spread), 2),
         )
         .words("features", |row| row.model.settings.features.describe())
-        .about("Columns that are added to the gauges")
+        .about("Feature columns that the model uses in addition to the gauges")
         .words("regressor", |row| row.model.settings.regressor.label())
         .about("Method by which the load is computed from gauges and features")
         .words("cross-validation", |row| row.model.left_out.clone())
         .about(
-            "Parts that were left out in turn. Nested: the settings of the model were chosen anew without each part. Compare nested \
+            "Parts of the training recordings that were left out in turn. Nested: the settings of the model were chosen anew without each part. Compare nested \
              errors only with nested errors",
         )
         .words("data", |row| match row.data {
             "" => pattern(row.model.settings.decimation),
             data => data.to_owned(),
         })
-        .about("A: all samples; B: every tenth sample; C: one load programme; 1/n: every n-th sample")
+        .about("Training data. A: all samples; B: every tenth sample; C: one load programme; 1/n: every n-th sample")
         .columns(
             errors,
             |(set, axis, is_spread)| match is_spread {
@@ -232,19 +233,20 @@ pub fn model_table<'a>(
             |row, (set, axis, is_spread)| error(row.model, **axis, **set, *is_spread),
         )
         .column(Column::numbers("parameters"), |row| Cell::whole(row.model.cost.coefficients))
-        .about("Number of coefficients or weights")
+        .about("Number of coefficients or network weights of the model")
         .column(Column::numbers("memory").unit("B"), |row| Cell::whole(row.model.cost.bytes))
-        .about("Memory of an export in single precision: parameters and state, at the sample rate of the recordings")
+        .about("Memory that the exported model needs in single precision: parameters and state, at the sample rate of the recordings")
         .column(Column::numbers("time per sample").unit("µs"), |row| {
             Cell::digits(row.model.cost.micros_a_sample, 2)
         })
-        .about("Time to compute one sample, measured on this machine")
+        .about("Time to compute the load of one sample, measured on this machine")
         .column(Column::numbers("trial time").unit("s"), |row| Cell::digits(row.model.seconds, 2))
         .about("Time to fit and score the model")
         .table("", "")
 }
 
-/// Returns the cell of a model's RMSE of one axis, or of the standard deviation of this RMSE over the left-out parts.
+/// Returns the table cell with a model's RMSE on one axis, or with the standard deviation of this RMSE over the left-out
+/// parts.
 fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
     let at = model.axes.iter().position(|own| *own == axis);
     let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
@@ -254,7 +256,7 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
         let spread = spread.map(|spread| Cell::digits(Some(spread), 2));
         return Cell::known(
             spread,
-            "only \"Find the best\" measures the scatter between the left-out parts",
+            "only \"Find the best\" measures the scatter of the RMSE between the left-out parts",
         );
     }
     let why = match set {

@@ -11,9 +11,10 @@ use crate::questions::request::Request;
 use crate::scoring::cross_validation::MOST_FITS;
 use crate::scoring::part_squares::PartSquares;
 
-/// Fits the request with its regressor. Test recordings are only scored.
+/// Fits a calibration with the regressor of the request. Test recordings are only used for scores.
 ///
-/// A network reports each epoch. A cancelled network keeps its best epoch. A cancelled cross-validation gives no score.
+/// A network reports each epoch of its training. A cancelled network keeps its best epoch. A cancelled cross-validation gives
+/// no score.
 ///
 /// # Errors
 /// [`AnalysisError`] if the request cannot be fitted.
@@ -25,8 +26,9 @@ pub fn train(
     Ok(fit_and_score(request, true, 1, progress, on_step)?.0)
 }
 
-/// Fits as [`train`], and also returns the squared errors of the parts that cross-validation leaves out. `scores` is false for a
-/// caller that holds out samples itself. A network or a kernel is trained on every `row_step`-th sample.
+/// Fits as [`train`], and also returns the squared errors of the parts that cross-validation leaves out. `scores` is false if
+/// the caller holds out samples itself; the cross-validation is then omitted. A network or a kernel is trained on every
+/// `row_step`-th sample.
 pub(crate) fn fit_and_score(
     request: &Request,
     scores: bool,
@@ -49,12 +51,13 @@ pub(crate) fn fit_and_score(
     if settings.regressor.learner().is_none() {
         return Ok((calibration, linear));
     }
-    // Without enough samples for the linear stage, a cross-validation of the second stage is meaningless.
+    // If there are too few samples to cross-validate the linear fit, cross-validating the network or kernel after it is
+    // meaningless.
     let moments = match steps > 0 && (linear.is_some() || !settings.regressor.is_hybrid()) {
         true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
         false => None,
     };
-    // A hybrid kernel chooses its shares in each fit.
+    // A hybrid kernel chooses the share of its output in each fit, so only a hybrid network gets its share here.
     let has_shares = settings.regressor == Regressor::HybridNetwork;
     if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
         learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));

@@ -1,4 +1,4 @@
-//! Contents of a report.
+//! Data that a report shows.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -24,28 +24,28 @@ pub struct ReportData {
     pub calibration: Arc<Calibration>,
     /// Notes of the user; may be empty.
     pub notes: String,
-    /// Errors of the factory calibration; `None` without one.
+    /// Errors of the factory calibration; `None` without a factory calibration.
     pub factory: Option<FactoryScores>,
-    /// True if the calibration was fitted to these recordings.
+    /// True if the calibration was fitted to these recordings, false if an existing calibration was applied to them.
     pub fitted: bool,
-    /// All recordings, in the order of the set.
+    /// All recordings, in the order of the recording set.
     pub recordings: Vec<ReportRecording>,
-    /// Data check, or a sentence with the reason why the check is missing.
+    /// Result of the data check, or a sentence with the reason why the check is missing.
     pub check: Result<Sufficiency, String>,
-    /// Errors against each threshold, or a sentence with the reason why the curves are missing.
+    /// Plots of the errors against each look-back threshold, or a sentence with the reason why the curves are missing.
     pub thresholds: Result<ReportCurves, String>,
     /// Description of the recordings on which loops and metrology figures are measured.
     pub measured: &'static str,
-    /// Loops of each axis of the calibration, as measured and without the lag, or a sentence with the reason why they are
-    /// missing.
+    /// Loops of each axis of the calibration, as measured and without the time lag, or a sentence with the reason why they
+    /// are missing.
     pub loops: Vec<Result<Vec<LoopPlot>, String>>,
-    /// Errors against time, for the recording with the largest errors; `None` without a reference.
+    /// Plots of the errors against time, for the recording with the largest errors; `None` without a reference.
     pub errors: Option<ReportErrors>,
     /// Metrology table, or a sentence with the reason why the table is missing.
     pub metrology: Result<Arc<Metrology>, String>,
     /// Expected error of a reading, or a sentence with the reason why the expected error is missing.
     pub expected_error: Result<ExpectedError, String>,
-    /// Outcome of each limit; empty without limits.
+    /// Outcome of each limit that the user set for the calibration; empty without limits.
     pub limits: Vec<Checked>,
     /// Warnings at the top of the report.
     pub warnings: Vec<Finding>,
@@ -58,7 +58,7 @@ pub struct ReportRecording {
     pub used: UsedRecording,
     /// The recording before decimation.
     pub recording: Arc<Recording>,
-    /// Group and errors of the recording.
+    /// Group and errors of this recording.
     pub result: RecordingResult,
 }
 
@@ -72,7 +72,7 @@ pub struct ReportCurves {
 pub struct ReportErrors {
     pub recording: String,
     pub chosen: &'static str,
-    /// One figure per axis that has a reference.
+    /// One plot for each axis that has a reference.
     pub figures: Vec<Figure<'static>>,
 }
 

@@ -99,7 +99,7 @@ fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> V
     }
 }
 
-/// Returns the figure of the loops. If a lag explains much of the width, adds a figure of width against rate.
+/// Returns the plot of the loops. If a time lag explains much of the loop width, adds a plot of width against load rate.
 fn loop_pictures(plot: &LoopPlot) -> Vec<Value> {
     let view = LoopView::of_all(plot, ("", ""), FiguresOf::Mean);
     let by_rate = plot.lag.is_worth_removing().then(|| view.widths_by_rate(&Inks::PRINT));
@@ -115,7 +115,7 @@ fn all(tables: &[Table]) -> Vec<Value> {
     tables.iter().map(table).collect()
 }
 
-/// Returns the markup of a table, with its title above and its notes below.
+/// Returns the HTML markup of a table, with its title above and its notes below.
 fn table(table: &Table) -> Value {
     let titles = table.columns.iter();
     let titles: Vec<Cell> = titles.map(|column| Cell::words(column.title())).collect();
@@ -128,7 +128,8 @@ fn table(table: &Table) -> Value {
     Value::from_safe_string(markup.trim_end().to_owned())
 }
 
-/// Returns the attributes and the text of each cell. A reason in a narrow cell is replaced by the number of a footnote.
+/// Returns the HTML attributes and the text of each cell in a table row. A reason in a narrow cell is replaced by the number
+/// of a footnote.
 fn row(columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) -> Vec<(Value, String)> {
     let mut row = Vec::new();
     let mut cells = columns.iter().zip(cells).peekable();

@@ -1,5 +1,5 @@
-//! Report on a calibration: one self-contained HTML file, without scripts or external files. The markup is well-formed for any
-//! file names. A missing result is replaced by the reason.
+//! Report on a calibration: one self-contained HTML file, without scripts or external files. The markup is well-formed for
+//! any file names. In place of a missing result, the report gives the reason.
 
 mod data;
 mod html;

@@ -1,4 +1,5 @@
-//! Computes the contents of a report: fit, errors against the thresholds, loops, metrology figures, traces.
+//! Computes the contents of a report: fit, errors against the look-back thresholds, loops, metrology figures, and error
+//! traces.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -32,11 +33,12 @@ use crate::report::Trace;
 use crate::report::figure::{DASHED, Figure, Line, Scale, color};
 use crate::scoring::Series;
 
-/// Number of values of F_th and of t_th in the curves. The thresholds of the fit are added.
+/// Numbers of values of the force threshold F_th and of the time threshold t_th, for which error curves are computed. The
+/// thresholds of the fit are added.
 const CURVE_POINTS: (usize, usize) = (29, 9);
-/// Number of columns to which a trace is reduced. The width of a figure on the page has fewer units.
+/// Number of columns to which the points of an error trace are reduced. This is more than the width of a plot on the page.
 const TRACE_COLUMNS: f64 = 1200.0;
-/// Resolution of the loops: width and height in pixels, more than a plot on the page has.
+/// Resolution in which loops are drawn: width and height in pixels, more than a plot on the page has.
 const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
 /// Margin above and below the error traces, as a share of their range.
 const MARGIN: f64 = 0.05;
@@ -44,17 +46,17 @@ const MARGIN: f64 = 0.05;
 /// Request for a report.
 #[derive(Clone, Debug)]
 pub struct ReportRequest {
-    /// Fit to report on, or calibration to apply to the recordings.
+    /// Request to fit a calibration, or to apply one to the recordings; the report describes its result.
     pub request: Request,
-    /// Identity of the sensor.
+    /// Identity of the sensor, which the report shows.
     pub identity: Identity,
-    /// Notes of the user.
+    /// Notes of the user, which the report shows.
     pub notes: String,
     /// Limits that the calibration must not exceed.
     pub limits: Limits,
-    /// Settings of loops and metrology figures.
+    /// Settings by which loops and metrology figures are measured.
     pub measuring: MetrologySettings,
-    /// Valid range of the gauges that the user entered.
+    /// Valid range of the gauge values, as entered by the user.
     pub range: ValidRange,
 }
 
@@ -72,10 +74,11 @@ impl ReportRequest {
     }
 }
 
-/// Returns a report on the fit or the applied calibration of the request.
+/// Returns a report on the calibration that is fitted or applied as requested.
 ///
 /// Loops and metrology figures are measured on the test recordings, or without test recordings, on the training recordings.
-/// The recordings on screen do not matter. A result that cannot be computed is replaced by a sentence with the reason.
+/// The choice of recordings on screen does not matter. A result that cannot be computed is replaced by a sentence with the
+/// reason.
 ///
 /// # Errors
 /// [`AnalysisError`] if the request gives no calibration, or the work was cancelled.
@@ -243,14 +246,14 @@ fn measured_recordings(of: TableOf) -> &'static str {
 }
 
 fn warnings(analysis: &Analysis) -> Vec<Finding> {
-    let seen = "these recordings are simulated by the built-in sensor, not measured";
+    let seen = "these recordings come from the built-in simulated sensor and are not measured";
     let simulated = Finding::new(Id::Simulated, Verdict::Enough, seen);
     let simulated = analysis.calibration.simulated.then_some(simulated);
     simulated.into_iter().chain(analysis.findings.iter().cloned()).collect()
 }
 
-/// Returns the errors against each threshold, at the fit's value of the other threshold. The inner error is the reason why the
-/// curves are missing.
+/// Returns curves of the errors against each look-back threshold, at the fit's value of the other threshold. The inner error
+/// is the reason why the curves are missing.
 fn thresholds(
     request: &Request,
     progress: &Progress,
@@ -308,12 +311,12 @@ fn curves(
     });
     let plots = plots.collect();
     let mut about = match has_look_back {
-        true => "Root mean squared error against each threshold. Vertical lines mark the thresholds of the fit.".to_owned(),
-        false => "The fit has no look-back. The curves show the errors with a look-back added to its other features.".to_owned(),
+        true => "Root mean squared error against each threshold of the look-back. Vertical lines mark the thresholds of the fit.".to_owned(),
+        false => "The fit has no look-back. The curves show the errors with a look-back added to the features of the fit.".to_owned(),
     };
     if settings.regressor.learner().is_some() {
         about.push_str(
-            " The errors are of the linear regressor, because only this regressor is fitted at every threshold.",
+            " The curves show the errors of the linear regressor, because only this regressor is fitted at every threshold.",
         );
     }
     let measure = map.scale.default_measure();
@@ -365,7 +368,7 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// Returns the loops of an axis as measured. If a lag explains much of their width, adds the loops without the lag.
+    /// Returns the loops of an axis as measured. If a time lag explains much of their width, adds the loops without the lag.
     fn loops(&mut self, axis: Axis) -> Result<Result<Vec<LoopPlot>, String>, AnalysisError> {
         let mut plots = Vec::new();
         for lag_removed in [false, true] {
@@ -379,7 +382,7 @@ impl<'a> Looker<'a> {
             });
             let plot = match self.look(question)? {
                 Ok(Look::Loops(plot)) => plot,
-                Ok(_) => return Ok(Err("There are no loops.".to_owned())),
+                Ok(_) => return Ok(Err("There are no loops of this axis.".to_owned())),
                 Err(reason) => return Ok(Err(reason)),
             };
             let is_last = !plot.lag.is_worth_removing();
@@ -395,7 +398,7 @@ impl<'a> Looker<'a> {
         let look = self.look(Question::Table(self.of))?;
         Ok(look.and_then(|look| match look {
             Look::Table(table) => Ok(table),
-            _ => Err("There are no figures.".to_owned()),
+            _ => Err("There are no metrology figures.".to_owned()),
         }))
     }
 }
@@ -413,10 +416,10 @@ fn error_figures(traces: &TraceSet) -> Vec<Figure<'static>> {
     axes.filter_map(|axis| error_figure(traces, axis)).collect()
 }
 
-/// Returns the errors of an axis over time; `None` without a reference.
+/// Returns a plot of the errors of an axis over time; `None` without a reference.
 fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>> {
     let (symbol, unit) = (axis.axis.symbol(), axis.axis.unit());
-    // Only the compensated load has a solid line, so that the lines differ without colour.
+    // Only the compensated load has a solid line, so that the lines differ even without colour.
     let lines = [
         (Trace::Factory, color::FACTORY, Some(DASHED), 1.0),
         (Trace::Conventional, color::CONVENTIONAL, Some(DASHED), 1.0),

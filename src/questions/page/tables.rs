@@ -1,4 +1,4 @@
-//! Tables of a report: sensor, recordings, settings and matrices.
+//! Tables of a calibration report: the sensor, the recordings, the settings of the fit, and the calibration matrices.
 
 use super::data::{ReportData, ReportRecording};
 use crate::calibration::{Calibration, LinearMap};
@@ -7,7 +7,7 @@ use crate::features::Distance;
 use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
-/// Maximum number of features that the table of a matrix shows.
+/// Maximum number of features (rows) that the report shows of each calibration matrix.
 const MAX_FEATURES: usize = 400;
 
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
@@ -38,7 +38,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
             match (&own.used.file, &own.used.sha256) {
                 (None, _) => Cell::words("–"),
                 (Some(_), Some(hash)) => Cell::words(hash),
-                (Some(_), None) => Cell::words("the file could not be read again"),
+                (Some(_), None) => Cell::words("unknown, because the file could not be read again"),
             }
         })
         .table("", "");
@@ -69,18 +69,18 @@ pub(super) fn settings(calibration: &Calibration) -> Table {
     let condition = quality.condition.map(|number| significant(number, 4));
     let none = || "none".to_owned();
     let rank = format!(
-        "{} of {} features, {}",
+        "rank {} of {} features, condition number {}",
         quality.rank,
         calibration.columns().len(),
         condition.unwrap_or_else(none)
     );
     let distance = match calibration.features.distance {
         Distance::Force => "the force axes, in newtons",
-        Distance::FullScale => "all axes, each divided by its full scale",
+        Distance::FullScale => "all load axes, each divided by its full scale",
     };
     let mut rows = settings_of(calibration);
     rows.extend([
-        ("axes of the distance F_th", distance.to_owned()),
+        ("axes of the force threshold F_th", distance.to_owned()),
         ("ridge", ridge.unwrap_or_else(none)),
         ("rank and condition number", rank),
     ]);
@@ -97,7 +97,10 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
         tables.push(matrix("Compensated", map, calibration));
         if let Some(known) = &calibration.quality.coefficients {
             let map = LinearMap::new(map.columns.clone(), known.standard.clone());
-            let title = format!("Compensated: standard errors by jackknife {}", known.left_out);
+            let title = format!(
+                "Compensated: standard errors of the coefficients, by a jackknife {}",
+                known.left_out
+            );
             tables.push(matrix(&title, &map, calibration));
         }
     }
@@ -108,7 +111,7 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
     let features = map.names(&calibration.gauges).into_iter().enumerate();
     let note = match map.columns.len().saturating_sub(MAX_FEATURES) {
         0 => String::new(),
-        more => format!("The complete calibration (JSON) has {more} more features."),
+        more => format!("{more} more features are only in the calibration file (JSON)."),
     };
     Table::of(features.take(MAX_FEATURES))
         .words("Feature", |(_, name)| name.clone())

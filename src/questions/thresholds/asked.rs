@@ -1,4 +1,4 @@
-//! Background questions: the threshold study, and the choice of a feature's values.
+//! Requests that are answered in the background: a study of a look-back's thresholds, and the choice of a feature's values.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,28 +14,30 @@ use crate::questions::thresholds::past_ages::PastAges;
 use crate::questions::thresholds::study::{BlockSuggestion, HistoryBlock, Study};
 use crate::scoring::mean_hysteresis::MeanHysteresis;
 
-/// Number of values of F_th, and of t_th, in the map.
+/// Number of force thresholds F_th, and of time thresholds t_th, that the map of errors tries.
 const MAP_SIDE: usize = 40;
 
-/// Question for the errors of a look-back at many thresholds, and for the past samples that the present thresholds find.
+/// Request for the errors of a look-back at many pairs of thresholds, and for the ages of the earlier samples that it finds
+/// at the present thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyThresholds {
-    /// Request for the map. Its first look-back has default thresholds, so that the map stays when the user changes the
-    /// thresholds.
+    /// Inputs of the map of errors. The thresholds of the first look-back have default values here. So the map is not
+    /// computed anew when the user changes them.
     request: Request,
     thresholds: Thresholds,
 }
 
-/// A threshold study, complete or in progress.
+/// Answer to [`StudyThresholds`], complete or in progress.
 #[derive(Clone, Debug)]
 pub struct ThresholdStudy {
-    /// Map of errors, in which rows may be missing; `None` before the first row.
+    /// Errors at each pair of thresholds; rows may still be missing. `None` before the first row.
     pub map: Option<Arc<ThresholdMap>>,
-    /// Ages of the past samples at the present thresholds.
+    /// Ages of the earlier samples that the look-back finds at the present thresholds.
     pub past_ages: PastAges,
-    /// Mean hysteresis of the training recordings.
+    /// Mean hysteresis in the training recordings, for comparison with the force threshold F_th.
     pub hysteresis: MeanHysteresis,
-    /// Time lag that the look-back would describe as hysteresis; measured after the map is complete.
+    /// Finding of a time lag in the recordings that the look-back would describe as hysteresis. Measured after the map is
+    /// complete.
     pub lag: Option<Finding>,
 }
 
@@ -45,12 +47,12 @@ struct Prepared {
     map: Option<Arc<ThresholdMap>>,
 }
 
-/// Study that is kept for further questions about the same recordings and settings.
+/// Prepared data of the last study, for further requests with the same recordings and settings.
 #[derive(Default)]
 pub struct StudyCache(Option<Prepared>);
 
 impl StudyThresholds {
-    /// Returns the question about the fit of a request, with these present thresholds.
+    /// Returns the request for a study of the fit in `request`, with `thresholds` as the present thresholds.
     pub fn of(request: &Request, thresholds: Thresholds) -> Self {
         let mut request = request.plain();
         let features = &mut request.settings.features;
@@ -78,7 +80,7 @@ impl Query for StudyThresholds {
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { cache, progress, show } = work;
         if cache.0.as_ref().is_none_or(|own| own.of != self.request) {
-            // The old study is dropped first, because two may not fit in memory.
+            // The old study is dropped before the new one is prepared, because both may not fit in memory.
             cache.0 = None;
             let study = Study::prepare(&self.request, progress)?;
             cache.0 = Some(Prepared { of: self.request.clone(), study, map: None });
@@ -93,7 +95,7 @@ impl Query for StudyThresholds {
         if found.map.as_ref().is_none_or(|map| !map.is_complete()) {
             show(found.clone());
             let grid = ThresholdGrid::covering(study.largest_distance(), MAP_SIDE, MAP_SIDE)
-                .expect("the grid of the window is neither empty nor too large");
+                .expect("the window's threshold grid of fixed size is neither empty nor too large");
             let so_far = Mutex::new(found.map.clone());
             let made = study.threshold_map(found.map.as_deref(), &grid, progress, &|map| {
                 let map = Some(Arc::new(map.clone()));
@@ -101,7 +103,7 @@ impl Query for StudyThresholds {
                 show(ThresholdStudy { map, ..found.clone() });
             });
             found.map = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
-            // The next question continues a cancelled map.
+            // After a cancellation, the next request continues this incomplete map.
             map.clone_from(&found.map);
             made?;
         }
@@ -109,14 +111,14 @@ impl Query for StudyThresholds {
     }
 }
 
-/// Question for the values of a feature with the lowest cross-validation error.
+/// Request for the values of a feature, such as its time constants, that give the lowest cross-validation error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChooseBlock {
-    /// Feature whose values are to be chosen.
+    /// Group of features (feature block) whose values are to be chosen.
     pub block: HistoryBlock,
-    /// Error to minimise; `None` for the default.
+    /// Error that the choice minimises; `None` for the default error of the sensor.
     pub measure: Option<Measure>,
-    /// Recordings, and all other settings of the fit.
+    /// Recordings, and the settings of the fit besides the values of this feature.
     pub request: Request,
 }
 

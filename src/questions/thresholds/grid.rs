@@ -1,22 +1,25 @@
-//! Grid of the pairs of thresholds to try, and the order of the trials.
+//! Grid of the pairs of a force threshold F_th and a time threshold t_th that are tried for a look-back, and the order in
+//! which they are tried.
 //!
-//! Guarantees: the values of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and one t_th.
+//! Guarantees: the thresholds of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and
+//! one t_th.
 
 use crate::scoring::numbers::{decimals, round_step};
 
-/// Maximum number of values of one threshold. A plot could not show more values.
+/// Maximum number of values of one threshold. A plot could not distinguish more values.
 pub const MAX_VALUES: usize = 2000;
-/// Maximum number of pairs of thresholds. More pairs would fill the memory.
+/// Maximum number of pairs of thresholds. The errors of more pairs would fill the memory.
 const MAX_PAIRS: usize = 250_000;
-/// Approximate number of F_th in the first level, which spans the whole range.
+/// Approximate number of force thresholds F_th in the coarsest level of [`ThresholdGrid::coarse_to_fine`], which spans the
+/// whole range.
 const COARSEST: usize = 5;
 
-/// Grid of all pairs of these F_th and t_th.
+/// All pairs of the listed force thresholds F_th and time thresholds t_th.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdGrid {
-    /// Values of F_th, ascending (N, or share of full scale).
+    /// Force thresholds F_th, ascending (N, or share of full scale).
     pub(crate) f_ths: Vec<f64>,
-    /// Values of t_th, ascending (s).
+    /// Time thresholds t_th, ascending (s).
     pub(crate) t_ths_secs: Vec<f64>,
 }
 
@@ -30,19 +33,21 @@ pub enum GridError {
     Step { what: &'static str, step: f64 },
     #[error("the range of {what} goes from {start} down to {stop}; enter the smaller value first")]
     Reversed { what: &'static str, start: f64, stop: f64 },
-    #[error("{what} has {next} after {before}; enter ascending values")]
+    #[error(
+        "the values of {what} are not ascending: {next} comes after {before}; enter ascending values"
+    )]
     Order { what: &'static str, before: f64, next: f64 },
-    #[error("{what} has the value {value}; enter numbers from zero up")]
+    #[error("{value} is not a possible value of {what}; enter numbers from zero up")]
     Value { what: &'static str, value: f64 },
-    #[error("{what} has {count} values, more than {MAX_VALUES}; use a larger step")]
+    #[error("{what} has {count} values, but at most {MAX_VALUES} can be tried; use a larger step")]
     TooMany { what: &'static str, count: f64 },
     #[error(
-        "{f_ths} values of F_th and {t_ths} of t_th make more than {MAX_PAIRS} pairs; use larger steps"
+        "{f_ths} values of F_th and {t_ths} values of t_th make more pairs than the {MAX_PAIRS} that can be tried; use larger steps"
     )]
     TooManyPairs { f_ths: usize, t_ths: usize },
 }
 
-/// Returns the values from `start` to `stop` in equal steps. `stop` is included if a step reaches it.
+/// Returns the values from `start` to `stop` in steps of `step`. `stop` is included if a step reaches it.
 ///
 /// # Errors
 /// [`GridError`] for a step that is not positive, a reversed range, or too many values.
@@ -61,7 +66,7 @@ pub fn even_values(
     if start > stop {
         return Err(GridError::Reversed { what, start, stop });
     }
-    // The tolerance is for steps like 0.1, which binary numbers cannot represent exactly.
+    // Steps like 0.1 are not exact in binary numbers. Without the tolerance, rounding could lose the last value.
     let steps = ((stop - start) / step + 1e-9).floor();
     if steps >= MAX_VALUES as f64 {
         let count = steps + 1.0;
@@ -76,7 +81,7 @@ fn rounded(value: f64, decimals: Option<usize>) -> f64 {
     written.and_then(|text| text.parse().ok()).unwrap_or(value)
 }
 
-/// Returns the number of decimals of a value; `None` for more than nine.
+/// Returns the number of decimal places of a value; `None` for more than nine.
 fn decimals_of(value: f64) -> Option<usize> {
     Some(decimals(value)).filter(|decimals| *decimals <= 9)
 }
@@ -86,7 +91,7 @@ fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {
 }
 
 impl ThresholdGrid {
-    /// Returns a grid of valid values.
+    /// Creates the grid of all pairs of these thresholds.
     ///
     /// **Units** F_th in N or as a share of full scale; t_th in s.
     ///
@@ -113,12 +118,12 @@ impl ThresholdGrid {
         Ok(Self { f_ths, t_ths_secs })
     }
 
-    /// Returns a grid for a sensor. `largest_distance` is the largest full scale in the unit of F_th. The `n_f` values of F_th
-    /// go in round steps from zero to 1.2 times full scale. The `n_t` values of t_th go from half a second to a minute in a
-    /// constant ratio.
+    /// Creates a grid for a sensor. `largest_distance` is the largest full scale of its axes, in the unit of F_th. The `n_f`
+    /// force thresholds F_th go from zero to at least 1.2 times this full scale, in equal, round steps. The `n_t` time
+    /// thresholds t_th go from half a second to a minute, each in the same ratio to the one before.
     ///
     /// # Errors
-    /// [`GridError`] if a count is zero or too large.
+    /// [`GridError`] if `n_f` or `n_t` is zero or too large.
     pub fn covering(largest_distance: f64, n_f: usize, n_t: usize) -> Result<Self, GridError> {
         let reach = if largest_distance > 0.0 && largest_distance.is_finite() {
             1.2 * largest_distance
@@ -135,8 +140,9 @@ impl ThresholdGrid {
         Self::new(f_ths, t_ths_secs)
     }
 
-    /// Returns the positions of the F_th in levels. Each level halves the gaps of the previous level. A map that is computed in
-    /// this order shows the whole range from the first level on.
+    /// Returns the row numbers of the grid (one row for each F_th) in levels from coarse to fine. Each level halves the
+    /// distances between the rows so far. A map of errors computed in this order shows the whole range of F_th from the first
+    /// level on.
     pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
         let n = self.f_ths.len();
         let mut stride = 1;

@@ -1,6 +1,7 @@
-//! Map of errors over both thresholds: one row per F_th, one column per t_th.
+//! Map of errors over both thresholds of a look-back: one row for each force threshold F_th, one column for each time
+//! threshold t_th.
 //!
-//! Guarantees: rows may arrive in any order. All functions accept a map with missing rows, which are `None`.
+//! Guarantees: rows may arrive in any order. A missing row is `None`, and every function accepts missing rows.
 
 use crate::calibration::{CrossValidation, FactoryScores, NoCrossValidation, Scores};
 use crate::features::{Distance, Thresholds};
@@ -10,10 +11,10 @@ use crate::questions::thresholds::measure::{Measure, MeasureScale};
 use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::quantile::quantile;
 
-/// Share of the map's errors that the colours distinguish. The largest errors all have the last colour.
+/// Share of the map's errors that the colour scale covers. All larger errors have the last colour.
 const SHADED_SHARE: f64 = 0.95;
 
-/// Samples on which errors are measured.
+/// Samples on which the errors of a calibration are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScoreSet {
     Train,
@@ -41,7 +42,8 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the reason why there are no errors on these samples. `fit` is the reason why the fit has no cross-validation.
+    /// Returns the reason why there are no errors on these samples. `fit` is the reason why the fit was not cross-validated,
+    /// if it was not.
     pub fn missing(self, fit: Option<NoCrossValidation>) -> String {
         match self {
             Self::Train => "no recording is in the train role".to_owned(),
@@ -53,15 +55,15 @@ impl ScoreSet {
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Train => {
-                "Errors on the training recordings, which are too small, because these recordings are fitted"
+                "Errors on the training recordings. They are smaller than errors on new recordings, because the calibration was fitted to the training recordings"
             }
             Self::Test => {
-                "Errors on the test recordings. Do not choose settings by these errors, or the recordings are no longer a test"
+                "Errors on the test recordings. If you choose settings by these errors, the recordings no longer test the calibration independently"
             }
             Self::LeftOut => {
                 "Errors on each group of training recordings, predicted by a fit to the other groups. With fewer than three recordings, \
-                 five contiguous blocks are left out in turn. Choose settings by these errors. The look-back always uses the conventional \
-                 calibration of all training recordings"
+                 five contiguous blocks of samples are left out in turn. Choose settings by these errors. The look-back always finds earlier \
+                 samples with the conventional calibration of all training recordings"
             }
         }
     }
@@ -74,8 +76,8 @@ impl ScoreSet {
         }
     }
 
-    /// Returns the RMSE of the factory calibration per axis; empty for cross-validation, because this calibration is not fitted
-    /// here.
+    /// Returns the RMSE of the factory calibration on these samples, per axis. Empty for cross-validation, because the
+    /// factory calibration is not fitted here.
     pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
         match self {
             Self::Train => &scores.train_rmse,
@@ -85,7 +87,7 @@ impl ScoreSet {
     }
 }
 
-/// Threshold that varies along a curve.
+/// Threshold that varies along a curve of errors, while the other one is fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     F,
@@ -109,7 +111,7 @@ pub struct ThresholdMap {
     /// Number of training samples.
     pub n_train: u64,
     pub n_test: u64,
-    /// Number of samples of each held-out part.
+    /// Number of samples of each part of the training recordings that cross-validation leaves out.
     pub part_samples: Vec<u64>,
     pub cross_validation: CrossValidation,
     pub conventional: PointScores,
@@ -137,10 +139,10 @@ impl ThresholdMap {
         }
     }
 
-    /// Stores the scores of one F_th at each t_th.
+    /// Stores the scores of one row: those of the F_th with index `f_at`, one for each t_th.
     ///
     /// # Panics
-    /// If the F_th does not exist, or if there is not one score per t_th.
+    /// If the grid has no such row, or if `points` does not have one entry for each t_th.
     pub fn set_row(&mut self, f_at: usize, points: Vec<PointScores>) {
         assert_eq!(points.len(), self.grid.t_ths_secs.len(), "one per t_th");
         self.rows[f_at] = Some(points);
@@ -154,17 +156,17 @@ impl ThresholdMap {
         self.rows.iter().flatten().count()
     }
 
-    /// Returns the scores at these positions in the grid; `None` for a missing row.
+    /// Returns the scores at row `f_at` and column `t_at` of the grid; `None` for a missing row.
     pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
 
-    /// Returns the thresholds at these positions in the grid; panics if a position does not exist.
+    /// Returns the thresholds at row `f_at` and column `t_at` of the grid. Panics if there is no such row or column.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
         Thresholds { f_th: self.grid.f_ths[f_at], t_th_secs: self.grid.t_ths_secs[t_at] }
     }
 
-    /// Returns the position of the pair that is nearest to these thresholds.
+    /// Returns the row and the column of the pair that is nearest to these thresholds.
     pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
         let nearest = |values: &[f64], wanted: f64| {
             let distance = |at: &usize| (values[*at] - wanted).abs();
@@ -186,14 +188,14 @@ impl ThresholdMap {
         measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
     }
 
-    /// Returns the errors of all pairs, `n_f_th × n_t_th` row-major.
+    /// Returns the errors of all pairs of thresholds, `n_f_th × n_t_th` row-major.
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
         let n_t = self.grid.t_ths_secs.len();
         (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
     }
 
-    /// Returns the range of errors that the colours distinguish; `None` without any error. The few largest errors lie above the
-    /// range, because a pair that finds hardly any past sample can have a far larger error.
+    /// Returns the smallest and the largest error of the colour scale; `None` without any error. The few largest errors lie
+    /// above the scale, because a look-back that finds hardly any earlier sample can have a far larger error.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
         let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
         let (least, greatest) = known.iter().collect::<MinMax>().ends()?;
@@ -201,7 +203,8 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// Returns the points `(threshold, error)` of a curve through this position, ascending, without missing errors.
+    /// Returns the points `(threshold, error)` of the curve along one threshold through this pair, ascending. Pairs without
+    /// an error are left out.
     pub fn curve(
         &self,
         along: Along,
@@ -221,8 +224,8 @@ impl ThresholdMap {
         thresholds.filter_map(|(at, threshold)| Some((*threshold, value(at)?))).collect()
     }
 
-    /// Returns the position and the value of the lowest error. Among equal errors, the pair with the smallest thresholds
-    /// counts.
+    /// Returns the row, the column and the value of the lowest error. Of several equal errors, the one with the smallest
+    /// thresholds is returned.
     pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
         let n_t = self.grid.t_ths_secs.len();
         let values = self.values(set, measure).into_iter().enumerate();

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::Axis;
 
-/// Error that a choice of settings minimises.
+/// Error that the choice of thresholds or feature values minimises: that of one axis, or that of several axes in one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -23,27 +23,28 @@ pub enum Measure {
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasureScale {
-    /// Axes in the order of the errors.
+    /// Load axes of the sensor, in the order in which lists give the errors of the axes.
     pub axes: Vec<Axis>,
     pub full_scale: Vec<f64>,
 }
 
 impl MeasureScale {
-    /// Returns all measures that apply to these axes: first the combined ones, then each axis.
+    /// Returns all measures that exist for these axes: first those that combine several axes, then each axis alone.
     pub fn measures(&self) -> Vec<Measure> {
         let groups = [Measure::Forces, Measure::Moments, Measure::FullScale];
         let axes = (0..self.axes.len()).map(Measure::Axis);
         groups.into_iter().chain(axes).filter(|measure| measure.weights(self).is_some()).collect()
     }
 
-    /// Returns the default measure: forces, or percent of full scale without a force axis.
+    /// Returns the default measure: the error of the force axes or, without a force axis, of all axes in percent of full
+    /// scale.
     pub fn default_measure(&self) -> Measure {
         if Measure::Forces.weights(self).is_some() { Measure::Forces } else { Measure::FullScale }
     }
 }
 
 impl Measure {
-    /// Returns the weight of each axis' squared error; `None` if no axis counts.
+    /// Returns the weight of each axis' squared error in the measure; `None` if no axis of the sensor belongs to the measure.
     pub fn weights(self, scale: &MeasureScale) -> Option<Vec<f64>> {
         let weight = |(at, (axis, full)): (usize, (&Axis, &f64))| {
             let (counts, factor) = match self {
@@ -63,7 +64,7 @@ impl Measure {
         (count > 0).then_some(weights)
     }
 
-    /// Returns the measure from the RMSE of each axis; `None` if no axis counts.
+    /// Returns the value of the measure, computed from the RMSE of each axis; `None` if no axis of the sensor belongs to it.
     pub fn of_rmse(self, scale: &MeasureScale, rmse: &[f64]) -> Option<f64> {
         let weights = self.weights(scale)?;
         let squares = weights.iter().zip(rmse).map(|(w, rmse)| w * rmse * rmse);

@@ -1,16 +1,18 @@
-//! Choice of thresholds: the errors at each pair of F_th and t_th, and the pair with the lowest cross-validation error.
+//! Choice of a look-back's thresholds: the errors at each pair of a force threshold F_th and a time threshold t_th, and the
+//! pair with the lowest cross-validation error.
 //!
 //! | contents | type |
 //! |---|---|
 //! | pairs to try, and their order | [`ThresholdGrid`] |
-//! | scores of one F_th at all t_th, from sums | [`Scorer`](scorer::Scorer) |
+//! | errors at one F_th and all t_th, computed from sums over the samples | [`Scorer`](scorer::Scorer) |
 //! | one number from the errors of all axes | [`Measure`] |
 //! | errors over both thresholds, and curves through them | [`ThresholdMap`] |
 //! | suggested pair, and the range of equally good pairs | [`Suggestion`] |
-//! | ages of the past samples that a pair finds | [`PastAges`] |
-//! Guarantees: every error equals the error of a new fit at the same thresholds, up to rounding. If no past sample differs from
-//! the present sample, the error is exactly the conventional error. Test recordings are scored, but do not influence a
-//! suggestion.
+//! | ages of the earlier samples that a look-back with one pair finds | [`PastAges`] |
+//!
+//! Guarantees: every error equals the error of a new fit with the same thresholds, up to rounding. If the look-back finds no
+//! earlier sample, the error is exactly that of the conventional calibration. Test recordings are scored, but do not
+//! influence a suggestion.
 
 pub mod asked;
 mod grid;

@@ -1,40 +1,40 @@
-//! Ages of the past samples that F_th and t_th find.
+//! Ages of the earlier samples that a look-back finds with the force threshold F_th and the time threshold t_th.
 
 use serde::Serialize;
 
-/// Upper end of the last bin, as a multiple of t_th.
+/// Upper end of the histogram of ages, as a multiple of the time threshold t_th.
 const REACH: usize = 2;
 
-/// Bin of a histogram of ages.
+/// Bin of a histogram of the ages of earlier samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AgeBin {
-    /// Lower limit of the ages (s). Only the first bin includes its lower limit.
+    /// Lower limit of the ages in the bin (s). Only the first bin includes its lower limit.
     pub from_secs: f64,
-    /// Upper limit of the ages, which is included (s).
+    /// Upper limit of the ages in the bin, which the bin includes (s).
     pub to_secs: f64,
     pub count: u64,
 }
 
-/// Ages of the past samples that one F_th and t_th find.
+/// Ages of the earlier samples that a look-back finds with one pair of thresholds F_th and t_th.
 ///
 /// Each sample is in one of three classes:
-/// * its past sample is found;
-/// * its load differed by F_th, but longer ago than t_th;
-/// * its load has not yet differed by F_th in the recording.
+/// * the look-back finds an earlier sample;
+/// * the load differed by F_th, but longer ago than t_th;
+/// * the load has not yet differed by F_th since the start of the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PastAges {
     pub n_samples: u64,
     pub n_found: u64,
-    /// Number of samples whose past sample is older than t_th.
+    /// Number of samples whose earlier sample is older than t_th, so that the look-back does not use it.
     pub n_cut_off: u64,
-    /// Histogram of the ages from zero to twice t_th, with t_th as a border of bins; empty if t_th is zero.
+    /// Histogram of the ages from zero to twice t_th. A border between bins is at t_th. Empty if t_th is zero.
     pub ages: Vec<AgeBin>,
-    /// Number of samples whose past sample is older than the last bin.
+    /// Number of samples whose earlier sample is older than twice t_th, where the histogram ends.
     pub n_beyond: u64,
 }
 
 impl PastAges {
-    /// Returns counts of zero, with `bins` bins up to t_th and the same number of bins above t_th.
+    /// Creates a histogram with counts of zero: `bins` bins up to t_th, and as many bins above t_th.
     pub fn new(t_th_secs: f64, bins: usize) -> Self {
         let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
         let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
@@ -46,8 +46,8 @@ impl PastAges {
         }
     }
 
-    /// Adds the samples of one recording to the counts. `past` contains the index of each sample's past sample without the
-    /// limit t_th. Without a past sample, it is the sample's own index.
+    /// Adds the samples of one recording to the counts. For each sample, `past` contains the index of the earlier sample that
+    /// a look-back without the limit t_th finds. If it finds none, this is the sample's own index.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {
@@ -68,12 +68,12 @@ impl PastAges {
         }
     }
 
-    /// Returns the share of the samples whose past sample is found; zero without samples.
+    /// Returns the share of the samples for which the look-back finds an earlier sample; zero without samples.
     pub fn share_found(&self) -> f64 {
         self.share(self.n_found)
     }
 
-    /// Returns the share of the samples whose past sample is older than t_th; zero without samples.
+    /// Returns the share of the samples whose earlier sample is older than t_th; zero without samples.
     pub fn share_beyond_t_th(&self) -> f64 {
         self.share(self.n_cut_off)
     }
@@ -82,8 +82,8 @@ impl PastAges {
         count as f64 / self.n_samples.max(1) as f64
     }
 
-    /// Returns a quantile of the ages of the found past samples, rounded up to the end of a bin (s); `None` if no past sample
-    /// is found.
+    /// Returns the age that the share `share` of the found earlier samples does not exceed, rounded up to the end of a bin
+    /// (s). `None` if no earlier sample is found.
     pub fn age_quantile_secs(&self, share: f64) -> Option<f64> {
         let wanted = share * self.n_found as f64;
         let mut counted = 0;
@@ -100,8 +100,8 @@ impl PastAges {
 mod tests {
     use super::*;
 
-    /// The first sample has no past sample, and the ages of the other samples are 1, 2, 3 and 7 s. t_th is 2 s, in two bins of
-    /// one second.
+    /// The first sample has no earlier sample, and the other samples have earlier samples of age 1, 2, 3 and 7 s. t_th is 2
+    /// s, in two bins of one second.
     #[test]
     fn every_sample_is_found_cut_off_or_never_differed() {
         let mut past_ages = PastAges::new(2.0, 2);

@@ -1,4 +1,5 @@
-//! Computes the scores at one F_th and all t_th from sums, without further passes over the samples.
+//! Computes the errors at one force threshold F_th and all time thresholds t_th from sums over the samples. No further pass
+//! over the samples is needed.
 
 use crate::calibration::{
     AgedSums, LinearMap, NormalEquations, Ridge, RidgeChoice, Scores, Terms, fit, fit_targets,
@@ -12,36 +13,40 @@ use crate::scoring::metrics;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointScores {
     pub scores: Scores,
-    /// Sums of squared errors of each held-out part, `n_parts × n_axes` row-major; empty without cross-validation.
+    /// Sum of squared errors of each part that cross-validation leaves out, `n_parts × n_axes` row-major; empty without
+    /// cross-validation.
     pub left_out_squares: Vec<f64>,
 }
 
-/// Sums of a fit. Fits with other thresholds of the first look-back are scored from these sums.
+/// Sums over the samples of a fit. The errors of fits with other thresholds of the first look-back follow from these sums.
 pub struct Scorer {
-    /// Sums as if the first look-back found no past sample. The targets are the residuals of the conventional map.
+    /// Sums for a first look-back that finds no earlier sample. The targets of the fit are the residuals of the conventional
+    /// calibration.
     pub sums: Sums,
-    /// Sums by recording if there are exactly two training recordings. An automatic ridge leaves out recordings, not parts.
+    /// Sums of each recording if there are exactly two training recordings. An automatic ridge then leaves out recordings,
+    /// while cross-validation leaves out blocks of samples.
     recordings: Option<Vec<NormalEquations>>,
     kinds: Vec<ColumnKind>,
-    /// Conventional map.
+    /// Coefficients of the conventional calibration.
     known: Vec<f64>,
     ridge: RidgeChoice,
     pub conventional: PointScores,
     conventional_rank: usize,
 }
 
-/// Changes of the sums from each t_th to the next, for one F_th.
+/// Changes of the sums from each t_th to the next larger one, for one F_th.
 #[derive(Default)]
 pub struct AgedRow {
-    /// Changes by each piece of a training recording, with the positions of its part and of its recording.
+    /// Changes by each block of a training recording, with the numbers of the cross-validation part and of the recording that
+    /// contain the block.
     pub parts: Vec<(usize, usize, AgedSums)>,
-    /// Changes of the cold-start sums, with the position of the part.
+    /// Changes of the sums in which the history starts anew with each left-out part, with the number of the part.
     pub cold: Vec<(usize, AgedSums)>,
     pub test: Vec<AgedSums>,
 }
 
 impl Scorer {
-    /// Returns a scorer. In `sums`, the first look-back finds no past sample.
+    /// Creates a scorer from sums in which the first look-back finds no earlier sample.
     pub fn new(
         design: &Design,
         conventional: &LinearMap,
@@ -53,7 +58,7 @@ impl Scorer {
         let (kinds, known) = (design.kinds(), conventional.standardised(design));
         let terms = Terms { used: &present, kinds: &kinds, known: &known };
         let Sums { train, parts, cold, .. } = &sums;
-        // The targets are the residuals of the conventional map, so zero coefficients mean that map.
+        // The targets are the residuals of the conventional calibration, so zero coefficients stand for that calibration.
         let none = vec![0.0; train.n_features() * train.n_targets()];
         let left_out = LeftOut::of(train, parts, terms).scored_on(cold.as_deref());
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
@@ -72,7 +77,7 @@ impl Scorer {
         self.sums.parts.iter().map(NormalEquations::n_samples).collect()
     }
 
-    /// Returns the scores of one F_th at each of `n_classes` t_th.
+    /// Returns the scores at the F_th of this row, one for each of `n_classes` time thresholds t_th.
     pub fn row(
         &self,
         row: &AgedRow,
@@ -123,7 +128,8 @@ impl Scorer {
         };
         let mut found = fit_targets(train, terms, &terms.of_targets(&strengths));
         if found.rank == self.conventional_rank {
-            // If no past sample differs from the present sample, the result is exactly the conventional one.
+            // If the look-back finds no earlier sample for any sample, the result is exactly that of the conventional
+            // calibration.
             found.coefficients.fill(0.0);
         }
         point_scores(sums, &found.coefficients, squares)

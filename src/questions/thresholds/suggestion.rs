@@ -1,4 +1,4 @@
-//! Suggests the thresholds with the lowest cross-validation error, and the range of equally good thresholds.
+//! Suggests the thresholds of a look-back with the lowest cross-validation error, and the range of equally good thresholds.
 
 use serde::Serialize;
 
@@ -10,39 +10,42 @@ use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
-/// Range of one threshold whose errors are as low as the minimum. No error in the range is above the minimum with 90 %
-/// confidence.
+/// Range of one threshold in which the cross-validation error is as low as the minimum: it is nowhere above the minimum with
+/// 90 % confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
     pub from: f64,
     pub to: f64,
-    /// True if `from` is the smallest tried value. Smaller values may then be as good.
+    /// True if `from`, the lower end of the range, is the smallest tried value. Smaller values may then be as good.
     pub from_is_first_tried: bool,
-    /// True if `to` is the largest tried value. Larger values may then be as good.
+    /// True if `to`, the upper end of the range, is the largest tried value. Larger values may then be as good.
     pub to_is_last_tried: bool,
 }
 
-/// Minimum of the cross-validation error in the map. Test recordings are not used.
+/// Pair of thresholds with the lowest cross-validation error in the map. Test recordings are not used.
 ///
-/// A pair is as good as the minimum if its error is not above the minimum with 90 % confidence (see [`ErrorBlocks::is_below`]). A range
-/// is the run of equally good values around the minimum, with the other threshold fixed. The minimum itself is too low, because it is
-/// chosen among many pairs. Within the ranges, the choice hardly matters.
+/// A pair is as good as the minimum if its error is not above the minimum with 90 % confidence (see
+/// [`ErrorBlocks::is_below`]). A range is the run of equally good values around the minimum, with the other threshold fixed.
+/// Within the ranges, the choice hardly matters.
+///
+/// The error at the minimum is lower than the error on new samples, because the pair is chosen among many.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     pub thresholds: Thresholds,
-    /// Position of the minimum in the grid.
+    /// Row and column of the minimum in the map.
     pub at: (usize, usize),
     /// Cross-validation error at the minimum.
     pub left_out: f64,
     pub conventional: f64,
-    /// True if the conventional error is above the minimum with 90 % confidence.
+    /// True if the error of the conventional calibration is above the minimum with 90 % confidence.
     pub beats_conventional: bool,
-    /// Equally good F_th at the suggested t_th.
+    /// Range of F_th that is as good as the suggested F_th, with t_th as suggested.
     pub f_th_range: FlatRange,
-    /// Equally good t_th at the suggested F_th (s).
+    /// Range of t_th that is as good as the suggested t_th, with F_th as suggested (s).
     pub t_th_range: FlatRange,
     pub n_parts: usize,
-    /// True if cross-validation leaves out contiguous blocks, because there are fewer than three recordings.
+    /// True if cross-validation leaves out contiguous blocks of samples, because there are fewer than three training
+    /// recordings.
     pub parts_are_blocks: bool,
     pub cross_validation: CrossValidation,
 }
@@ -51,14 +54,15 @@ pub struct Suggestion {
 pub enum NoSuggestion {
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    #[error("the sensor has no axis for this measure of error; choose another measure")]
+    #[error("the sensor has none of the axes whose error is to be minimised; choose another error")]
     NoAxis,
-    #[error("the map has no errors yet; wait for the first row")]
+    #[error("the map of errors is still empty; wait until its first row is computed")]
     NotYet,
 }
 
 impl ThresholdMap {
-    /// Returns the suggested thresholds, or [`NoSuggestion`] if the map has no cross-validation errors of this measure.
+    /// Returns the suggested thresholds for this measure of error, or [`NoSuggestion`] if the map has no cross-validation
+    /// errors of it.
     pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
@@ -89,7 +93,7 @@ impl ThresholdMap {
 }
 
 impl Suggestion {
-    /// Returns the minimum and its errors as a clause; `f_th` is the suggested F_th with its unit.
+    /// Returns the suggested thresholds and their errors as a clause; `f_th` is the suggested F_th with its unit.
     pub fn in_words(&self, map: &ThresholdMap, measure: Measure, f_th: &str) -> String {
         let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
         let [own, conventional] =
@@ -98,24 +102,25 @@ impl Suggestion {
             .map_or_else(String::new, |change| format!(", {change:+.1} %"));
         let (t_th, how) = (self.thresholds.t_th_secs, &self.cross_validation);
         format!(
-            "cross-validation minimum of {label}: F_th {f_th}, t_th {t_th} s: {own} {unit} (uncompensated {conventional} \
+            "cross-validation minimum of {label} at F_th {f_th} and t_th {t_th} s: error {own} {unit} (uncompensated: {conventional} \
              {unit}{change}; {how}){}",
             match self.beats_conventional {
                 true => "",
-                false => "; not below the uncompensated error with 90 % confidence",
+                false => "; this is not below the uncompensated error with 90 % confidence",
             }
         )
     }
 
-    /// Returns true for F_th, and for t_th, if the minimum is at the largest tried value. A wider grid may then contain a lower error.
-    /// The smallest values do not count, because they give the conventional calibration.
+    /// Returns one value for F_th and one for t_th: true if the minimum is at the largest tried value. A wider grid may then
+    /// contain a lower error. The smallest tried values do not count, because they give the conventional calibration.
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
         let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
         (last(self.at.0, &map.grid.f_ths), last(self.at.1, &map.grid.t_ths_secs))
     }
 }
 
-/// Returns the run of equally good values around the best value. Values of missing rows (`None`) are skipped.
+/// Returns the run of equally good values around the value with index `best`. Values without a result (`None`), from missing
+/// rows of the map, are skipped.
 fn flat_range(values: &[f64], best: usize, is_flat: impl Fn(usize) -> Option<bool>) -> FlatRange {
     let last_flat = |candidates: &mut dyn Iterator<Item = usize>| {
         let known = candidates.filter_map(|at| Some((at, is_flat(at)?)));
@@ -165,7 +170,8 @@ mod tests {
         map
     }
 
-    /// Forty rows have errors of about 2 N. The last row, with an error of 30 N, finds hardly any past sample.
+    /// Forty rows have errors of about 2 N. In the last row, with an error of 30 N, the look-back finds hardly any earlier
+    /// sample.
     #[test]
     fn one_bad_pair_does_not_take_all_colours() {
         let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();

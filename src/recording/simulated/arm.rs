@@ -6,11 +6,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use crate::random::Random;
 use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch_yaw};
 
-/// Mass of the paper's weight (section 4.1.2).
+/// Mass of the weight in Koike et al. (2019, section 4.1.2).
 pub(super) const MASS_KG: f64 = 1.128;
 
-/// Mounting points of the weight (m): the centre, then the paper's four combinations of 0.02 m and 0.015 m. The points lie in
-/// the sensor's plane, so a weight at the centre causes no moment.
+/// Mounting points of the weight (m): the centre, then the four points (±0.02 m, ±0.015 m) of Koike et al. (2019). The points
+/// lie in the sensor's plane, so a weight at the centre causes no moment.
 pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.0, 0.0, 0.0],
     [0.02, 0.015, 0.0],
@@ -19,13 +19,13 @@ pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.02, -0.015, 0.0],
 ];
 
-/// Length of a path in cycles of the angles: 95 s at 0.05 Hz, as in the fast run.
+/// Length of a path in cycles of roll and pitch: 95 s at 0.05 Hz, as in the fast run.
 pub(super) const CYCLES: f64 = 4.75;
 
-/// Number of random amplitudes: one for the start of each cycle, and one for the end of the last whole cycle.
+/// Number of random amplitudes of an angle: one for the start of each cycle, and one for the end of the last whole cycle.
 const N_KNOTS: usize = 6;
 
-/// A sinusoid whose amplitude changes smoothly from cycle to cycle.
+/// Course of roll or pitch: a sinusoid whose amplitude changes smoothly from cycle to cycle.
 struct Swing {
     phase: f64,
     amplitudes: [f64; N_KNOTS],
@@ -35,7 +35,8 @@ impl Swing {
     fn angle(&self, cycle: f64) -> f64 {
         let knot = (cycle as usize).min(N_KNOTS - 2);
         let along = cycle - knot as f64;
-        // The slope of a raised cosine is zero at its ends, so the rates of amplitude and angle are continuous.
+        // The amplitude follows a raised cosine, whose slope is zero at its ends. So the rates of amplitude and angle are
+        // continuous.
         let blend = 0.5 - 0.5 * (PI * along).cos();
         let (from, to) = (self.amplitudes[knot], self.amplitudes[knot + 1]);
         (from + (to - from) * blend) * (self.phase + TAU * cycle).sin()
@@ -48,9 +49,10 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Creates path number `path` of a seed. Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly every
-    /// direction. Pitch lags roll by 30° to 150° of phase on odd paths, and leads roll on even paths. With equal phases, a path
-    /// would go back the way it came. With one sign on all paths, the load of one axis would predict another axis's hysteresis.
+    /// Creates path number `path` of a seed. Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly
+    /// every direction. Pitch lags roll by 30° to 150° of phase on odd paths, and leads roll on even paths. With equal
+    /// phases, a path would go back the way it came. With one sign on all paths, the load of one axis would predict another
+    /// axis's hysteresis.
     pub fn new(seed: u64, path: u64) -> Self {
         let mut random = Random::new(seed, &[path]);
         let phase = random.between(0.0, TAU);

@@ -7,13 +7,13 @@ use crate::recording::axis::Axis;
 const RAMP_SECS: f64 = 5.0;
 /// Number of load cycles, each to the rated load in both directions.
 const CYCLES: usize = 4;
-/// Load steps as shares of the rated load. The last step has the longest dwell.
+/// Load steps as shares of the rated load. The last step is held longest.
 const STEPS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
-/// Time from one load step to the next, and dwell on a step (s).
+/// Time for the change from one load step to the next, and time for which a step is held (s).
 const STEP_SECS: (f64, f64) = (1.0, 8.0);
-/// Dwell on the largest load step, and rest after the steps (s).
+/// Time for which the largest load step is held, and time without load after the steps (s).
 const LONG_SECS: f64 = 60.0;
-/// Rest before the first load (s).
+/// Time without load before the first cycle (s).
 const REST_SECS: f64 = 10.0;
 
 pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {

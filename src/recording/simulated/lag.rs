@@ -1,6 +1,6 @@
 //! Simulated recordings with a time lag, with hysteresis, or with both. They show whether a figure distinguishes lag from
-//! hysteresis. One force acts on two gauges. The lag is the first-order low-pass of an amplifier. The hysteresis is play, which
-//! does not depend on the load's rate. The load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
+//! hysteresis. One force acts on two gauges. The lag is the first-order low-pass of an amplifier. The hysteresis is play,
+//! which does not depend on the load's rate. The load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
 
 use std::f64::consts::TAU;
 
@@ -12,28 +12,28 @@ use crate::recording::axis::Axis;
 use crate::recording::recording::{Recording, Source};
 use crate::recording::set::{Entry, RecordingSet, Role};
 
-/// Simulated fault of the gauges.
+/// Simulated fault of the gauges: a time lag, hysteresis, or both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, VariantArray)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum Late {
-    /// A low-pass of 30 ms, without hysteresis.
+    /// Time lag of a low-pass with a time constant of 30 ms, without hysteresis.
     Lag,
-    /// Play of a twentieth of full scale, without lag.
+    /// Hysteresis of a play operator with a radius of a twentieth of full scale, without time lag.
     Hysteresis,
-    /// Lag and hysteresis.
+    /// Both the time lag and the hysteresis.
     Both,
 }
 
 pub const LAG_SECS: f64 = 0.03;
-/// Radius (N) of the simulated play.
+/// Radius (N) of the play operator that simulates the hysteresis.
 pub const PLAY_NEWTONS: f64 = 0.5;
 const LARGEST_NEWTONS: f64 = 10.0;
 const RATE_HZ: f64 = 100.0;
 const DURATION_SECS: f64 = 60.0;
-/// Number of simulation steps between two samples.
+/// Number of simulation steps in one sample interval.
 const FINER: usize = 20;
-/// Lowest and highest frequency of the load (Hz).
+/// Lowest and highest frequency between which the load varies (Hz).
 const CYCLES_HZ: (f64, f64) = (0.1, 1.0);
 /// Gain (mV/V per N) and offset (mV/V) of each gauge.
 const GAUGES: [(f64, f64); 2] = [(0.08, 0.11), (-0.06, -0.05)];
@@ -42,7 +42,7 @@ const NOISE: f64 = 0.0004;
 const KEY: u64 = 3700;
 
 impl Late {
-    /// Returns the fault of these recordings. `None` if they are not recordings of this module.
+    /// Returns the fault that these recordings simulate. `None` if they are not recordings of this module.
     pub fn of(set: &RecordingSet) -> Option<Self> {
         let first = set.is_simulated().then(|| set.entries().first()).flatten()?;
         Self::VARIANTS.iter().copied().find(|late| late.recording_name(1) == first.recording.name())
@@ -53,7 +53,7 @@ impl Late {
     }
 }
 
-/// Returns the recordings of [`late()`]: two for training, one for test.
+/// Returns the recordings of [`late()`] with their roles: two for training, one for test.
 pub fn late_set(seed: u64, late: Late) -> RecordingSet {
     let roles = [Role::Train, Role::Train, Role::Test];
     let recordings = self::late(seed, late).into_iter().zip(roles);
@@ -76,7 +76,7 @@ fn recording(seed: u64, late: Late, run: u64) -> Recording {
     let (mut times, mut gauges, mut loads) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..(DURATION_SECS * RATE_HZ) as usize * FINER {
         let time = k as f64 * step;
-        // The logarithm of the frequency varies as a sine.
+        // The logarithm of the load's frequency varies as a sine.
         let share = 0.5 + 0.5 * (TAU * time / 25.0 + wobble).sin();
         phase += TAU * step * CYCLES_HZ.0 * (CYCLES_HZ.1 / CYCLES_HZ.0).powf(share);
         let load = LARGEST_NEWTONS * phase.sin();
@@ -102,7 +102,7 @@ fn recording(seed: u64, late: Late, run: u64) -> Recording {
         vec![Axis::Fz],
         loads,
     )
-    .expect("simulated numbers make a recording")
+    .expect("simulated values form a valid recording")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Built-in simulated sensor: recordings like those of the paper, so that the program can be tried without files.
+//! Built-in simulated sensor: recordings like those of Koike et al. (2019), so that the program can be tried without files.
 //!
 //! A robot arm turns a resin sensor that carries a weight of 1.128 kg. There are five mounting points, six paths and three
 //! speeds. The sensor has six gauges, hysteresis, creep and noise. The same seed gives the same numbers. A recording depends
@@ -23,22 +23,24 @@ use crate::recording::axis::Axis;
 use crate::recording::recording::{Recording, Source};
 use crate::recording::set::{Entry, RecordingSet, Role};
 
-/// Seed of the recordings shown at the start of the program.
+/// Seed of the random numbers for the simulated recordings that are shown when the program starts.
 pub const DEFAULT_SEED: u64 = 2019;
 
-/// Sampling rate of the paper (section 4.2.2), in Hz.
+/// Sampling rate of Koike et al. (2019, section 4.2.2), in Hz.
 const RATE_HZ: f64 = 20.0;
 
-/// Number of paths. Recordings of the last path have the role test, all others the role train.
+/// Number of paths of the robot arm. Recordings of the last path have the role test, all others the role train.
 const N_PATHS: u64 = 6;
 
-/// First key of the bench's random numbers. It differs from the path numbers, the first keys of the arm's random numbers.
+/// First key of the random numbers for the calibration bench. It differs from the path numbers, which are the first keys of
+/// the random numbers for the robot arm.
 const BENCH: u64 = 1000;
 
-/// Name and number of samples of each speed: a path takes 95 s, 135 s or 175 s.
+/// Name of each speed of the robot arm, and number of samples of a path at this speed: a path takes 95 s, 135 s or 175 s.
 const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3500)];
 
-/// Returns all 90 recordings with their roles: five paths train (202,500 samples), the sixth tests (40,500 samples).
+/// Returns all 90 recordings of the robot arm with their roles: five paths train (202,500 samples), the sixth tests (40,500
+/// samples).
 ///
 /// The names are `train_path1_mount1_fast` to `test_path6_mount5_slow`. Times start at 0 s in steps of 0.05 s, gauges `S1` to
 /// `S6` are in mV/V. Roll and pitch are sinusoids with a random amplitude in each cycle. Their frequency is 0.05 Hz in fast
@@ -46,7 +48,7 @@ const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3
 /// each recording, and the weight attached in the 5 s before the start.
 ///
 /// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not relate speed to frequency and does not give the
-/// signs of the mounting offsets. Both are our choice, as is the sensor.
+/// signs of the mounting offsets. Both are choices of this program, as is the sensor.
 pub fn recordings(seed: u64) -> RecordingSet {
     let (n_mounts, n_speeds) = (MOUNTS_M.len(), SPEEDS.len());
     let entry = |run: usize| {
@@ -57,9 +59,9 @@ pub fn recordings(seed: u64) -> RecordingSet {
     with(RecordingSet::default(), runs.map(entry).collect())
 }
 
-/// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off. Each recording loads one axis:
-/// rest, four cycles to the rated load in both directions, rest, steps with dwells up to 80 % of the rated load and back, rest.
-/// The recordings show zero return, creep, repeatability and crosstalk.
+/// Returns the recordings of a simulated calibration bench, `bench_Fx` to `bench_Mz`, with the role off. Each recording loads
+/// one axis: rest, four cycles to the rated load in both directions, rest, steps with dwells up to 80 % of the rated load and
+/// back, rest. The recordings show zero return, creep, repeatability and crosstalk.
 pub fn bench(seed: u64) -> Vec<Entry> {
     let axes = Axis::ALL.into_iter().enumerate();
     axes.map(|(at, axis)| {
@@ -71,14 +73,14 @@ pub fn bench(seed: u64) -> Vec<Entry> {
     .collect()
 }
 
-/// Returns the [recordings], followed by the recordings of the [`bench()`].
+/// Returns the [recordings] of the robot arm, followed by those of the [`bench()`].
 pub fn demonstration(seed: u64) -> RecordingSet {
     with(recordings(seed), bench(seed))
 }
 
 fn with(mut set: RecordingSet, entries: Vec<Entry>) -> RecordingSet {
     for entry in entries {
-        set.push(entry).expect("all have the same columns");
+        set.push(entry).expect("all simulated recordings have the same gauges and axes");
     }
     set
 }
@@ -103,7 +105,7 @@ fn recording(name: String, loads: Vec<[f64; 6]>, random: &mut Random) -> Recordi
         Axis::ALL.to_vec(),
         loads.into_iter().flatten().collect(),
     )
-    .expect("simulated numbers make a recording")
+    .expect("simulated values form a valid recording")
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use crate::random::Random;
 
-/// Rated load (N, N·m): 12 N as in the paper, and a moment of our choice.
+/// Rated load of each axis (N, N·m): 12 N as in Koike et al. (2019), and a moment of our choice.
 pub(super) const RATED_LOAD: [f64; 6] = [12.0, 12.0, 12.0, 0.25, 0.25, 0.25];
 
 /// Elastic strain of each gauge (row) for the rated load of each axis (column). Each gauge responds mainly to one axis, as on
@@ -20,14 +20,15 @@ const ELASTICITY: [[f64; 6]; 6] = [
     [0.10, -0.14, 0.05, 0.18, -0.11, 1.08],
 ];
 
-/// Half-width `h` of each gauge's hysteresis loop, as a strain. The values make the mean hysteresis equal to the paper's.
+/// Half-width `h` of each gauge's hysteresis loop, as a strain. The values make the mean hysteresis equal to the 2.64 N of
+/// Koike et al. (2019).
 const HYSTERESIS: [f64; 6] = [0.154, 0.145, 0.163, 0.149, 0.159, 0.14];
 
 /// Strain `1 / A` after a reversal, at which the hysteresis `z` has returned from its limit to 0. The strain is above `h`, so
 /// that a reading follows the load right after a reversal.
 const TURNOVER_STRAIN: f64 = 0.3;
 
-/// Two parts of the creep, each as a share of the strain and a time constant (s).
+/// Two components of the creep: for each, its share of the strain and its time constant (s).
 const CREEP: [(f64, f64); 2] = [(0.05, 6.0), (0.06, 40.0)];
 
 /// Coefficients of the square (for each gauge) and of the cube of the strain, which make a gauge slightly nonlinear.
@@ -41,7 +42,7 @@ const GAIN: f64 = 0.8;
 /// Standard deviation (mV/V) of the logger's white noise: 0.1 % of the reading at the rated load.
 const NOISE: f64 = 0.0008;
 
-/// Time (s) before the start of a recording in which the weight is attached.
+/// Time (s) in which the weight is attached, before the start of a recording.
 const ONSET_SECS: f64 = 5.0;
 
 /// Hysteresis of one gauge: a Bouc-Wen element, `ż = A ẋ − β |ẋ| |z|ⁿ⁻¹ z − γ ẋ |z|ⁿ` with `n = 1` and `β = γ = A / 2`, so
@@ -53,7 +54,8 @@ struct BoucWen {
 }
 
 impl BoucWen {
-    /// Changes the strain monotonically to this value, and returns the hysteresis `z`. The result is exact for any step length.
+    /// Changes the strain monotonically to this value, and returns the hysteresis `z`. The result is exact for any step
+    /// length.
     fn go_to(&mut self, strain: f64) -> f64 {
         let step = strain - self.strain;
         self.strain = strain;
@@ -68,7 +70,7 @@ impl BoucWen {
     }
 }
 
-/// A first-order low-pass at a fixed time step.
+/// A first-order low-pass with a fixed time step, one component of the creep.
 #[derive(Clone, Copy, Debug)]
 struct LowPass {
     share: f64,
@@ -80,7 +82,7 @@ impl LowPass {
         Self { share: -(-step_secs / time_constant_secs).exp_m1(), value: 0.0 }
     }
 
-    /// Advances by one time step with a constant input, and returns the output. The result is exact.
+    /// Advances the low-pass by one time step with a constant input, and returns its output. The result is exact.
     fn step(&mut self, input: f64) -> f64 {
         self.value += self.share * (input - self.value);
         self.value
@@ -95,7 +97,7 @@ struct Gauge {
 }
 
 impl Gauge {
-    /// Returns the reading (mV/V) without noise after a monotonic change to this load.
+    /// Returns the gauge's reading (mV/V) without noise after a monotonic change of the load to `load`.
     fn read(&mut self, load: &[f64; 6]) -> f64 {
         let i = self.index;
         let strain: f64 =
@@ -118,7 +120,8 @@ impl Sensor {
         Self::with_creep(CREEP.map(|(_, tau)| LowPass::new(tau, step_secs)))
     }
 
-    /// Creates a sensor without creep that has never been loaded. Its readings depend only on the order of loads, not on time.
+    /// Creates a sensor without creep that has never been loaded. Its readings depend only on the order of loads, not on
+    /// time.
     #[cfg(test)]
     pub fn without_creep() -> Self {
         Self::with_creep([LowPass { share: 0.0, value: 0.0 }; 2])
@@ -128,13 +131,14 @@ impl Sensor {
         Self(std::array::from_fn(|index| Gauge { index, hysteresis: BoucWen::default(), creep }))
     }
 
-    /// Changes the load monotonically within one time step, and returns the six readings (mV/V) without noise.
+    /// Changes the load monotonically to `load` within one time step, and returns the six readings (mV/V) without noise.
     pub fn read(&mut self, load: &[f64; 6]) -> [f64; 6] {
         self.0.each_mut().map(|gauge| gauge.read(load))
     }
 }
 
-/// Returns the gauge readings (mV/V), six for each load. The weight is attached just before the first sample.
+/// Returns the gauge readings (mV/V) with noise, six for each load. The weight is attached in the [`ONSET_SECS`] before the
+/// first sample.
 pub(super) fn gauges_from_loads(loads: &[[f64; 6]], rate_hz: f64, random: &mut Random) -> Vec<f64> {
     let mut sensor = Sensor::relaxed(1.0 / rate_hz);
     let onset_steps = (ONSET_SECS * rate_hz).round() as usize;

@@ -1,36 +1,36 @@
-//! Images of densities. The colour shows the curve, and the opacity shows the number of samples.
+//! Images of the density of samples along curves. The colour shows which curve, and the opacity shows the number of samples.
 
 use std::io;
 use std::sync::Arc;
 
 use crate::scoring::loops::{Density, Frame};
 
-/// Opacity of a cell that a path only crosses, and of a cell with the fewest samples.
+/// Opacity of a cell that a curve only crosses without a sample, and of a cell with the fewest samples.
 const WEAKEST: (f32, f32) = (0.2, 0.35);
 
-/// Density of paths, in one colour.
+/// Density of the samples along a curve, and the colour of the curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
-    /// Density of the paths.
+    /// Number of samples in each cell of the plot, on a logarithmic scale.
     pub density: Arc<Density>,
-    /// Red, green, blue.
+    /// Colour of the curve: red, green, blue.
     pub color: [u8; 3],
 }
 
-/// Image of densities in one frame.
+/// Image of the densities of one or more curves in one plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CloudPicture {
-    /// Range that the image covers.
+    /// Range of the plot's two scales that the image covers.
     pub frame: Frame,
-    /// Width and height in pixels.
+    /// Width and height of the image in pixels.
     pub size: [usize; 2],
     /// Red, green, blue and opacity of each pixel, row by row from the top.
     pub rgba: Vec<u8>,
 }
 
 impl CloudPicture {
-    /// Returns images of these clouds. Clouds with the same frame and cells share one image, in which overlapping colours are
-    /// mixed by density. One pixel covers `cells_per_pixel` cells horizontally and vertically.
+    /// Returns the images of these clouds. Clouds with the same frame and cells share one image, in which overlapping colours
+    /// are mixed by density. One pixel covers `cells_per_pixel` cells horizontally and vertically.
     pub fn of(clouds: &[Cloud], cells_per_pixel: usize) -> Vec<Self> {
         let mut groups: Vec<Vec<&Cloud>> = Vec::new();
         for cloud in clouds {
@@ -80,7 +80,7 @@ impl CloudPicture {
         Self { frame, size, rgba }
     }
 
-    /// Returns the contents of a PNG file.
+    /// Returns the image as the contents of a PNG file.
     ///
     /// # Errors
     /// The error of the encoder if the image is empty.
@@ -99,7 +99,7 @@ impl CloudPicture {
     }
 }
 
-/// Returns the bytes in base64 (RFC 4648, section 4).
+/// Returns these bytes as text in base64 (RFC 4648, section 4).
 pub(crate) fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -5,28 +5,31 @@ pub const BLUE: [u8; 3] = [0, 114, 178];
 pub const PURPLE: [u8; 3] = [204, 121, 167];
 pub const SKY: [u8; 3] = [86, 180, 233];
 
-/// Reference on a light background.
+/// Colour of the reference load on a light background.
 pub const CALCULATED: [u8; 3] = [60, 60, 60];
-/// Uncompensated on a light background.
+/// Colour of the uncompensated load on a light background.
 pub const CONVENTIONAL: [u8; 3] = [184, 78, 0];
-/// Compensated on a light background.
+/// Colour of the compensated load on a light background.
 pub const COMPENSATED: [u8; 3] = BLUE;
-/// Look-back and raw gauges on a light background.
+/// Colour of the look-back and of raw gauge readings on a light background.
 pub const LOOK_BACK: [u8; 3] = [0, 120, 90];
-/// Guide lines on a light background.
+/// Colour of guide lines on a light background.
 pub const GUIDE: [u8; 3] = [100, 100, 100];
-/// Factory on a light background.
+/// Colour of the factory calibration's load on a light background.
 pub const FACTORY: [u8; 3] = [160, 70, 120];
 
-/// Scores on a light background. Scores differ by their dashes, because colours distinguish loads.
+/// Colour of all curves of errors against a threshold, on a light background. These curves differ by their dashes, because
+/// colours distinguish loads.
 pub const SCORE: [u8; 3] = [60, 60, 60];
 
-/// Returns the colour of falling branches: halfway between the colours of rising branches and of text.
+/// Returns the colour of loop branches with falling load: halfway between the colour of the rising branches and that of text
+/// (`ink`).
 pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
     [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
 }
 
-/// Returns the colour of a share from 0 to 1. Lightness increases evenly with the share, so the scale is readable in grey.
+/// Returns the colour that a colour scale gives to a share from 0 to 1. Lightness increases evenly with the share, so the
+/// scale is readable in grey.
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0)).as_array()
 }

@@ -5,15 +5,15 @@ use std::borrow::Cow;
 use crate::min_max::MinMax;
 use crate::report::figure::cloud::Cloud;
 
-/// Width and height of a figure in a file of its own (SVG units).
+/// Width and height of a figure that is saved as a separate file (SVG units).
 pub const STANDS_ALONE: (f64, f64) = (800.0, 600.0);
 /// Lengths of the dashes and gaps of a dashed line (points).
 pub const DASHED: [f32; 2] = [7.0, 4.0];
 /// Lengths of the dots and gaps of a dotted line (points).
 pub const DOTTED: [f32; 2] = [2.0, 4.0];
 
-/// Shape of an arrow (points): distances of the tip ahead of the arrow's place, and of the other corners behind and beside
-/// this place. The triangle is slim, because an equilateral triangle shows no direction.
+/// Shape of an arrowhead (points): distances from the marked point forward to the tip, back to the other two corners, and
+/// sideways to these corners. The triangle is slim, because an equilateral triangle shows no direction.
 const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
 
 /// Lines or a heat map in a plot with two scales.
@@ -25,15 +25,15 @@ pub struct Figure<'a> {
     pub across: Scale,
     /// Vertical scale.
     pub up: Scale,
-    /// Heat map, drawn under the lines.
+    /// Heat map of the figure, drawn under the lines.
     pub heat_map: Option<HeatMap>,
-    /// Densities, drawn under the lines.
+    /// Densities of samples along curves, drawn under the lines.
     pub clouds: Vec<Cloud>,
-    /// Lines, in the order of drawing.
+    /// Lines of the figure, in the order of drawing.
     pub lines: Vec<Line<'a>>,
-    /// Arrows, drawn on top of the lines.
+    /// Arrowheads of the figure, drawn on top of the lines.
     pub arrows: Vec<Arrow>,
-    /// Shaded interval of the horizontal scale.
+    /// Interval of the horizontal scale that is shaded over the whole height.
     pub shaded: Option<(f64, f64)>,
     /// Value on the horizontal scale that a vertical line marks.
     pub marked: Option<f64>,
@@ -42,11 +42,12 @@ pub struct Figure<'a> {
 /// A horizontal, vertical or colour scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scale {
-    /// Quantity with its unit.
+    /// Name of the quantity that the scale shows, with its unit.
     pub label: String,
     /// Minimum and maximum of the scale.
     pub range: (f64, f64),
-    /// Value of each cell of a heat map; empty for a continuous scale. Cell n covers the range from n to n + 1.
+    /// Values of the cells of a heat map along this scale; empty for a continuous scale. Cell n covers the range from n to n
+    /// + 1 of the scale.
     pub cells: Vec<f64>,
 }
 
@@ -55,15 +56,15 @@ pub struct Scale {
 pub struct Line<'a> {
     /// Name in the legend; lines with an empty name are not in the legend.
     pub name: String,
-    /// Red, green, blue.
+    /// Colour as red, green, blue.
     pub color: [u8; 3],
-    /// Opacity from 0 (invisible) to 1.
+    /// Opacity of the line from 0 (invisible) to 1.
     pub opacity: f32,
-    /// Width (points).
+    /// Width of the line (points).
     pub width: f32,
-    /// Dashes and gaps, such as [`DASHED`].
+    /// Lengths of the dashes and gaps (points), such as [`DASHED`]; `None` for a solid line.
     pub dash: Option<[f32; 2]>,
-    /// Points `[across, up]`; pieces are not joined.
+    /// Points `[across, up]` of each piece of the line. The pieces are not joined to each other.
     pub pieces: Vec<Cow<'a, [[f64; 2]]>>,
 }
 
@@ -72,30 +73,31 @@ pub struct Line<'a> {
 pub struct Arrow {
     /// Point on the line where the arrow is drawn.
     pub at: [f64; 2],
-    /// Two points; the arrow points from the first to the second.
+    /// Two points that give the direction: the arrow points from the first to the second.
     pub way: [[f64; 2]; 2],
-    /// Red, green, blue.
+    /// Colour as red, green, blue.
     pub color: [u8; 3],
 }
 
-/// Number for each pair of a horizontal and a vertical cell.
+/// Heat map: one number for each pair of a cell of the horizontal scale and a cell of the vertical scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatMap {
-    /// Quantity and range of the colours.
+    /// Label and range of the colour scale.
     pub shades: Scale,
-    /// Values, `n_across × n_up`, row-major: all vertical cells of the first column come first. Unknown values are grey.
+    /// Numbers of the cells, `n_across × n_up`, row-major: all vertical cells of the first column come first. Unknown numbers
+    /// are grey.
     pub values: Vec<Option<f64>>,
-    /// Marked pair, by its horizontal and vertical index.
+    /// Marked cell, by its horizontal and vertical index.
     pub marked: Option<(usize, usize)>,
 }
 
 impl Scale {
-    /// Returns a scale with this range.
+    /// Returns a continuous scale with this label and range.
     pub fn new(label: impl Into<String>, range: (f64, f64)) -> Self {
         Self { label: label.into(), range, cells: Vec::new() }
     }
 
-    /// Returns a scale around the finite numbers, with a margin. `room` is the margin as a share of the range.
+    /// Returns a scale that spans the finite numbers and a margin. `room` is the margin at each end as a share of the range.
     pub fn spanning(
         label: impl Into<String>,
         numbers: impl IntoIterator<Item = f64>,
@@ -115,14 +117,14 @@ impl Scale {
         Self::new(label, range)
     }
 
-    /// Returns a scale with a cell of equal size for each value.
+    /// Returns the scale of a heat map, with a cell of equal size for each value.
     pub fn of_cells(label: impl Into<String>, values: &[f64]) -> Self {
         Self { cells: values.to_vec(), ..Self::new(label, (0.0, values.len().max(1) as f64)) }
     }
 }
 
 impl Figure<'_> {
-    /// Returns a description in words, for screen readers.
+    /// Returns a description of the figure in words, for screen readers.
     pub fn described(&self) -> String {
         let mut names: Vec<&str> =
             self.lines.iter().map(|line| &*line.name).filter(|name| !name.is_empty()).collect();
@@ -133,8 +135,8 @@ impl Figure<'_> {
 }
 
 impl Arrow {
-    /// Returns the corners in the image, the tip first. `place` maps points to the image. Returns `None` for an arrow without
-    /// direction.
+    /// Returns the three corners of the arrowhead in the image, the tip first. `place` converts points of the figure to
+    /// points of the image. Returns `None` for an arrow without direction.
     pub fn corners(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 3]> {
         let [from, to] = self.way.map(&place);
         let way = [to[0] - from[0], to[1] - from[1]];
@@ -153,7 +155,7 @@ impl Arrow {
 }
 
 impl<'a> Line<'a> {
-    /// Returns the line on which both scales have the same value; `None` if the ranges do not overlap.
+    /// Returns the diagonal on which both scales have the same value; `None` if the ranges of the scales do not overlap.
     pub fn one_to_one(across: (f64, f64), up: (f64, f64), color: [u8; 3]) -> Option<Self> {
         let (low, high) = (across.0.max(up.0), across.1.min(up.1));
         (low < high).then(|| Self {

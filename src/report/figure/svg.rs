@@ -1,5 +1,5 @@
-//! SVG 1.1 image of a figure, in a single file. Text is escaped. Numbers that are not finite are omitted. The same figure gives
-//! the same file.
+//! SVG 1.1 image of a figure, in a single file. Text is escaped. Numbers that are not finite are omitted. The same figure
+//! gives the same file.
 
 use std::fmt::{self, Write as _};
 
@@ -11,15 +11,15 @@ use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
-/// Margins around the plot: left, top, right, bottom.
+/// Margins around the plot (SVG units): left, top, right, bottom.
 const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];
-/// Right margin of a plot with a colour scale.
+/// Right margin of a plot with a colour scale (SVG units).
 const ROOM_FOR_SHADES: f64 = 120.0;
-/// Approximate minimum distance of ticks, horizontally and vertically.
+/// Approximate minimum distance between ticks of the horizontal and of the vertical scale (SVG units).
 const APART: (f64, f64) = (80.0, 45.0);
 /// Maximum number of labelled cells along a scale.
 const MAX_NAMED_CELLS: usize = 12;
-/// Distance outside the plot up to which lines are drawn, so that no line ends are visible at the edge.
+/// Distance outside the plot up to which lines are drawn (SVG units), so that no line ends are visible at the plot's edge.
 const BEYOND: f64 = 40.0;
 const SHADE_STEPS: usize = 64;
 
@@ -34,7 +34,7 @@ impl Figure<'_> {
         let mut svg = String::new();
         Svg { figure: self, size, plot }
             .write(&mut svg)
-            .expect("a text takes any number of characters");
+            .expect("writing to a text in memory never fails");
         svg
     }
 }
@@ -170,7 +170,7 @@ impl Svg<'_> {
             let Some(mut from) = places.next() else {
                 continue;
             };
-            // End of the last drawn step; `None` before the first.
+            // End of the last line segment that was drawn; `None` before the first.
             let mut pen = None;
             for to in places {
                 if let Some([start, end]) = self.on_paper(from, to) {
@@ -206,8 +206,8 @@ impl Svg<'_> {
         Ok(())
     }
 
-    /// Returns the part of a step inside or near the plot; `None` if the step is outside. The part keeps its exact place if the
-    /// step ends far outside.
+    /// Returns the part of a line segment that is inside or near the plot; `None` if the segment is outside. This part keeps
+    /// its exact place even if the segment ends far outside.
     fn on_paper(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let [left, top, right, bottom] = self.plot;
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
@@ -273,7 +273,7 @@ impl Svg<'_> {
         for at in 0..SHADE_STEPS {
             let y = bottom - (at + 1) as f64 * height;
             let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
-            // The steps overlap slightly, so that no gaps are visible.
+            // The steps of the colour scale overlap slightly, so that no gaps are visible between them.
             rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }
         for (value, name) in named(scale, (bottom - top) / APART.1) {
@@ -284,7 +284,7 @@ impl Svg<'_> {
     }
 }
 
-/// Returns the labels of a scale: the values of the cells, or about `most` round numbers.
+/// Returns the positions and labels of a scale's ticks: the values of the cells, or about `most` round numbers.
 fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     let (low, high) = scale.range;
     let (step, ticks) = ticks((low, high), (high - low) / most);
@@ -297,10 +297,10 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     cells.map(|(at, value)| (at as f64 + 0.5, value.to_string())).collect()
 }
 
-/// Returns the position of a value in the image, which may be far outside the plot.
+/// Returns the position of a value along a scale of the image (SVG units), which may be far outside the plot.
 fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     let share = if high > low { (value - low) / (high - low) } else { 0.5 };
-    // Larger numbers would overflow.
+    // The limit keeps the product below the largest floating-point number.
     start + (end - start) * share.clamp(-1e100, 1e100)
 }
 

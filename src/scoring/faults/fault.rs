@@ -37,11 +37,11 @@ pub enum FaultKind {
     Saturated,
     /// The channel repeats one value, or shows only noise, while the load moves.
     Stuck,
-    /// Some samples show a value far from all others, such as zero.
+    /// Some samples of the channel have a value far from all others, such as zero.
     Dropout,
-    /// A few samples are far off, and no other channel shows it.
+    /// A few samples of the channel are far from their neighbours, and no other channel shows it.
     Spike,
-    /// The load exceeds the rated load.
+    /// The load exceeds the rated load of its axis.
     Overload,
 }
 

@@ -1,4 +1,5 @@
-//! Compares one channel with its expected values, and finds where it is saturated, stuck, dropped out, or jumps.
+//! Compares one channel with its expected values from other channels, and finds where it is saturated, stuck, dropped out, or
+//! jumps.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -10,52 +11,58 @@ use crate::scoring::straight_lines;
 
 /// Maximum number of samples for the fit of the expected value. They are spread evenly over the recording.
 const LOOKED_AT: usize = 4096;
-/// Smallest expected movement for which a channel that repeats one value is stuck: as a share of its range, and in standard
-/// deviations of the fit.
+/// Smallest movement of the expected value for which a channel that repeats one value counts as stuck: as a share of the
+/// channel's range, and in standard deviations of the fit.
 const MOVES: (f64, f64) = (0.1, 6.0);
-/// Minimum number of equal values in a row for which a channel can be stuck.
+/// Minimum number of equal values in a row for which a channel can count as stuck.
 const STUCK_SAMPLES: usize = 10;
-/// Minimum number of equal values in a row for which a channel of static load cases, whose loads all differ, can be stuck.
+/// Minimum number of equal values in a row for which a channel can count as stuck in a table of static load cases, whose
+/// loads all differ.
 const STUCK_CASES: usize = 4;
-/// Minimum number of samples exactly at the extreme of a channel whose noise exceeds three steps of the converter. Without a
-/// limit, each further sample repeats the extreme with a chance of about a tenth, so six are one in a hundred thousand.
+/// Minimum number of samples exactly at the extreme for a channel to count as saturated, if its noise exceeds three steps of
+/// the converter. Without saturation, each further sample repeats the extreme with a chance of about a tenth, so six are one
+/// in a hundred thousand.
 const REPEATS: usize = 6;
 /// Maximum deviation from the expected value for a sample that still belongs to the fit, as a share of the channel's range.
 const NEAR: f64 = 0.1;
 /// Number of fits of the expected value. Each fit leaves out the outliers of the fit before.
 const FITS: usize = 3;
-/// Smallest jump of a spike or dropout: as a multiple of the usual step between samples, and as a share of the range.
+/// Smallest jump that counts as a spike or dropout: as a multiple of the channel's usual step between samples, and as a share
+/// of its range.
 const JUMP: (f64, f64) = (30.0, 0.05);
-/// Share of a jump that the expected value must show too, for the jump to be real.
+/// Share of a jump that the expected value must show too, so that the jump counts as a real movement.
 const SHOWN_BY_OTHERS: f64 = 0.3;
-/// Smallest deviation of a dropout from the expected value, as a share of the span and in standard deviations.
+/// Smallest deviation of a dropout from the expected value, as a share of the channel's range and in standard deviations of
+/// the fit.
 const ELSEWHERE: (f64, f64) = (0.5, 20.0);
-/// Maximum deviation after a spike from the value before it, as a share of the spike's height.
+/// Maximum difference between the values before and after a spike, as a share of the spike's height.
 const BACK_AGAIN: f64 = 0.25;
 /// Maximum length of a spike (samples).
 const SPIKE_SAMPLES: usize = 3;
-/// Maximum length of a dropout (samples) with jumps at both ends. A longer one is stuck.
+/// Maximum length of a dropout (samples) with jumps at both ends. A longer one counts as stuck.
 const DROPOUT_SAMPLES: usize = 50;
-/// Minimum ratio of the number of samples at a saturated extreme to the number at each neighbouring value.
+/// Minimum ratio of the number of samples exactly at the extreme of a saturated channel to the number at each of the values
+/// next to it.
 const PILES_UP: usize = 3;
 
-/// Properties of a single channel.
+/// Properties of a channel that follow from its own values alone.
 #[derive(Debug)]
 pub(super) struct Own {
     pub channel: Channel,
     pub low: f64,
     pub high: f64,
-    /// Range of the values without the lowest and highest 2 %.
+    /// Range of the channel's values without the lowest and highest 2 %.
     pub span: f64,
-    /// Median step from sample to sample.
+    /// Median magnitude of the step from sample to sample.
     pub step: f64,
-    /// Median deviation of three successive samples from a line.
+    /// Median deviation of three successive samples from a straight line, a measure of the noise.
     noise: f64,
-    /// Smallest step that is not zero.
+    /// Smallest step between two samples that is not zero, which is taken as the step of the converter.
     pub resolution: f64,
-    /// Extremes that are much more frequent than their neighbouring values. The logger may end there.
+    /// Minimum or maximum of the channel, if it is much more frequent than the values next to it. The range of the logger may
+    /// end there.
     piles_up: Vec<f64>,
-    /// Intervals in which the channel repeats one value.
+    /// Ranges of samples in which the channel repeats one value.
     flat: Vec<Range<usize>>,
 }
 
@@ -126,15 +133,15 @@ fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 /// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
 pub(super) struct Expected {
-    /// For each other channel: the mean that is subtracted, and the factor.
+    /// For each of the other channels: its mean, which is subtracted, and its factor.
     by: Vec<(Channel, f64, f64)>,
     constant: f64,
-    /// Standard deviation of the fit, robust against outliers.
+    /// Standard deviation of the channel from its expected value, robust against outliers.
     sigma: f64,
 }
 
 impl Expected {
-    /// Fits the expected value to samples that are neither at an extreme nor stuck.
+    /// Fits the expected value of a channel to the samples in which it is neither at an extreme nor stuck.
     pub fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
         let is_flat = |k: usize| {
@@ -168,7 +175,7 @@ impl Expected {
         Self::fitted(recording, own, &scaled, samples)
     }
 
-    /// Fits by least squares [`FITS`] times, each time without the outliers of the previous fit.
+    /// Fits the expected value by least squares [`FITS`] times, each time without the outliers of the previous fit.
     fn fitted(
         recording: &Recording,
         own: &Own,
@@ -199,7 +206,8 @@ impl Expected {
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
             let sigma = 1.4826 * median(samples.iter().map(off))?;
-            // The median error is small if a load mostly stands still. Its hysteresis while it moves is no outlier.
+            // If a load mostly stands still, the median error is small. The larger errors from hysteresis while it moves must
+            // not count as outliers.
             let farthest = (4.0 * sigma).max(NEAR * own.span);
             let near: Vec<usize> = samples.iter().copied().filter(|k| off(k) <= farthest).collect();
             let squares: f64 = near.iter().map(|k| off(k).powi(2)).sum();
@@ -221,7 +229,8 @@ impl Expected {
         self.constant + by.sum::<f64>()
     }
 
-    /// Returns the range of the expected values in an interval, without the extreme tenths, from at most 256 samples.
+    /// Returns the range of the expected values of these samples, without the lowest and the highest tenth. At most 256
+    /// samples are used.
     fn spread(&self, recording: &Recording, samples: impl ExactSizeIterator<Item = usize>) -> f64 {
         let every = samples.len().div_ceil(256).max(1);
         let values = samples.step_by(every).map(|k| self.at(recording, k));
@@ -235,7 +244,7 @@ impl Expected {
     }
 }
 
-/// Channel that is compared with its expected values.
+/// A channel of a recording, with its properties and its expected values.
 pub(super) struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
@@ -251,8 +260,8 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Returns true if the channel should move but does not. The outer samples do not count, because a late reference may
-    /// move there.
+    /// Returns true if the expected value moves in an interval in which the channel does not. The first and last samples do
+    /// not count, because a reference that is late may move there.
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
@@ -263,7 +272,7 @@ impl Watched<'_> {
         })
     }
 
-    /// Finds saturated samples. Returns the limits of the logger, as far as they are known.
+    /// Finds the saturated samples of a gauge. Returns the lower and upper limit of the logger, as far as they are known.
     pub fn clipped(
         &self,
         entered: Option<&GaugeRange>,
@@ -293,8 +302,8 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns true if the logger ends at an extreme: the channel repeats this value exactly, and its expected values move
-    /// and lie mostly beyond it.
+    /// Returns true if the logger's range ends at this extreme: the channel repeats the extreme exactly, and its expected
+    /// values move and lie mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own { resolution, span, noise, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
@@ -314,7 +323,7 @@ impl Watched<'_> {
         is_farther && (spread > moves || repeats_in_noise)
     }
 
-    /// Finds intervals in which the channel repeats one value although it should move, or should have another value.
+    /// Finds the intervals in which the channel repeats one value although its expected value moves or is far away.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
         for run in &self.own.flat {
             if is_known(found, run) {
@@ -328,7 +337,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns true if the channel jumps to one value far from its expected value, and back again.
+    /// Returns true if the channel jumps to a constant value far from its expected value, and back again.
     fn is_elsewhere(&self, run: &Range<usize>) -> bool {
         let Some(expected) = self.expected else {
             return false;
@@ -337,7 +346,7 @@ impl Watched<'_> {
         let every = run.len().div_ceil(256).max(1);
         let off = run.clone().step_by(every);
         let off = median(off.map(|k| (value - expected.at(self.recording, k)).abs()));
-        // A converter that flickers by a step or two has not dropped out.
+        // A converter that flickers between values a step or two apart has not dropped out.
         let least = (ELSEWHERE.0 * self.own.span)
             .max(ELSEWHERE.1 * expected.sigma)
             .max(4.0 * self.own.resolution.min(self.own.high - self.own.low));
@@ -350,13 +359,13 @@ impl Watched<'_> {
         off.is_some_and(|off| off > least && jumps && beside.all(|jump| jump > 0.5 * off))
     }
 
-    /// Finds samples at which only this channel jumps away and back.
+    /// Finds the samples at which this channel jumps away and back, while the other channels do not.
     pub fn jumps(&self, found: &mut Vec<Fault>) {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
         let resolution = if *span > 0.0 { 4.0 * resolution } else { 0.0 };
-        // The usual step is at least that of the expected value: otherwise the noise of the other channels would hide that
-        // these jump, too.
+        // The usual step is at least that of the expected value. Otherwise, the noise of the other channels would hide that
+        // these channels jump, too.
         let expected_step = self.expected.and_then(|expected| {
             let at = |k: usize| expected.at(self.recording, k);
             let steps = looked_at(self.n()).filter(|k| *k > 0);
@@ -388,7 +397,8 @@ impl Watched<'_> {
             }
             k += 1;
         }
-        // A value that recurs stands for a missing value. If the channel never changes otherwise, it may be a switch.
+        // A value to which the channel jumps repeatedly stands for a missing value. If the channel never changes otherwise,
+        // it may be a switch.
         let n_steps = (1..self.n()).filter(|k| self.value(*k) != self.value(k - 1)).count();
         let is_switch = n_steps <= 2 * away.len();
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
@@ -408,7 +418,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns the sample at which a channel that jumped at sample `k` has returned to its value before.
+    /// Returns the sample at which a channel that jumped at sample `k` has returned to its value before the jump.
     fn back_again(&self, k: usize, jump: f64) -> Option<usize> {
         let before = self.value(k - 1);
         let is_back = |at: &usize| (self.value(*at) - before).abs() <= BACK_AGAIN * jump.abs();
@@ -420,7 +430,7 @@ impl Watched<'_> {
     }
 }
 
-/// Joins ranges that touch or overlap. They must be sorted by their starts.
+/// Joins ranges of samples that touch or overlap. They must be sorted by their starts.
 pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in ranges {
@@ -439,7 +449,7 @@ fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
     found.iter().any(is_all)
 }
 
-/// Adds a fault for each interval in which `samples` is true.
+/// Adds a fault for each run of samples for which `samples` is true.
 pub(super) fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,

@@ -1,22 +1,24 @@
 //! Fits a first-order exponential to an output that drifts under constant load.
 //!
-//! Guarantees: least-squares optimum within the resolution of the tried time constants; finite for finite samples.
+//! Guarantees: the fit is the least-squares optimum within the resolution of the tried time constants, and finite for finite
+//! samples.
 
-/// Number of intervals of equal length over which the samples are averaged before the fit. This number limits the cost of long
-/// dwells.
+/// Number of intervals of equal length over which the samples are averaged before the fit. It limits the computing time for
+/// long dwells.
 const CELLS: usize = 400;
 /// Ratio of the dwell's length to the shortest tried time constant.
 const FASTEST: f64 = 200.0;
 /// Ratio of the longest tried time constant to the dwell's length. A slower drift looks like a straight line.
 const SLOWEST: f64 = 20.0;
-/// Number of steps of the coarse search, of equal length in the logarithm of the time constant.
+/// Number of time constants that the coarse search tries, evenly spaced on a logarithmic scale.
 const COARSE_STEPS: usize = 60;
 /// Number of golden-section steps after the coarse search. Each step reduces the interval to 0.618 of its length.
 const FINE_STEPS: usize = 30;
-/// Minimum size of a significant drift, in standard errors.
+/// Minimum size of a drift that counts as significant, in standard errors.
 const SIGNIFICANT: f64 = 3.0;
 
-/// Drift of an output in a dwell: `y(t) = start + amplitude · (1 − exp(−t / τ))`, with t (s) counted from the first sample.
+/// Drift of an output in a dwell (interval of constant load): `y(t) = start + amplitude · (1 − exp(−t / τ))`, with t (s)
+/// counted from the first sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     pub start: f64,
@@ -46,7 +48,8 @@ pub enum NoTimeConstant {
 }
 
 impl Drift {
-    /// Fits the drift of `outputs`. `None` with fewer than four samples or without elapsed time. Panics if the lengths differ.
+    /// Fits the drift of `outputs`. `None` with fewer than four samples or without elapsed time. Panics if the lengths
+    /// differ.
     ///
     /// For each time constant, start and amplitude follow by linear least squares. The time constant is searched in 60 steps,
     /// from 1/200 to 20 times the dwell's length, then by golden section around the best step.
@@ -81,8 +84,8 @@ impl Drift {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
-    /// Returns true if the drift exceeds three standard errors. The standard error is that of the difference of two means, each
-    /// over a tenth of the samples.
+    /// Returns true if the drift exceeds three standard errors. This is the standard error of the difference of two means,
+    /// each over a tenth of the samples.
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error
@@ -109,15 +112,15 @@ fn risen(secs: f64, tau: f64) -> f64 {
     -(-secs / tau).exp_m1()
 }
 
-/// Averages of the output over intervals of equal length.
+/// Averages of the output over intervals of equal length in a dwell.
 struct Averages {
     /// Number of samples, mean time since the first sample (s) and mean output of each interval.
     cells: Vec<(f64, f64, f64)>,
-    /// Mean output, which was subtracted so that a large offset costs no digits.
+    /// Mean output of the dwell, which was subtracted so that a large offset costs no digits.
     mean: f64,
 }
 
-/// Least-squares fit for one time constant.
+/// Least-squares fit of start and amplitude for one time constant.
 struct Line {
     start: f64,
     amplitude: f64,
@@ -167,7 +170,7 @@ impl Averages {
     }
 }
 
-/// Returns the time constant with the smallest `left_over`, the sum of squared residuals.
+/// Returns the time constant (s) with the smallest `left_over`, the sum of squared residuals of the fit.
 fn search(duration: f64, left_over: impl Fn(f64) -> f64) -> f64 {
     let (fastest, slowest) = ((duration / FASTEST).ln(), (duration * SLOWEST).ln());
     let at = |step: usize| fastest + (slowest - fastest) * step as f64 / COARSE_STEPS as f64;

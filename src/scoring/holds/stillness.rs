@@ -1,6 +1,7 @@
 //! Finds the dwells, the intervals in which the load is constant.
 //!
-//! Guarantees: dwells are sorted and do not overlap. In a dwell, no axis spans more than its band. One pass.
+//! Guarantees: dwells are sorted and do not overlap. In a dwell, no axis spans more than its band. They are found in one pass
+//! over the samples.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -16,8 +17,9 @@ pub struct Hold {
 
 /// Returns the intervals of at least `shortest_secs` in which no axis spans more than its band (in the unit of the axis).
 ///
-/// An interval grows until an axis spans more than its band. If the interval is long enough, it is a dwell, and the next
-/// interval begins at its end. Otherwise its first samples are dropped. Panics if an axis and `times` differ in length.
+/// An interval grows until an axis spans more than its band. If the interval is then long enough, it is a dwell, and the next
+/// interval begins at its end. Otherwise its first samples are dropped until the band is kept again. Panics if an axis and
+/// `times` differ in length.
 pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
     assert_eq!(axes.len(), bands.len(), "one band for each axis");
     assert!(axes.iter().all(|axis| axis.len() == times.len()), "one load for each time");
@@ -58,12 +60,12 @@ pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) 
     found
 }
 
-/// Maximum and minimum of an interval that grows at its end and loses its first samples.
+/// Maximum and minimum of the load in an interval that grows at its end and loses its first samples.
 #[derive(Debug, Default)]
 struct Extent {
-    /// Samples that can be or become the maximum, with falling values.
+    /// Indices of the samples that are or may become the maximum. Their values fall from first to last.
     highest: VecDeque<usize>,
-    /// Samples that can be or become the minimum, with rising values.
+    /// Indices of the samples that are or may become the minimum. Their values rise from first to last.
     lowest: VecDeque<usize>,
 }
 

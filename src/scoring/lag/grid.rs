@@ -1,4 +1,5 @@
-//! Columns of the lag measurement: smoothed and thinned loads, with terms for hysteresis, creep and curvature.
+//! Regression columns for measuring the time lag between reference and outputs: smoothed and thinned loads, with terms for
+//! hysteresis, creep and curvature.
 //!
 //! Guarantees: reference and outputs are smoothed by the same symmetric window, so neither is shifted in time. No row is
 //! computed from samples on both sides of a pause.
@@ -16,50 +17,53 @@ use crate::min_max::MinMax;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::median::{median, white_noise as noise};
 
-/// Radii of the play operators, as shares of half the range of their input. The first describes hysteresis that reverses at
-/// once.
+/// Radii of the play operators, as shares of half the range of their input. The first is raised to the smallest radius, and
+/// describes hysteresis that reverses at once.
 const RADII: [f64; 13] =
     [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
-/// Smallest radius, as the same share. A play operator with a smaller radius is the sign of the load's rate.
+/// Smallest radius that is used, as a share of half the range of the input. A play operator with a smaller radius is the sign
+/// of the load's rate.
 const SMALLEST_RADIUS: f64 = 0.003;
-/// Smallest radius, in standard deviations of the smoothed noise. A play operator with a smaller radius would follow the noise.
+/// Smallest radius that is used, in standard deviations of the smoothed noise. A play operator with a smaller radius would
+/// follow the noise.
 const RADIUS_IN_NOISE: f64 = 4.0;
-/// Time constants of creep, as multiples of the load's time scale. Shorter time constants count as lag.
+/// Time constants of the slow creep terms, as multiples of the load's time scale. Shorter time constants count as lag.
 const CREEP: [f64; 3] = [3.0, 12.0, 48.0];
-/// Time constant of creep that looks like a lag, as a multiple of the load's time scale.
+/// Time constant of the quick creep term, which looks like a lag, as a multiple of the load's time scale.
 const QUICK_CREEP: f64 = 1.0;
-/// Maximum number of gauges for which play operators driven by the strain of each gauge are tried.
+/// Maximum number of gauges with which play operators are also driven by the strain of each gauge.
 const MOST_DRIVERS: usize = 12;
 /// Half width of the narrowest smoothing window, in samples. Interpolation reduces noise most in the middle between two
 /// samples, which would shift a lag towards half a sample. After smoothing by this window, the effect is below 0.1 %.
 const NARROWEST: usize = 3;
 const WIDEST: usize = 400;
-/// Maximum change of the noise-free load by smoothing, as a share of the load's standard deviation.
+/// Maximum change of the noise-free load by the smoothing window, as a share of the load's standard deviation.
 const MOST_SMOOTHED: f64 = 0.005;
-/// Maximum number of rows. Of longer recordings, only parts spread over each interval become rows. Play operators and creep are
-/// computed from the whole interval, because they depend on earlier loads.
+/// Maximum number of rows of the regression. Of longer recordings, only parts spread over each interval become rows. Play
+/// operators and creep are computed from the whole interval, because they depend on earlier loads.
 const MOST_ROWS: usize = 8_000;
 const PARTS: usize = 8;
-/// Number of samples at each end of an interval that are not used, because states settle there.
+/// Number of samples at each end of an interval that are not used, because play operators and creep settle there.
 const MARGIN: usize = 20;
-/// Minimum ratio of a jump of the load to the mean of the neighbouring steps. The time of a jump between two samples is
-/// unknown, so jumps are not used.
+/// Minimum ratio of a step of the load to the mean of its two neighbouring steps for it to count as a jump. Jumps are not
+/// used, because their time between two samples is unknown.
 const JUMP: f64 = 4.0;
 const JUMP_IN_NOISE: f64 = 8.0;
 /// Number of samples before and after a jump that are not used.
 pub(super) const AROUND_JUMP: usize = 30;
 
-/// Rows of an interval without pause, or of a part of the interval.
+/// Rows of the regression from an interval without pause, or from a part of the interval.
 pub(super) struct Grid {
     pub(super) run: usize,
     pub(super) times: Vec<f64>,
-    /// Position of each row in its recording, from 0 to 1.
+    /// Position of each row in its recording, from 0 (start) to 1 (end).
     pub(super) places: Vec<f64>,
     /// True for each row that the fit uses.
     pub(super) used: Vec<bool>,
-    /// Share of jumps in the sum of the reference's squared steps, on the axis with the largest share.
+    /// Share of the jumps in the sum of the reference's squared steps, on the axis where this share is largest.
     pub(super) jumps: f64,
-    /// Columns, in this order: loads, terms of hysteresis and curvature, terms of slow creep, a constant, terms of quick creep.
+    /// Columns of the regression, in this order: loads, terms of hysteresis and curvature, terms of slow creep, a constant,
+    /// terms of quick creep.
     pub(super) columns: Vec<Vec<f64>>,
     pub(super) outputs: Vec<Vec<f64>>,
 }
@@ -69,17 +73,17 @@ pub(super) struct Grid {
 pub(super) enum Drivers {
     /// Load of each axis, to describe friction and backlash of the structure.
     Axes,
-    /// Strain of each gauge, a mixture of the loads, to describe hysteresis of a gauge or of its mounting place.
+    /// Strain of each gauge, which is a mixture of the loads, to describe hysteresis of a gauge or of its mounting place.
     Gauges,
 }
 
-/// Rows of all recordings.
+/// Rows of the regression from all recordings.
 pub(super) struct Grids {
     pub(super) parts: Vec<Grid>,
     pub(super) n_axes: usize,
     /// Number of columns before the terms of quick creep.
     pub(super) n_usual: usize,
-    /// True for each column that the description of hysteresis by fewer radii omits.
+    /// True for each column that is left out when hysteresis is described with fewer radii.
     pub(super) finer: Vec<bool>,
     /// Median time between samples (s).
     pub(super) step_secs: f64,
@@ -137,12 +141,13 @@ impl Grids {
         Ok(Self { parts, n_axes, n_usual, finer, step_secs, slow_secs })
     }
 
-    /// Returns true if the reference jumps anywhere.
+    /// Returns true if the reference load jumps anywhere in the rows.
     pub(super) fn jumps(&self) -> bool {
         self.parts.iter().any(|part| part.jumps > 0.0)
     }
 
-    /// Returns true if jumps are more than half of the sum of squared steps, on average over the intervals.
+    /// Returns true if the load mostly moves in jumps. They then make up more than half of the sum of squared steps, on
+    /// average over the intervals.
     pub(super) fn moves_in_jumps(&self) -> bool {
         let shares = self.parts.iter().map(|part| part.jumps);
         shares.sum::<f64>() > 0.5 * self.parts.len() as f64
@@ -150,7 +155,8 @@ impl Grids {
 }
 
 impl Drivers {
-    /// Returns the inputs that are worth trying: strains only if there are several axes and few gauges.
+    /// Returns the inputs of the play operators that are worth trying: gauge strains only if there are several axes and few
+    /// gauges.
     pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
         match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
             true => &[Self::Axes, Self::Gauges],
@@ -164,7 +170,8 @@ impl Piece<'_> {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Returns ranges of samples spread over the interval that contain this share of it, each longer than `shortest`.
+    /// Returns ranges of samples that are spread over the interval and together contain the share `share` of it. Each is
+    /// longer than `shortest` samples.
     fn parts(&self, share: f64, shortest: usize) -> Vec<Range<usize>> {
         let n = self.times.len();
         let wanted = (share * n as f64) as usize;
@@ -179,7 +186,7 @@ impl Piece<'_> {
         }
     }
 
-    /// Returns the sum of the loads with these factors, one per axis.
+    /// Returns the strain of a gauge: the sum of the loads, each multiplied by the factor of its axis in `driver`.
     fn strain(&self, driver: &[f64]) -> Vec<f64> {
         let mut strain = vec![0.0; self.times.len()];
         for (share, load) in driver.iter().zip(&self.loads) {
@@ -188,7 +195,7 @@ impl Piece<'_> {
         strain
     }
 
-    /// Returns the rows of each part. Play operators and creep start with the interval.
+    /// Returns the rows of each part. Play operators and creep are computed from the start of the interval.
     fn grids(
         &self,
         parts: &[Range<usize>],
@@ -225,7 +232,7 @@ impl Piece<'_> {
         grids
     }
 
-    /// Returns the times, positions and outputs of a part, without columns.
+    /// Returns the times, positions and outputs of a part of the interval, still without columns.
     fn bare_grid(&self, part: &Range<usize>, window: &Window) -> Grid {
         let n_outputs = self.data.n_outputs();
         let start = self.samples.start + part.start;
@@ -248,7 +255,8 @@ impl Piece<'_> {
         }
     }
 
-    /// Returns true for each row away from ends and jumps, and the share of jumps in the sum of the reference's squared steps.
+    /// Returns true for each row that is away from ends and jumps, and the share of jumps in the sum of the reference's
+    /// squared steps.
     fn used(&self, part: &Range<usize>, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
         let n = part.len();
         let mut jumps = 0.0_f64;
@@ -295,7 +303,7 @@ impl Window {
         Self { half, hop, weights: weights.iter().map(|weight| weight / sum).collect() }
     }
 
-    /// Returns the standard deviation of white noise after smoothing, divided by that before.
+    /// Returns the factor by which the smoothing window changes the standard deviation of white noise.
     fn gain(&self) -> f64 {
         dot(&self.weights, &self.weights).sqrt()
     }
@@ -308,7 +316,7 @@ impl Window {
         values.windows(2 * self.half + 1).step_by(self.hop).map(|own| self.mean(own)).collect()
     }
 
-    /// Smooths a signal without thinning. Beyond its ends, the signal is continued by point reflection at its end points.
+    /// Smooths a signal without thinning. Beyond its two ends, the signal is continued by point reflection at the end point.
     fn smoothed(&self, values: &[f64]) -> Vec<f64> {
         let last = values.len() - 1;
         let before = (1..=self.half).rev().map(|k| 2.0 * values[0] - values[k.min(last)]);
@@ -318,7 +326,7 @@ impl Window {
     }
 }
 
-/// Returns the load minus the position of a play operator that starts at the first load.
+/// Returns the load minus the output of a play operator with this radius that starts at the first load.
 fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
     let mut state = load[0];
     let follow = |load: &f64| {
@@ -328,7 +336,7 @@ fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
     load.iter().map(follow).collect()
 }
 
-/// Cuts a recording where samples are missing or times repeat.
+/// Cuts a recording into intervals where samples are missing or times repeat.
 fn pieces<'a>(run: usize, data: &'a LagRun<'a>) -> Vec<Piece<'a>> {
     let times = data.times;
     let pause = median_step(times).map_or(0.0, pause_by_step);
@@ -400,7 +408,7 @@ fn half_width(pieces: &[Piece<'_>]) -> usize {
     }
 }
 
-/// Returns the time scale of the load over all axes (s); `None` if no load changes.
+/// Returns the time scale of the load over all axes together (s); `None` if no load changes.
 fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     let (mut size, mut rate) = (0.0, 0.0);
     for piece in pieces {
@@ -416,7 +424,7 @@ fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     (rate > 0.0 && size > 0.0).then(|| (size / rate).sqrt())
 }
 
-/// Returns the inputs of the play operators, each as one factor per axis.
+/// Returns the inputs of the play operators. Each is given by one factor for the load of each axis.
 fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
     let unit = |axis: usize| (0..n_axes).map(|own| f64::from(u8::from(own == axis))).collect();
     let n_gauges = pieces[0].data.n_gauges();

@@ -1,9 +1,9 @@
-//! Removes a lag between reference and output, and measures the loop that remains.
+//! Removes the lag of an output behind the reference load, and measures the hysteresis loop that remains.
 //!
 //! The reference is delayed by interpolation, or filtered by a low-pass, until it is as late as the output. The output is not
-//! corrected instead, because an inverse low-pass would amplify the noise of the gauges. Then the delayed reference is fitted
-//! by least squares with the outputs of all axes and a constant. This removes gains and crosstalk that a calibration learned
-//! from recordings with the lag.
+//! corrected instead, because an inverse low-pass would amplify the noise of the gauges. Then the outputs of all axes and a
+//! constant are fitted to the delayed reference by least squares. This corrects wrong gains and crosstalk of a calibration
+//! that was fitted to recordings with the lag.
 
 use faer::Mat;
 
@@ -14,13 +14,15 @@ use crate::dot::dot;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::scoring::loops::{Loop, Loops};
 
-/// Share of a loop's mean width that a lag must explain to be worth removing.
+/// Minimum share of a loop's mean width that a lag explains, from which removing the lag is worthwhile.
 pub const WORTH_REMOVING: f64 = 0.1;
-/// Maximum uncertainty of the largest width due to the uncertainty of the lag, as a share of this width.
+/// Maximum uncertainty of a loop's largest width after removal of the lag, as a share of this width. It follows from the
+/// standard error of the lag.
 const MAX_SHARE: f64 = 0.1;
-/// Maximum uncertainty of the largest width, as a share of full scale. The larger of both limits counts.
+/// Maximum uncertainty of a loop's largest width, as a share of the output's full scale. It replaces the limit by
+/// [`MAX_SHARE`] if it is larger.
 const MAX_SHARE_FS: f64 = 0.003;
-/// Approximate maximum number of samples in the fit of the outputs.
+/// Approximate maximum number of samples to which the gains of [`InTime`] are fitted.
 const MOST_ROWS: usize = 100_000;
 
 /// Correction that removes the lag of one output.
@@ -28,25 +30,26 @@ const MOST_ROWS: usize = 100_000;
 pub struct InTime {
     kind: LagKind,
     seconds: f64,
-    /// Gain of the output of each axis, then the constant.
+    /// Fitted gain of each axis' output, then the fitted constant.
     weights: Vec<f64>,
 }
 
-/// Sizes of the loop of one output, each first with the lag and then without the lag. The gains are fitted in both cases.
+/// Sizes of the hysteresis loop of one output. Each pair holds the size with the lag, then the size after its removal. The
+/// gains of the outputs are fitted in both cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widths {
     /// Largest width, in the unit of the output.
     pub largest: [f64; 2],
     /// Mean width, in the unit of the output.
     pub mean: [f64; 2],
-    /// Area: mean width times the range of loads.
+    /// Area of the loop: mean width times the range of loads.
     pub area: [f64; 2],
-    /// Change of the largest width without the lag if the lag is wrong by two standard errors.
+    /// Change of the largest width after removal of the lag, if the lag is wrong by two standard errors.
     pub uncertainty: f64,
 }
 
 impl Widths {
-    /// Returns the share of the mean width that the lag explains, from 0 to 1.
+    /// Returns the share of the mean loop width that the lag explains, from 0 to 1.
     pub fn explained_share(&self) -> f64 {
         saved_share(self.mean)
     }
@@ -56,14 +59,14 @@ impl Widths {
         self.uncertainty > (MAX_SHARE * self.largest[1]).max(MAX_SHARE_FS * full_scale)
     }
 
-    /// Returns the share of the area that the lag explains, from 0 to 1.
+    /// Returns the share of the loop area that the lag explains, from 0 to 1.
     pub fn explained_area_share(&self) -> f64 {
         saved_share(self.area)
     }
 }
 
 impl InTime {
-    /// Fits the correction that removes this lag from the output of the axis with this index.
+    /// Fits the correction that removes `lag` from the output of the axis with the index `axis`.
     pub fn of(lag: &Lag, axis: usize, runs: &[LagRun<'_>]) -> Self {
         Self::by(lag.kind, lag.seconds, axis, runs)
     }
@@ -94,7 +97,8 @@ impl InTime {
         self.reference(run.times, &loads.copied().collect::<Vec<_>>())
     }
 
-    /// Returns the reference, delayed or filtered like the output. Intervals between pauses are treated separately.
+    /// Returns the reference load, delayed or filtered until it is as late as the output. Intervals between pauses in the
+    /// recording are treated separately.
     pub fn reference(&self, times: &[f64], loads: &[f64]) -> Vec<f64> {
         let pause = median_step(times).map_or(f64::INFINITY, pause_by_step);
         let mut late = Vec::with_capacity(loads.len());
@@ -108,15 +112,17 @@ impl InTime {
         late
     }
 
-    /// Returns the output with the fitted gains. `outputs` is row-major with one output per axis.
+    /// Returns the corrected output of the axis: the fitted constant, plus the outputs of all axes times their fitted gains.
+    /// `outputs` is row-major with one output per axis.
     pub fn output(&self, outputs: &[f64]) -> Vec<f64> {
-        let (constant, gains) = self.weights.split_last().expect("the weights end with a constant");
+        let (constant, gains) =
+            self.weights.split_last().expect("the weights of the outputs end with a constant");
         outputs.chunks_exact(gains.len()).map(|row| constant + dot(row, gains)).collect()
     }
 }
 
-/// Returns the sizes of the mean loop, with and without the lag. Without a mean loop, the sizes are those of the largest cycle.
-/// `None` without a cycle.
+/// Returns the sizes of the mean loop of an output, with the lag and after its removal. Without a mean loop, they are the
+/// sizes of the largest cycle's loop. `None` if the load has no cycle.
 pub fn widths(
     lag: &Lag,
     axis: usize,

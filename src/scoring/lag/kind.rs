@@ -1,12 +1,13 @@
 //! Delays a signal by a fixed time, or filters it by a first-order low-pass.
 //!
-//! Guarantees: finite for finite samples whose times do not decrease. A straight line stays straight after its start.
+//! Guarantees: the result is finite for finite samples whose times do not decrease. A signal that is a straight line stays a
+//! straight line, except shortly after its start.
 
 use serde::Serialize;
 
 use crate::dot::dot;
 
-/// Kind of a lag.
+/// Kind of the lag of a signal behind the reference load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LagKind {
@@ -17,7 +18,7 @@ pub enum LagKind {
 }
 
 impl LagKind {
-    /// Returns the name of the kind in reports.
+    /// Returns the name of this kind of lag, as reports show it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Delay => "delay",
@@ -25,21 +26,21 @@ impl LagKind {
         }
     }
 
-    /// Returns the signal with a delay or time constant of `seconds`. A delay may be negative.
+    /// Returns the signal after a delay of `seconds`, or after a low-pass with this time constant. A delay may be negative.
     ///
-    /// A delayed signal is interpolated by cubic polynomials through four samples. For a low-pass, the signal is a straight
-    /// line between samples. Before its first sample, a signal is constant.
+    /// A delayed signal is interpolated by cubic polynomials through four samples. The low-pass treats the signal as a
+    /// straight line between two samples. Before its first sample, a signal counts as constant.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
         Late::of(self, times, seconds).of_values(values)
     }
 }
 
-/// Weights that delay or filter all signals with the same times.
+/// Weights that delay or filter signals. They hold for all signals with the same sample times.
 pub(super) enum Late {
     Not,
-    /// For each time, the index of the first of up to four samples, and their weights.
+    /// For each sample time: index of the first of up to four samples that are interpolated, and their weights.
     Delay(Vec<(usize, [f64; 4])>),
-    /// For each time, the weights of the state, of the previous sample and of the present sample.
+    /// For each sample time: weights of the filter's previous result, of the previous sample and of the present sample.
     LowPass(Vec<[f64; 3]>),
 }
 
@@ -88,8 +89,8 @@ fn delay(times: &[f64], seconds: f64) -> Vec<(usize, [f64; 4])> {
     times.iter().map(at).collect()
 }
 
-/// Returns weights that interpolate at a time between the samples `next - 1` and `next`. The interpolation is cubic if two
-/// samples with different times lie on each side, else linear.
+/// Returns weights that interpolate at the time `wanted` between the samples `next - 1` and `next`, after the index of the
+/// first weighted sample. The interpolation is cubic if two samples with different times lie on each side, else linear.
 fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
     let around = next.checked_sub(2).filter(|_| next + 1 < times.len());
     if let Some(first) = around {
@@ -113,7 +114,7 @@ fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
         let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {
             let kept = (-steps).exp();
-            // These weights are exact for a signal that is a straight line between samples.
+            // The weights of the low-pass are exact for a signal that is a straight line between two samples.
             let start = -(-steps).exp_m1() / steps;
             [kept, start - kept, 1.0 - start]
         } else {

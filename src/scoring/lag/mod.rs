@@ -1,18 +1,19 @@
 //! Measures the lag of an output behind the reference load, separately from hysteresis.
 //!
-//! Both lag and hysteresis make a loop. The loop of a lag grows with the rate of the load; the loop of hysteresis does not. So
-//! both are fitted together. An output `u` is described by `u(t) = Σ aⱼ xⱼ`, where each `xⱼ` is late by the lag τ. The `xⱼ` are
+//! Both lag and hysteresis make a loop when the output is plotted over the load. The loop due to lag grows with the rate of the
+//! load; the loop due to hysteresis does not. So both are fitted together. An output `u` is described by `u(t) = Σ aⱼ xⱼ` with
+//! fitted coefficients `aⱼ`. Each `xⱼ` is late by the lag τ. The `xⱼ` are
 //! * the reference loads of all axes, and a constant;
 //! * play operators of several radii, squares and cubes, driven by these loads or by the strain of each gauge, whichever
 //!   explains more;
 //! * slow creep of the loads.
 //!
-//! All `xⱼ` are computed from the reference, so wrong gains of a calibration that was fitted to recordings with lag do no harm.
-//! τ minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
+//! All `xⱼ` are computed from the reference loads. So wrong gains of a calibration that was fitted to recordings with lag do
+//! no harm. τ minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
 //!
-//! **Assumptions** All loads of an output have the same lag. Hysteresis does not depend on the rate and is a mixture of play
-//! operators. Creep is slower than three times the time scale of the load. If faster creep without a lag leaves a smaller
-//! residual, the lag is unknown.
+//! **Assumptions** All loads on which an output depends have the same lag. Hysteresis does not depend on the rate and is a
+//! mixture of play operators. Creep is slower than three times the time scale on which the load changes. If faster creep
+//! without a lag leaves a smaller residual, the lag is unknown.
 //!
 //! **Uncertainty** The standard error follows from the differences between contiguous blocks of the recordings, and from the
 //! change of τ if hysteresis is described by fewer radii. If this error is too large, the lag is unknown ([`NoLag`]).
@@ -32,27 +33,29 @@ use self::grid::{Drivers, Grids};
 use self::solve::{Fitted, fitted};
 use crate::progress::{Cancelled, Progress};
 
-/// Minimum share of the squared rate of the output that rate-independent terms leave unexplained. Two equally long intervals,
-/// one at twice the rate of the other, leave (1 − 2)² / 2 (1² + 2²) = 10 %, or 3 % if play and curvature explain a part. One
-/// rate leaves at most 0.2 % on simulated sensors.
+/// Minimum share of the output's squared rate of change that terms without a lag leave unexplained. With a smaller share, lag
+/// and hysteresis look alike. Two equally long intervals, one at twice the rate of the other, leave (1 − 2)² / 2 (1² + 2²) =
+/// 10 %, or 3 % if play and curvature explain a part. A single rate leaves at most 0.2 % on simulated sensors.
 const LEAST_SHARE: f64 = 0.02;
 /// Maximum uncertainty of a reported lag (two standard errors), in samples. A lag is reported if its uncertainty is within this
 /// limit or within [`MOST_SHARE`].
 ///
-/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: of 225 lags within a
-/// limit, 8 are wrong by more than a tenth of a sample and 3 %. Of 25 lags beyond both limits, 24 are.
+/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: 225 lags are within a
+/// limit, and 8 of them are wrong by more than a tenth of a sample and by more than 3 %. 25 lags are beyond both limits, and
+/// 24 of them are wrong by more than this.
 const MOST_SAMPLES: f64 = 0.25;
 /// Maximum uncertainty of a reported lag (two standard errors), as a share of the lag.
 const MOST_SHARE: f64 = 0.07;
 
-/// Data of one recording. `gauges`, `loads` and `outputs` are row-major, with one row per time.
+/// Samples of one recording in which a lag is measured. `gauges`, `loads` and `outputs` are row-major, with one row for each
+/// time.
 #[derive(Clone, Copy, Debug)]
 pub struct LagRun<'a> {
     /// Sample times (s).
     pub times: &'a [f64],
-    /// Gauge channels. Each gauge measures a mixture of loads that may have hysteresis.
+    /// Values of the gauges. Each gauge measures a mixture of loads, possibly with hysteresis.
     pub gauges: &'a [f64],
-    /// Reference load of all axes.
+    /// Reference loads of all axes.
     pub loads: &'a [f64],
     /// Signals whose lag is measured, such as the loads of a calibration or the gauges.
     pub outputs: &'a [f64],
@@ -79,17 +82,17 @@ impl LagRun<'_> {
 /// Lag of one output behind the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lag {
-    /// Kind of lag that explains more of the output.
+    /// Kind of lag that leaves the smaller residual of the output: delay or low-pass.
     pub kind: LagKind,
-    /// True if the data distinguish a delay from a low-pass. If not, the kind is a delay.
+    /// True if the recordings distinguish a delay from a low-pass. If not, `kind` is a delay.
     pub kind_is_known: bool,
     /// Delay or time constant (s); positive if the output comes after the reference.
     pub seconds: f64,
-    /// Delay or time constant in median sample steps.
+    /// Delay or time constant, as a multiple of the median time between two samples.
     pub samples: f64,
     /// Standard error of `seconds` (s).
     pub standard_error_secs: f64,
-    /// Share of a conventional calibration's squared error that disappears if the lag is removed, from 0 to 1.
+    /// Share of a conventional (linear) calibration's squared error that disappears if the lag is removed, from 0 to 1.
     pub explained_error_share: f64,
 }
 
@@ -102,35 +105,38 @@ impl Lag {
 
 /// Reason why the lag of an output is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
+#[expect(missing_docs, reason = "the error messages describe the variants and their fields")]
 pub enum NoLag {
     #[error(
-        "no recording with times and a reference for every axis is long enough without a pause"
+        "a lag is measured in recordings with sample times and a reference load for every axis, but none is long enough without a pause"
     )]
     TooShort,
     #[error("the load does not move")]
     ConstantLoad,
-    #[error("the load moves only in jumps between two samples; record it moving steadily")]
+    #[error(
+        "the load changes only in jumps between two samples; record a load that moves steadily"
+    )]
     Jumps,
     #[error(
-        "the load always moves at about the same rate, so lag and hysteresis look alike; record it at two rates, one twice the other"
+        "the load always moves at about the same rate, so lag and hysteresis look alike; record the load at two rates, one twice the other"
     )]
     OneRate,
     #[error(
-        "the load moves too slowly: the lag would be known to ± {uncertainty_secs:.2e} s only; record it moving faster"
+        "the load moves too slowly: the lag would be known to ± {uncertainty_secs:.2e} s only; record the load moving faster"
     )]
     Uncertain { uncertainty_secs: f64 },
     #[error(
-        "creep of the gauges explains their delay better than a lag; record the load moving faster"
+        "slow creep of the gauges explains their late response better than a lag does; record the load moving faster"
     )]
     Creep,
     #[error(
-        "no lag shorter than a third of a cycle fits beside hysteresis; record the load moving at two rates, one twice the other"
+        "the fit found no lag that is shorter than a third of a load cycle; record the load moving at two rates, one twice the other"
     )]
     NotFound,
 }
 
-/// Measures the lag of each output behind the reference. All runs must have the same axes, gauges and outputs.
+/// Measures the lag of each output behind the reference load. All recordings `runs` must have the same axes, gauges and
+/// outputs.
 pub fn lags(
     runs: &[LagRun<'_>],
     progress: &Progress,
@@ -147,17 +153,18 @@ pub fn lags(
     (0..n_outputs).into_par_iter().map(of_output).collect()
 }
 
-/// Measures the lag of one output behind the reference, in each run separately.
+/// Measures the lag of one output behind the reference load, in each recording of `runs` separately.
 pub fn lag_by_run(runs: &[LagRun<'_>], output: usize) -> Vec<Result<Lag, NoLag>> {
     runs.par_iter().map(|run| lag_of(std::slice::from_ref(run), output)).collect()
 }
 
-/// Measures the lag of one output behind the reference; [`NoLag`] if the runs do not determine it.
+/// Measures the lag of one output behind the reference load, in all recordings together. Returns [`NoLag`] if they do not
+/// determine it.
 pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
     lag(&grids_of(runs)?, output)
 }
 
-/// Returns the columns of the fit for each input of the play operators.
+/// Returns one set of fit columns for each possible input of the play operators: the loads or the gauges' strain.
 fn grids_of(runs: &[LagRun<'_>]) -> Result<Vec<Grids>, NoLag> {
     let drivers = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
     drivers.iter().map(|drivers| Grids::of(runs, *drivers)).collect()
@@ -169,13 +176,14 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
         delay.as_ref().map_or(f64::INFINITY, |delay| delay.block_squares.iter().sum())
     };
     let best = delays.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
-    let (grids, delay) = best.expect("the list of drivers is never empty");
+    let (grids, delay) = best.expect("the play operators have at least one possible input");
     let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
     let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
     if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {
         return Err(instead(NoLag::OneRate));
     }
-    // A short delay looks like a low-pass, but a time constant cannot be negative.
+    // A low-pass is tried only if the delay is at least one sample. A shorter delay looks like a low-pass, and a time
+    // constant cannot be negative.
     let is_open = delay.as_ref().is_none_or(|delay| delay.seconds >= grids.step_secs);
     let first = is_open.then(|| fitted(grids, output, LagKind::FirstOrder, start)).flatten();
     let (kind, kind_is_known, found) =
@@ -202,13 +210,14 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
     })
 }
 
-/// Chooses the kind of lag with the smaller residual, or a delay if the difference is not significant (false).
+/// Returns the lag of the kind with the smaller residual, and true if the other kind is significantly worse. Without a
+/// significant difference, it returns the delay and false.
 fn chosen(
     delay: Option<Fitted>,
     first: Option<Fitted>,
     step_secs: f64,
 ) -> Option<(LagKind, bool, Fitted)> {
-    // A time constant of zero is no lag.
+    // A low-pass with a time constant of zero is left out, because it is no lag.
     let first = first.filter(|first| first.seconds > 0.0);
     match (delay, first) {
         (Some(delay), Some(first)) => {

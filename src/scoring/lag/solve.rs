@@ -1,4 +1,4 @@
-//! Fits the lag that leaves the smallest residual of an output.
+//! Finds the lag that leaves the smallest residual in the fit of an output.
 
 use faer::{Mat, Side};
 
@@ -6,30 +6,32 @@ use super::grid::{AROUND_JUMP, Grid, Grids};
 use super::kind::{LagKind, Late};
 use crate::dot::dot;
 
-/// Minimum eigenvalue of a direction that is solved for, as a share of the largest eigenvalue.
+/// Minimum eigenvalue of the scaled normal matrix, as a share of its largest eigenvalue. Coefficients along directions with
+/// smaller eigenvalues are set to zero.
 const LEAST_DIRECTION: f64 = 1e-11;
 const MOST_STEPS: usize = 20;
 /// Length of a Gauss-Newton step below which the search ends, in samples.
 const SMALL_STEP: f64 = 1e-3;
-/// Maximum lag, as a multiple of the load's time scale. A longer lag could also be that of another cycle.
+/// Maximum lag that is searched, as a multiple of the time scale on which the load changes. A longer lag could be confused
+/// with a lag behind the previous load cycle.
 const LONGEST: f64 = 2.0;
-/// Minimum number of blocks into which each recording is cut.
+/// Minimum number of blocks of consecutive samples into which each recording is cut.
 const BLOCKS_A_RUN: usize = 4;
 const BLOCKS: usize = 12;
 
-/// Lag of one kind with the smallest residual.
+/// Lag of one kind (delay or low-pass) that leaves the smallest residual of an output.
 pub(super) struct Fitted {
     pub(super) seconds: f64,
     pub(super) standard_error_secs: f64,
-    /// True if fast creep without a lag leaves a smaller residual.
+    /// True if a model with fast creep and no lag leaves a smaller residual.
     pub(super) is_creep: bool,
-    /// Share of the squared derivative with respect to the lag that no column explains.
+    /// Share of the squared derivative of the output by the lag that no column of the fit explains.
     pub(super) own_share: f64,
-    /// Sum of squared residuals in each block.
+    /// Sum of squared residuals in each block of consecutive samples.
     pub(super) block_squares: Vec<f64>,
 }
 
-/// Least-squares system of all used rows for one lag.
+/// Least-squares system for one value of the lag, with one row for each used sample.
 struct System {
     x: Mat<f64>,
     y: Mat<f64>,
@@ -37,11 +39,11 @@ struct System {
     n_blocks: usize,
 }
 
-/// Finds the lag of one kind by Gauss-Newton steps; `None` if they do not converge.
+/// Finds the lag of one kind (delay or low-pass) by Gauss-Newton steps; `None` if they do not converge.
 pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) -> Option<Fitted> {
     let mut longest = LONGEST * grids.slow_secs;
     if grids.jumps() {
-        // With a longer lag, rows after a jump would depend on the jump.
+        // Samples near a jump of the load are not used. With a longer lag, the samples after them would depend on the jump.
         longest = longest.min(0.5 * AROUND_JUMP as f64 * grids.step_secs);
     }
     let shortest = if kind == LagKind::Delay { -longest } else { 0.0 };
@@ -65,7 +67,7 @@ pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) ->
     None
 }
 
-/// Computes the uncertainty of a lag and the squared residuals of each block.
+/// Computes the standard error of a fitted lag and the squared residuals of each block.
 fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option<Fitted> {
     let all: Vec<usize> = (0..grids.n_usual).collect();
     let coarse: Vec<usize> = all.iter().copied().filter(|column| !grids.finer[*column]).collect();
@@ -88,7 +90,8 @@ fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option
         let system = System::of(grids, output, kind, seconds, &coarse);
         let solver = Solver::new(&system.x)?;
         let (coarser, slope) = (solver.residual(&system.y), solver.residual(&column(&whole)));
-        // Error due to the finite number of radii, estimated from the residuals with all and with fewer radii.
+        // Error of the lag due to the finite number of play radii, estimated from the residuals with all and with fewer
+        // radii.
         let share = (left / dot(&coarser, &coarser)).sqrt();
         share * dot(&coarser, &slope) / dot(&slope, &slope)
     };
@@ -127,7 +130,8 @@ impl System {
         }
     }
 
-    /// Returns the residual, the part of the derivative by the lag that no column explains, and the whole derivative.
+    /// Returns the residual of the fit, the part of the model's derivative by the lag that no column explains, and the whole
+    /// derivative.
     fn step(
         &self,
         grids: &Grids,
@@ -164,7 +168,7 @@ impl Grid {
     }
 }
 
-/// Returns the share of a conventional calibration's squared error that disappears if the lag is removed.
+/// Returns the share of a conventional (linear) calibration's squared error that disappears if the lag is removed.
 pub(super) fn explained_error_share(
     grids: &Grids,
     output: usize,
@@ -182,12 +186,13 @@ pub(super) fn explained_error_share(
     }))
 }
 
-/// Returns the decrease from the first to the second value as a share of the first, 0 to 1.
+/// Returns the decrease from the first value to the second as a share of the first, limited to 0 to 1.
 pub(super) fn saved_share([before, after]: [f64; 2]) -> f64 {
     if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Least squares on fixed columns. Directions that the columns do not determine have coefficients of zero.
+/// Least squares with fixed columns for several outputs. Coefficients along directions that the columns do not determine are
+/// zero.
 struct Solver<'a> {
     x: &'a Mat<f64>,
     inverse: Mat<f64>,
@@ -235,7 +240,7 @@ fn column(values: &[f64]) -> Mat<f64> {
     Mat::from_fn(values.len(), 1, |row, _| values[row])
 }
 
-/// Returns the mean of `a − b` divided by its standard error.
+/// Returns the mean of the nonzero differences `a − b`, divided by the standard error of this mean.
 pub(super) fn paired_t(a: &[f64], b: &[f64]) -> f64 {
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|d| *d != 0.0).collect();
     let n = differences.len() as f64;

@@ -1,8 +1,8 @@
-//! Chooses a ridge strength for each feature block by cross-validation.
+//! Chooses a ridge strength for each block of feature columns by cross-validation.
 //!
-//! The search is a forward selection: it adds the block that lowers the held-out error most with its best strength, then the
-//! next block, as long as the error falls. The result is the simplest tried combination that is nearly as good as the best one.
-//! So a block is used only if it helps on most held-out parts.
+//! The search is a forward selection. It adds the block that lowers the held-out error most with its best strength, then the
+//! next block, as long as the error falls. The result is the simplest tried combination that is nearly as good as the best
+//! one. So a block is used only if it helps on most held-out parts of the data.
 
 use std::collections::HashMap;
 
@@ -14,13 +14,14 @@ use crate::scoring::left_out::fits::LeftOut;
 /// Ridge strengths to try for each block, in descending order.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
-/// Combination of strengths, one number per block: 0 leaves the block out, n means the n-th of [`STRENGTHS`].
+/// Ridge strengths of all blocks, with one number per block: 0 leaves the block out, n means the n-th of [`STRENGTHS`].
 type Levels = Vec<u8>;
 
-/// Chosen strength for each target and each block; `None` if the block is left out.
+/// Chosen ridge strength for each target (load axis) and each block; `None` if the block is left out.
 pub type BlockStrengths = Vec<Vec<Option<f64>>>;
 
-/// Combinations that have been tried, with the squared error on each part for each target.
+/// Combinations of blocks and strengths that have been tried, with their squared errors on each held-out part for each
+/// target.
 struct Tried<'a> {
     left_out: LeftOut<'a>,
     blocks: &'a [Vec<usize>],
@@ -28,7 +29,8 @@ struct Tried<'a> {
 }
 
 impl LeftOut<'_> {
-    /// Chooses blocks and strengths for each target. A block is a list of appended columns. `None` with fewer than two parts.
+    /// Chooses feature blocks and their ridge strengths for each target (load axis). A block is a list of columns. Returns
+    /// `None` with fewer than two parts of the data.
     pub fn by_block(&self, blocks: &[Vec<usize>]) -> Option<BlockStrengths> {
         if self.parts.len() < 2 {
             return None;
@@ -55,7 +57,8 @@ impl LeftOut<'_> {
     }
 }
 
-/// Returns the penalty of each column, as a share of its squared length; infinite in a block that is left out.
+/// Returns the ridge penalty of each column, as a share of the column's squared length. It is infinite in a block that is
+/// left out.
 pub fn shares_of_blocks(
     n_columns: usize,
     blocks: &[Vec<usize>],
@@ -73,7 +76,7 @@ fn strength(level: u8) -> Option<f64> {
     Some(STRENGTHS[usize::from(level.checked_sub(1)?)])
 }
 
-/// Returns all combinations with one more block.
+/// Returns all combinations that add one more block, with each of its strengths.
 fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
     let free = (0..levels.len()).filter(|block| levels[*block] == 0);
     free.flat_map(move |block| {
@@ -113,7 +116,8 @@ impl Tried<'_> {
         self.squares[levels].iter().skip(target).step_by(q).sum()
     }
 
-    /// Returns the combination with the fewest columns, then the strongest ridge, that is nearly as good as the best.
+    /// Returns a combination of blocks that is nearly as good as the best: the one with the fewest columns, then with the
+    /// strongest ridge.
     fn simplest_good(&self, target: usize) -> &Levels {
         let q = self.left_out.total.n_targets();
         let cost = |levels: &Levels| {

@@ -1,8 +1,8 @@
 //! Cross-validation of linear fits from normal equations: fits that each leave one part out, and their errors on this part.
 //!
-//! Guarantees: except for rounding, the squared errors equal those of [`fit`] to the sums of the other parts. If columns are
-//! nearly collinear, or a column nearly vanishes without a part, the sums of the other parts are added up and [`fit`]
-//! determines the rank.
+//! Guarantees: except for rounding, the squared errors equal those of [`fit`] to the normal equations of the other parts.
+//! Usually, a part is subtracted from the total. If columns are nearly collinear, or a column nearly vanishes without a part,
+//! the normal equations of the other parts are added up instead. Then [`fit`] determines the rank.
 
 use rayon::prelude::*;
 
@@ -14,39 +14,41 @@ use crate::scoring::cross_validation::RIDGE_STRENGTHS;
 use crate::scoring::left_out::lanes::{LANES, Work};
 use crate::scoring::metrics::root_mean;
 
-/// Number of columns from which the fits run in parallel. With fewer, the callers run many cross-validations in parallel.
+/// Minimum number of columns for which the fits run in parallel. With fewer columns, the callers run many cross-validations
+/// in parallel.
 const MANY_COLUMNS: usize = 48;
 
-/// Cross-validation of a linear fit. Each fit uses all parts but one.
+/// Cross-validation of a linear fit. Each fit uses all parts of the data but one.
 #[derive(Clone, Copy, Debug)]
 pub struct LeftOut<'a> {
     pub total: &'a NormalEquations,
-    /// Sums of each part. Every part must have samples.
+    /// Normal equations of each part of the data. Every part must have samples.
     pub parts: &'a [NormalEquations],
-    /// Sums of each part on which the fit without this part is scored, such as sums from a cold start.
+    /// For each part, normal equations on which the fit without this part is scored. They can differ from `parts`, for
+    /// example by a cold start of the features.
     pub scored: &'a [NormalEquations],
     pub terms: Terms<'a>,
 }
 
 impl<'a> LeftOut<'a> {
-    /// Creates a cross-validation in which each fit is scored on the sums of the part that it leaves out.
+    /// Creates a cross-validation in which each fit is scored on the part of the data that it leaves out.
     pub fn of(total: &'a NormalEquations, parts: &'a [NormalEquations], terms: Terms<'a>) -> Self {
         Self { total, parts, scored: parts, terms }
     }
 
-    /// Replaces the sums on which the fits are scored, if `scored` is given.
+    /// Replaces the normal equations on which the fits are scored, if `scored` is given.
     pub fn scored_on(self, scored: Option<&'a [NormalEquations]>) -> Self {
         Self { scored: scored.unwrap_or(self.scored), ..self }
     }
 
-    /// Returns the coefficients of each fit.
+    /// Returns the coefficients of each fit without one part. `shares` holds the ridge penalties for each target.
     pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
         let fits = NormalEquations::each_without(self.parts, |_| true, fit).into_iter();
         fits.map(|(_, coefficients)| coefficients).collect()
     }
 
-    /// Returns true if every fit has at least as many samples as coefficients that no ridge shrinks.
+    /// Returns true if every fit has at least as many samples as coefficients without a ridge penalty.
     pub fn is_determined(&self, strengths: &[f64]) -> bool {
         let kinds = self.terms.used.iter().map(|&column| self.terms.kinds[column]);
         let part_samples = self.parts.iter().map(NormalEquations::n_samples);
@@ -60,13 +62,13 @@ impl<'a> LeftOut<'a> {
         root_mean(&summed_by_target(&squares, q), self.total.n_samples())
     }
 
-    /// Returns the ridge strength of each target and the squared errors with it. With fewer than two parts, there are no
-    /// errors, and an automatic strength is zero.
+    /// Returns the ridge strength of each target, and the squared errors with it. With fewer than two parts of the data,
+    /// there are no errors, and an automatic strength is zero.
     ///
-    /// An automatic ridge is the strongest one whose held-out error is nearly the lowest, if this error is below the
-    /// conventional error with 90 % confidence. If the parts disagree, the fit stays near the conventional calibration. The
-    /// errors are slightly too low, because all parts take part in the choice of the strength. [`Self::by_block`] chooses one
-    /// strength for each feature block.
+    /// An automatic ridge is the strongest one whose held-out error is nearly the lowest. It is used if this error is below
+    /// the error of the conventional calibration with 90 % confidence. If the parts disagree, the fit stays near the
+    /// conventional calibration. The errors are slightly too low, because the strength is chosen from the same parts.
+    /// [`Self::by_block`] chooses one strength for each feature block.
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
         let (q, n_parts) = (self.total.n_targets(), self.parts.len());
         match ridge {
@@ -90,7 +92,7 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Returns the result of [`Self::squares_with`], with separate shares for each target.
+    /// Returns the squared errors like [`Self::squares_with`], with separate penalties (`shares`) for each target.
     pub fn squares_by_target(&self, shares: &[Vec<f64>]) -> Vec<f64> {
         let q = self.total.n_targets();
         let mut squares = vec![0.0; self.parts.len() * q];
@@ -108,13 +110,15 @@ impl<'a> LeftOut<'a> {
         squares
     }
 
-    /// Returns the sums of squared errors, `n_parts × n_targets` row-major. Each part is predicted by the fit to all other
-    /// parts. The penalty of an appended column is `strength` times its squared length. Panics if the parts differ in columns.
+    /// Returns the sums of squared errors on the left-out parts, `n_parts × n_targets` row-major. Each part is predicted by
+    /// the fit to all other parts. The ridge penalty of an appended (feature) column is `strength` times its squared length.
+    /// Panics if the parts differ in columns.
     pub fn squares(&self, strength: f64) -> Vec<f64> {
         self.squares_with(&self.terms.shares(strength))
     }
 
-    /// Returns [`Self::squares`] with the penalty of each column as a share of its squared length; infinity removes the column.
+    /// Returns the squared errors like [`Self::squares`], with the ridge penalty of each column as a share of its squared
+    /// length. An infinite share removes the column.
     pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
         // Columns that are zero in every part are dropped, because the fast computation cannot handle them.
@@ -152,13 +156,13 @@ impl<'a> LeftOut<'a> {
     }
 }
 
-/// Returns the sum of `n_parts × n_targets` squares over the parts, one number per target.
+/// Returns the sums over all parts of `n_parts × n_targets` squares, one number per target.
 pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
-/// Returns the smallest number of samples that remain without a part, and the number of coefficients that no ridge shrinks.
-/// `None` if the samples determine these coefficients.
+/// Returns the smallest number of samples that remain when one part is left out, and the number of coefficients without a
+/// ridge penalty. Returns `None` if there are enough samples for these coefficients.
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,

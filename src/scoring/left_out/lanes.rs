@@ -1,15 +1,16 @@
-//! Computes linear fits that each leave one part out, eight at a time. Each fit uses one SIMD lane.
+//! Computes eight linear fits at a time, each with one part of the data left out. Each fit uses one SIMD lane.
 //!
-//! The sums of the part are subtracted from the total. The Cholesky factorisation does not pivot. The targets are further rows
-//! of the matrix, so the factorisation includes forward substitution. Each step is one operation on eight fits.
+//! The normal equations of the left-out part are subtracted from the total. The Cholesky factorisation does not pivot. The
+//! targets are further rows of the matrix, so the factorisation includes forward substitution. Each step is one operation on
+//! eight fits.
 
 #![expect(
     clippy::needless_range_loop,
-    reason = "the same lane of several arrays, as the compiler vectorises it"
+    reason = "the compiler vectorises loops that index the same lane of several arrays"
 )]
 #![expect(
     clippy::neg_cmp_op_on_partial_ord,
-    reason = "a pivot or a share that is NaN counts as too small"
+    reason = "the negated comparison counts a pivot or share that is NaN as too small"
 )]
 
 use crate::calibration::{NormalEquations, Terms};
@@ -20,27 +21,30 @@ pub(crate) const LANES: usize = 8;
 /// One number for each of the eight fits.
 type Lanes = [f64; LANES];
 
-/// Minimum share of a column's squared length that the columns before it leave unexplained. With less, the result is not used.
-/// The limit is far above the share at which [`fit`](crate::calibration::fit) drops a column.
+/// Minimum share of a column's squared length that the columns before it leave unexplained. With a smaller share, this fast
+/// fit is discarded. The limit is far above the share at which [`fit`](crate::calibration::fit) drops a column.
 const SURELY_INDEPENDENT: f64 = 1e-6;
 
-/// Minimum share of a column's squared length that remains without a part. With less, the result is not used. The difference
-/// has the rounding errors of the total, near 1e-15, which then stay far below [`SURELY_INDEPENDENT`].
+/// Minimum share of a column's squared length that remains after subtraction of the left-out part. With a smaller share, this
+/// fast fit is discarded. The difference has the rounding errors of the total, near 1e-15. With at least this share, they
+/// stay far below [`SURELY_INDEPENDENT`].
 const SURELY_REMAINS: f64 = 1e-2;
 
 /// Buffers for eight fits of `m` columns and `q` targets.
 pub(crate) struct Work {
     m: usize,
     q: usize,
-    /// Products of the left-out part: the lower triangle of `XᵀX` row by row, then one row of `XᵀY` for each target.
+    /// Sums of products over the left-out part: the lower triangle of `XᵀX` row by row, then one row of `XᵀY` for each
+    /// target.
     part: Vec<Lanes>,
-    /// Products of the other parts in the same layout, with columns scaled to length one. The Cholesky factor overwrites them.
+    /// Sums of products over the other parts in the same layout as `part`, with columns scaled to length one. The Cholesky
+    /// factor overwrites them.
     factor: Vec<Lanes>,
     inverse_length: Vec<Lanes>,
     inverse_root: Vec<Lanes>,
     coefficients: Vec<Lanes>,
     least_pivot: Lanes,
-    /// Smallest share of any column's squared length that remains without the part.
+    /// Smallest share of any column's squared length that remains after subtraction of the left-out part.
     least_remains: Lanes,
     squares: Vec<Lanes>,
 }
@@ -63,7 +67,8 @@ impl Work {
         }
     }
 
-    /// Fits `total` without each of up to [`LANES`] `parts`. Each fit is scored on the `scored` sums of its part.
+    /// Fits the normal equations `total` without each of up to [`LANES`] `parts`. Each fit is scored on the normal equations
+    /// in `scored` that belong to its part.
     pub fn fit(
         &mut self,
         total: &NormalEquations,
@@ -74,7 +79,8 @@ impl Work {
         pulp::Arch::new().dispatch(Group { total, terms, parts, scored, shares, work: self });
     }
 
-    /// Writes the sums of squared errors on one part. Returns false if the errors are not reliable.
+    /// Writes the sums of squared errors of one fit on its left-out part, one for each target. Returns false if the errors
+    /// are not reliable.
     pub fn answer(&self, lane: usize, squares: &mut [f64]) -> bool {
         for (square, lanes) in squares.iter_mut().zip(&self.squares) {
             *square = lanes[lane].max(0.0);
@@ -83,18 +89,18 @@ impl Work {
     }
 }
 
-/// Returns the index at which row `i` of a lower triangle with diagonal starts.
+/// Returns the index of the first element of row `i` in a lower triangle that is stored row by row with its diagonal.
 const fn row_start(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
-/// Fits that are computed together, by code that is compiled for each instruction set.
+/// Fits that are computed together. The code is compiled for each instruction set.
 struct Group<'a> {
     total: &'a NormalEquations,
     terms: Terms<'a>,
     parts: &'a [NormalEquations],
     scored: &'a [NormalEquations],
-    /// Penalty of each column, as a share of its squared length.
+    /// Ridge penalty of each column, as a share of its squared length.
     shares: &'a [f64],
     work: &'a mut Work,
 }
@@ -115,14 +121,14 @@ impl pulp::WithSimd for Group<'_> {
     }
 }
 
-/// Returns one number of each part. Lanes without a part get the number of the last part.
+/// Returns a number of each part of the data, one in each SIMD lane. Lanes without a part get the number of the last part.
 #[inline(always)]
 fn gathered(parts: &[NormalEquations], number: impl Fn(&NormalEquations) -> f64) -> Lanes {
     std::array::from_fn(|lane| number(&parts[lane.min(parts.len() - 1)]))
 }
 
 impl Group<'_> {
-    /// Computes the products of each part and of the total without the part.
+    /// Computes the sums of products of each left-out part, and of the total without this part.
     #[inline(always)]
     fn gather(&mut self) {
         let total = self.total;
@@ -193,7 +199,7 @@ impl Work {
             let (own, pivot) = row.split_at_mut(j);
             let pivot = reduced(pivot[0], own, own);
             for lane in 0..LANES {
-                // `min` is not used, because it ignores NaN.
+                // The values are compared, because `min` would ignore NaN.
                 if !(pivot[lane] >= self.least_pivot[lane]) {
                     self.least_pivot[lane] = pivot[lane];
                 }
@@ -215,7 +221,7 @@ impl Work {
         }
     }
 
-    /// Computes the coefficients of one target, for columns of length one.
+    /// Computes the coefficients of one target by back substitution, for columns that are scaled to length one.
     #[inline(always)]
     fn substitute_back(&mut self, target: usize) {
         let m = self.m;
@@ -234,7 +240,8 @@ impl Work {
         }
     }
 
-    /// Returns the squared errors on the part, `yᵀy − 2bᵀXᵀy + bᵀXᵀXb`; see [`NormalEquations::squared_residuals`].
+    /// Returns the squared errors of one target on the left-out part, `yᵀy − 2bᵀXᵀy + bᵀXᵀXb`; see
+    /// [`NormalEquations::squared_residuals`].
     #[inline(always)]
     fn squares_on_part(&mut self, target: usize, mut square: Lanes) -> Lanes {
         let m = self.m;

@@ -1,6 +1,7 @@
 //! Output as a function of the load along one branch of a hysteresis loop.
 //!
-//! Guarantees: finite for finite samples, even if the load turns back within the branch. Exact for a linear output.
+//! Guarantees: the curve is finite for finite samples, even if the load turns back within the branch. It is exact for an
+//! output that is linear in the load.
 
 use crate::scoring::loops::turns::Branch;
 
@@ -9,8 +10,9 @@ pub const CELLS: usize = 100;
 
 /// Output along a branch, as straight lines between points `(load, output)`.
 ///
-/// A branch can pass a load several times, because of noise or small turns. So load and output are averaged over each hundredth
-/// of the range. The points are these averages, and the samples of minimum and maximum load, which neighbouring branches share.
+/// A branch can pass a load several times, because of noise or small reversals of the load. So load and output are averaged
+/// over each hundredth of the branch's load range. The points are these averages, and the samples of minimum and maximum
+/// load, which neighbouring branches share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// Points `(load, output)` with rising, different loads.
@@ -19,9 +21,10 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Averages a branch without the smaller cycles within it. Panics if `loads` lacks its samples, or the lengths differ.
+    /// Averages the samples of a branch, except those of smaller cycles within it. Panics if `loads` lacks samples of the
+    /// branch, or if `loads` and `outputs` differ in length.
     pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
-        assert_eq!(loads.len(), outputs.len(), "one output for each load");
+        assert_eq!(loads.len(), outputs.len(), "loads and outputs have the same length");
         let mut cells = [(0.0, 0.0, 0.0); CELLS];
         let per_load = CELLS as f64 / branch.span();
         let (mut lowest, mut highest) = (branch.samples.start, branch.samples.start);
@@ -46,7 +49,7 @@ impl Curve {
             .collect();
         let ends = [lowest, highest].map(|k| (loads[k], outputs[k]));
         let mut knots = vec![ends[0]];
-        // An average whose load equals that of an end, up to rounding, is dropped.
+        // An average is dropped if its load equals, except for rounding, that of an end of the branch.
         let least_gap = 1e-9 * branch.span();
         knots.extend(
             averages
@@ -57,7 +60,7 @@ impl Curve {
         Self { knots, averages }
     }
 
-    /// Returns the output at this load, or beyond an end the output at the end.
+    /// Returns the output at this load. Beyond an end of the branch, it is the output at this end.
     pub fn at(&self, load: f64) -> f64 {
         let next = self.knots.partition_point(|(knot, _)| *knot <= load);
         match (next.checked_sub(1), self.knots.get(next)) {
@@ -67,17 +70,18 @@ impl Curve {
             }
             (Some(end), None) => self.knots[end].1,
             (None, Some((_, output))) => *output,
-            (None, None) => unreachable!("a curve has two ends"),
+            (None, None) => unreachable!("a curve has a first and a last point"),
         }
     }
 
-    /// Returns the averages as `(load, output)` with rising loads: one for each hundredth of the range that has samples.
+    /// Returns the averages as `(load, output)` with rising loads: one for each hundredth of the branch's load range that has
+    /// samples.
     pub fn averages(&self) -> &[(f64, f64)] {
         &self.averages
     }
 
-    /// Returns the points of minimum and maximum load as `(load, output)`; `None` with fewer than two averages. Their outputs
-    /// are extrapolated from the nearest two averages, so that they do not depend on the noise of one sample.
+    /// Returns the branch's points of minimum and maximum load as `(load, output)`; `None` with fewer than two averages.
+    /// Their outputs are extrapolated from the nearest two averages, so that they do not depend on the noise of one sample.
     pub fn ends(&self) -> Option<[(f64, f64); 2]> {
         let ([first, second, ..], [.., before, last]) = (&self.averages[..], &self.averages[..])
         else {

@@ -1,11 +1,11 @@
-//! Cycles of a load, and the width of the loop between their two branches.
+//! Cycles of a load, and the width of the hysteresis loop between the two branches of a cycle.
 
 use crate::min_max::MinMax;
 use crate::recording::median::white_noise;
 use crate::scoring::loops::curve::Curve;
 use crate::scoring::loops::turns::Branch;
 
-/// Number of loads at which the two branches of a loop are compared: at every hundredth of the common range.
+/// Number of loads at which the two branches of a loop are compared: at every hundredth of the load range that both cover.
 pub const LOADS: usize = 101;
 
 /// Cycle of a load: two neighbouring branches of one recording.
@@ -37,8 +37,8 @@ impl Cycle {
 
 /// Maximum noise of a loop's width after smoothing, as a share of the largest width.
 const MAX_NOISE: f64 = 0.02;
-/// Maximum number of neighbours on each side for smoothing the widths. This maximum lowers a pointed width by an eighth, and
-/// the width of an ellipse by a hundredth.
+/// Maximum number of neighbouring widths on each side for smoothing a loop's widths. With this number, smoothing lowers the
+/// largest width of a loop with a sharp maximum by an eighth, and that of an ellipse by a hundredth.
 const MAX_NEIGHBOURS: usize = 12;
 
 /// Hysteresis loop of one output: [`LOADS`] values on each branch, at loads in equal steps over `range`.
@@ -53,7 +53,8 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// Returns the loop of an output over a cycle. Panics if the cycle lies outside `loads`, or the lengths differ.
+    /// Returns the loop of an output over a cycle. Panics if the cycle lies outside `loads`, or if `loads` and `outputs`
+    /// differ in length.
     pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
         let range = cycle.loads();
         let on = |branch: &Branch| {
@@ -96,8 +97,9 @@ impl Loop {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the magnitude of the smoothed width at each load. The width is smoothed by lines through as few neighbours as
-    /// make its noise small. Otherwise noise would increase the largest and the mean magnitude.
+    /// Returns the magnitude of the smoothed width at each load. The width is smoothed by least-squares lines through
+    /// neighbouring widths. The number of neighbours is the smallest that makes the noise small. Without smoothing, noise
+    /// would increase the largest and the mean magnitude.
     fn quiet_widths(&self) -> Vec<f64> {
         let widths = &self.widths().collect::<Vec<f64>>();
         let noise = white_noise(widths);
@@ -109,19 +111,20 @@ impl Loop {
         on_lines((0..MAX_NEIGHBOURS).find(is_quiet).unwrap_or(MAX_NEIGHBOURS)).collect()
     }
 
-    /// Returns the largest magnitude of the loop's width.
+    /// Returns the largest magnitude of the loop's width, in the unit of the output.
     ///
     /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the maximum.
     pub fn largest_width(&self) -> f64 {
         self.quiet_widths().into_iter().fold(0.0, f64::max)
     }
 
-    /// Returns the mean magnitude of the loop's width over the range.
+    /// Returns the mean magnitude of the loop's width over the loop's load range, in the unit of the output.
     pub fn mean_width(&self) -> f64 {
         mean_by_trapezoids(self.quiet_widths().into_iter())
     }
 
-    /// Returns the integral of the width's magnitude over the load, also for open loops and crossing branches.
+    /// Returns the area of the loop: the integral of the width's magnitude over the load. It also holds for open loops and
+    /// crossing branches.
     pub fn area(&self) -> f64 {
         self.mean_width() * self.range.span()
     }
@@ -132,7 +135,7 @@ impl Loop {
     }
 }
 
-/// Returns [`LOADS`] loads in equal steps from the minimum to the maximum.
+/// Returns [`LOADS`] loads in equal steps from the minimum to the maximum of a range.
 pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     (0..LOADS).map(move |step| {
         let share = step as f64 / (LOADS - 1) as f64;
@@ -140,7 +143,7 @@ pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Returns the mean of a function with these [`LOADS`] values at equal steps, by the trapezoidal rule.
+/// Returns the mean of a function by the trapezoidal rule, from its [`LOADS`] values at equal steps.
 fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     let last = LOADS - 1;
     let weighted = values.enumerate().map(|(at, value)| {

@@ -1,9 +1,9 @@
-//! Noise and range of the loads of recordings.
+//! Noise and range of the load on each axis, over several recordings.
 
 use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::loops::turns::LoadExtent;
 
-/// Returns the noise and range of each axis' load in these recordings. Axes that a recording lacks are skipped.
+/// Returns the noise and range of each axis' load in these recordings. A recording without an axis is skipped for this axis.
 pub fn extents_of<'a>(
     recordings: impl IntoIterator<Item = &'a Recording>,
     axes: &[Axis],
@@ -23,7 +23,8 @@ pub fn extents_of<'a>(
     extents
 }
 
-/// Returns the noise and range of each axis' load in the training and test recordings. If there are none, all recordings count.
+/// Returns the noise and range of each axis' load in the training and test recordings. Without such recordings, it uses all
+/// recordings.
 pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
     let entries = set.entries().iter();
     let used = entries.clone().filter(|entry| entry.role != Role::Off);

@@ -1,19 +1,21 @@
 //! Hysteresis loops: reversals of a load, the branches between them, and the distance of two branches at equal load.
 //!
 //! A loop shows an output over the reference load of one axis. The output is a raw gauge, the conventional or the compensated
-//! load, or an error. Reversals depend on the load alone, so all outputs are compared on the same cycles.
+//! load, or the error of one of these loads. Reversals depend on the reference load alone, so all outputs are compared on the
+//! same cycles.
 //!
 //! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold
 //!   ([`default_reversal_threshold`] unless the user sets one). The intervals between reversals are **branches**, rising and
 //!   falling in turn. Each branch lies within one recording.
-//! * **Cycles** are counted by rainflow (ASTM E1049). A small cycle within a large one is a cycle of its own, and is removed
-//!   from the large one. So the reversal threshold sets the size of the smallest cycle, and hardly changes large cycles. A half
-//!   cycle that counting leaves over forms a cycle with at most one neighbour.
+//! * **Cycles** are counted by rainflow (ASTM E1049). A small cycle within a large one counts separately, and is removed from
+//!   the large one. So the reversal threshold sets the size of the smallest cycle, and hardly changes large cycles. A half
+//!   cycle that counting leaves over forms a cycle with at most one neighbouring half cycle.
 //! * The **largest cycle** is the one whose two branches share the widest range of loads.
 //! * **Full cycles** cover at least [`FULL_SHARE`] of the largest cycle's range. The **mean loop** is the mean of their loops,
 //!   over the loads that all of them cover. The mean loop exists if at least [`FEWEST_CYCLES`] cycles are full and share more
-//!   than [`MOST`] of all loads.
-//! * Branches are compared at 101 loads over their common range, each averaged over hundredths of its range ([`Curve`]).
+//!   than [`MOST`] of the range of all loads.
+//! * Branches are compared at 101 loads over their common range. Each branch is averaged over hundredths of its load range
+//!   ([`Curve`]).
 
 mod curve;
 mod cycle;
@@ -43,7 +45,7 @@ pub use turns::{LoadExtent, branches, default_reversal_threshold};
 pub const FULL_SHARE: f64 = 0.8;
 /// Minimum number of full cycles for a mean loop.
 pub const FEWEST_CYCLES: usize = 3;
-/// Share of the range of all loads that the full cycles must have in common for a mean loop.
+/// Share of the range of all loads, of which the full cycles must have more than this in common for a mean loop.
 pub const MOST: f64 = 0.5;
 
 /// Branches and cycles of the load on one axis in several recordings.
@@ -56,7 +58,7 @@ pub struct Loops {
     residue: Vec<Vec<Branch>>,
 }
 
-/// Reason why there is no mean loop.
+/// Reason why there is no mean loop: too few full cycles, or too small a load range that they have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooFew {
     /// Number of full cycles.
@@ -66,7 +68,7 @@ pub struct TooFew {
 }
 
 impl Loops {
-    /// Splits the load of each recording at its reversals and counts the cycles.
+    /// Splits the load of each recording at its reversals, and counts the cycles of the load.
     pub fn of<'a>(
         recordings: impl IntoIterator<Item = &'a [f64]>,
         reversal_threshold: f64,
@@ -102,7 +104,7 @@ impl Loops {
         &self.cycles
     }
 
-    /// Returns the cycle whose branches share the widest range of loads; the first of several equal cycles.
+    /// Returns the cycle whose branches share the widest range of loads. Of several equal cycles, it is the first.
     pub fn largest(&self) -> Option<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {
@@ -132,8 +134,8 @@ impl Loops {
         full.filter(|cycle| covers(cycle.loads(), largest.loads())).cloned().collect()
     }
 
-    /// Returns the full cycles if they make a mean loop. `range` is the minimum and maximum of all loads. The error is
-    /// [`TooFew`] if fewer than [`FEWEST_CYCLES`] cycles are full, or if they share no more than [`MOST`] of `range`.
+    /// Returns the full cycles if they are enough for a mean loop. `range` is the minimum and maximum of all loads. The error
+    /// is [`TooFew`] if fewer than [`FEWEST_CYCLES`] cycles are full, or if they share no more than [`MOST`] of `range`.
     pub fn mean_cycles(&self, range: MinMax) -> Result<Vec<Cycle>, TooFew> {
         let full = self.full_cycles();
         let count = full.len();

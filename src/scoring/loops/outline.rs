@@ -1,20 +1,23 @@
-//! Reduces paths to points that can be drawn fast, or to a density if the points are too many.
+//! Reduces plotted paths, such as hysteresis loops, to points that can be drawn fast. If the points are too many, it draws
+//! their density.
 //!
 //! Guarantees: no drawn point is farther than a pixel from the measured path, and no measured sample is farther than a pixel
 //! from the drawing. The size of the drawing is limited by its pixels, not by the number of samples.
 
 use crate::scoring::loops::raster::Raster;
 
-/// Number of cells per pixel in each direction. A cell's diagonal plus the distance of skipped samples is below a pixel.
+/// Number of grid cells per pixel in each direction. With this number, a cell's diagonal plus the distance [`REACH`] of
+/// skipped samples is below a pixel.
 const CELLS_PER_PIXEL: f64 = 2.0;
-/// Distance from the last kept sample up to which a sample is skipped, in cells.
+/// Distance from the last kept sample within which samples are skipped, in cells.
 const REACH: f64 = 0.4;
-/// Mean number of lines over each touched pixel from which the density is drawn. One line more would no longer be visible.
+/// Mean number of lines over each touched pixel, above which the density is drawn instead of lines. One line more would no
+/// longer be visible.
 const MAX_PASSES: f64 = 4.0;
-/// Maximum number of cells in each direction, which limits the memory.
+/// Maximum number of grid cells in each direction, which limits the memory.
 const MAX_CELLS: f64 = 16_384.0;
 
-/// Rectangle of loads and outputs that is drawn.
+/// Rectangle of loads (horizontal) and outputs (vertical) that a plot shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Minimum and maximum load.
@@ -23,7 +26,7 @@ pub struct Frame {
     pub outputs: (f64, f64),
 }
 
-/// Part of a branch as points `[load, output]`.
+/// Part of a branch, in which the load rises or falls, as points `[load, output]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     pub rising: bool,
@@ -31,19 +34,19 @@ pub struct Stroke {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Number of samples in cells of half a pixel, on a logarithmic scale.
+/// Density of paths: number of samples in each cell of half a pixel, on a logarithmic scale.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
     /// Rectangle that the cells cover.
     pub frame: Frame,
     /// Number of cells horizontally and vertically.
     pub cells: [usize; 2],
-    /// Level of each cell, row by row from the minimum output up. Level 0 means that no path touches the cell, 1 that a path
-    /// crosses it between samples. Level 2 means one sample, 3 two or three samples, and so on with each doubling.
+    /// Density level of each cell, row by row from the minimum output up. Level 0 means that no path touches the cell, 1 that
+    /// a path crosses it between samples. Level 2 means one sample, 3 two or three samples, and so on with each doubling.
     pub levels: Vec<u8>,
 }
 
-/// Reduced drawing of paths.
+/// Drawing of paths, reduced to lines with few points or to a density.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outline {
     /// Paths as lines.
@@ -87,7 +90,7 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
 struct Grid {
     low: [f64; 2],
     size: [f64; 2],
-    /// Number of cells in each direction, a whole number.
+    /// Number of grid cells in each direction, a whole number.
     cells: [f64; 2],
 }
 
@@ -110,7 +113,7 @@ impl Grid {
         [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
     }
 
-    /// Returns the start and the end of the part of a step that lies on the plot, as shares of the step.
+    /// Returns the start and the end of the part of a step between two samples that lies on the plot, as shares of the step.
     fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
         for i in [0, 1] {
@@ -139,7 +142,7 @@ impl Place {
         (0..2).all(|i| (other.cell[i] - self.cell[i]).abs() <= REACH)
     }
 
-    /// Returns the place at this share of the way to the other sample.
+    /// Returns the place on the straight line to the other sample, at this share of the distance.
     fn towards(&self, other: &Self, share: f64) -> Self {
         let between = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] + share * (b[i] - a[i]));
         match share {
@@ -153,7 +156,7 @@ impl Place {
     }
 }
 
-/// Lines to which steps are added.
+/// Lines of a drawing, to which steps between samples are added.
 #[derive(Debug, Default)]
 struct Lines {
     lines: Vec<Vec<[f64; 2]>>,
@@ -178,14 +181,14 @@ impl Lines {
     }
 }
 
-/// Drawing of the steps so far.
+/// Drawing of the steps between samples that have been added so far.
 #[derive(Debug)]
 struct Drawn {
     grid: Grid,
     raster: Raster,
     /// Number of samples in each cell, limited to the largest `u16`.
     counts: Vec<u16>,
-    /// All steps so far, unless they are too many.
+    /// Lines of all steps so far, unless their points are too many.
     all: Lines,
     /// Total length of all steps so far, in pixels.
     length: f64,
@@ -195,7 +198,8 @@ struct Drawn {
 impl Drawn {
     fn add(&mut self, path: impl IntoIterator<Item = [f64; 2]>) {
         self.all.open = false;
-        // State of the path: the last kept sample, true if a step led to this sample, and the last skipped sample after it.
+        // `kept` is the last sample that was drawn, with true if a step led to it. `passed` is the last skipped sample after
+        // it.
         let mut kept: Option<(Place, bool)> = None;
         let mut passed: Option<Place> = None;
         for point in path {
@@ -227,7 +231,8 @@ impl Drawn {
         }
     }
 
-    /// Draws the end of a path. A path within a fraction of a pixel becomes a dash of one pixel.
+    /// Draws the step to the last sample of a path. A path that stays within a fraction of a pixel becomes a dash of one
+    /// pixel.
     fn end(&mut self, kept: Option<(Place, bool)>, passed: Option<Place>) {
         match (kept, passed) {
             (Some((last, true)), Some(end)) => self.step(&last, &end),
@@ -259,7 +264,8 @@ impl Drawn {
         self.raster.touch(from.cell, to.cell);
     }
 
-    /// Returns true if there are more points than touched pixels, and too many lines over each pixel to see them.
+    /// Returns true if the lines hide each other: there are more points than touched pixels, and too many lines over each
+    /// pixel.
     fn hides_itself(&self) -> bool {
         let n_pixels = self.raster.n_touched_squares();
         self.all.n_points > n_pixels && self.length > MAX_PASSES * n_pixels as f64
@@ -280,7 +286,7 @@ impl Drawn {
 }
 
 impl Density {
-    /// Returns the centres of the touched cells with their levels.
+    /// Returns the centres `[load, output]` of the touched cells with their density levels.
     pub fn touched(&self) -> impl Iterator<Item = ([f64; 2], u8)> {
         let Frame { loads, outputs } = self.frame;
         let [across, up] = self.cells;

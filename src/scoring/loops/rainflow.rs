@@ -1,7 +1,7 @@
 //! Rainflow counting: finds the cycles of a load, also those that contain smaller cycles.
 //!
-//! Guarantees: the counts are those of ASTM E1049 5.4.4 with its residue. A large cycle does not depend on the small cycles
-//! within it. Each sample is read about twice.
+//! Guarantees: the counts are those of ASTM E1049 5.4.4, including the half cycles that remain (residue). A large cycle does
+//! not depend on the small cycles within it. Each sample is read about twice.
 
 use crate::min_max::MinMax;
 use crate::scoring::loops::turns::Branch;
@@ -31,9 +31,9 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
             if !closes || beside == [span; 2] {
                 break;
             }
-            let mut after = residue.pop().expect("the stack holds three ranges");
-            let own = residue.pop().expect("the stack holds three ranges");
-            let before = residue.pop().expect("the stack holds three ranges");
+            let mut after = residue.pop().expect("the stack of branches holds at least three");
+            let own = residue.pop().expect("the stack of branches holds at least three");
+            let before = residue.pop().expect("the stack of branches holds at least three");
             let back = closing_sample(&own, &after, loads);
             let n_within = (after.nested).partition_point(|nested| nested.end <= back);
             let rest = after.nested.split_off(n_within);
@@ -70,12 +70,13 @@ fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     after.kept().find(is_back).unwrap_or(last)
 }
 
-/// Returns the first element of each pair of neighbours that form a cycle. A half cycle is in at most one pair. The pairs have
-/// the largest possible sum of squared common ranges.
+/// Pairs neighbouring half cycles to cycles, and returns the index of the first half cycle of each pair. A half cycle is in
+/// at most one pair. The pairs have the largest possible sum of squared common load ranges.
 pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
     let common =
         |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
-    // Dynamic programming: for the first n half cycles, the largest sum, and true if the last two form a pair.
+    // Dynamic programming: for the first n half cycles, the largest sum of squares, and true if the last two of them form a
+    // pair.
     let mut best = vec![(0.0, false); residue.len() + 1];
     for n in 2..=residue.len() {
         let paired = best[n - 2].0 + common(n - 2) * common(n - 2);

@@ -1,19 +1,21 @@
-//! Marks the cells of a plot that lines touch. Full blocks of cells, and full blocks of blocks, are skipped at once.
+//! Marks the grid cells of a plot that lines touch. Blocks of cells that are already touched completely are skipped at once,
+//! and so are blocks of such blocks.
 
-/// Number of cells along each side of a block, and of blocks along each side of a larger block. A block fits into one word.
+/// Number of cells along each side of a block, and of blocks along each side of a larger block. The cells of a block fit into
+/// the bits of one word.
 const SIDE: usize = 8;
 const LEVELS: usize = 4;
 
 /// Cells of a plot that lines have touched so far.
 #[derive(Debug)]
 pub(crate) struct Raster {
-    /// Cells, blocks of cells, blocks of blocks, and so on.
+    /// Levels of the grid: cells, blocks of cells, blocks of blocks, and so on.
     levels: [Level; LEVELS],
-    /// Number of squares beyond the plot that count as touched, so that blocks at the edge can become full.
+    /// Number of squares of 2 × 2 cells beyond the plot. They count as touched, so that blocks at the edge can become full.
     n_beyond: usize,
 }
 
-/// One bit for each cell or block of a level, and one word for each larger block.
+/// Level of the grid: one bit for each cell or block of this level, and one word for each block of the next level.
 #[derive(Debug)]
 struct Level {
     /// Number of cells or blocks horizontally and vertically.
@@ -46,7 +48,7 @@ impl Level {
         self.words[word] & bit != 0
     }
 
-    /// Sets a bit. Returns true if the block of the bit is full now.
+    /// Sets the bit of a cell or block. Returns true if all bits in its word are set now.
     fn set(&mut self, at: [usize; 2]) -> bool {
         let (word, bit) = self.place(at);
         self.words[word] |= bit;
@@ -79,7 +81,7 @@ impl Raster {
         self.levels[0].has(cell)
     }
 
-    /// Returns the number of touched squares of two by two cells.
+    /// Returns the number of squares of 2 × 2 cells in which a cell is touched.
     pub(crate) fn n_touched_squares(&self) -> usize {
         // The bits of a block are stored row by row. First two rows are combined, then two columns.
         let squares = self.levels[0].words.iter().map(|word| {
@@ -89,7 +91,8 @@ impl Raster {
         squares.sum::<usize>() - self.n_beyond
     }
 
-    /// Marks all blocks of a level that a line touches within these limits, between two shares of the line.
+    /// Marks all blocks of a level that a part of a line touches. `limits` are the first and last block in each direction;
+    /// the last argument is the start and end of the part, as shares of the line.
     fn walk(
         &mut self,
         level: usize,

@@ -8,17 +8,18 @@ use std::ops::Range;
 use crate::min_max::MinMax;
 use crate::scoring::quantile::quantile;
 
-/// Default reversal threshold in standard deviations of the noise. 250,000 samples of white noise span 9.2 of these.
+/// Default reversal threshold, as a multiple of the noise's standard deviation. White noise of 250,000 samples spans only 9.2
+/// standard deviations.
 pub const NOISE_FACTOR: f64 = 10.0;
 /// Minimum of the default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
-/// Maximum number of differences from which the noise of a recording is computed. This number determines the noise to about 5
-/// %.
+/// Maximum number of fourth differences from which the noise of a recording's load is computed. This number determines the
+/// noise to about 5 %.
 const MAX_DIFFERENCES: usize = 1024;
 /// Median magnitude of normally distributed numbers, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
-/// Interval in which a load moves in one direction.
+/// Interval of a recording in which the load rises or falls, between two reversals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
     /// Samples from one reversal to the next, both included.
@@ -113,16 +114,16 @@ impl Default for LoadExtent {
 }
 
 impl LoadExtent {
-    /// Returns the noise and range of these recordings. A recording's noise is the median magnitude of the load's fourth
-    /// differences, divided by `√70 · 0.674`. Fourth differences of white noise have `1 + 16 + 36 + 16 + 1 = 70` times its
-    /// variance. A fast load affects them less than second differences, and the median ignores a few reversals and steps.
+    /// Returns the noise and range of the load in these recordings. A recording's noise is the median magnitude of the load's
+    /// fourth differences, divided by `√70 · 0.674`. Fourth differences of white noise have `1 + 16 + 36 + 16 + 1 = 70` times
+    /// its variance. A fast load affects them less than second differences, and the median ignores a few reversals and steps.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
         let recordings = recordings.into_iter();
         let each = recordings.map(|own| Self { noise: noise_of(own), loads: own.iter().collect() });
         each.fold(Self::default(), Self::with)
     }
 
-    /// Returns the noise and range of these recordings and others together.
+    /// Returns the noise and range of the load in these recordings and the other recordings together.
     pub fn with(self, other: Self) -> Self {
         Self { noise: self.noise.max(other.noise), loads: self.loads.joined(other.loads) }
     }

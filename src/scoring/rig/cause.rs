@@ -1,5 +1,6 @@
-//! Searches the fault that explains why recordings disagree. Each possible fault has a correction. A fault is reported only
-//! if its fitted correction reduces the held-out error by more than [`MATTERS`], and by more than chance explains.
+//! Searches for the fault of the measuring rig that explains why recordings disagree. Each possible fault has a correction of
+//! the data. A fault is reported only if its fitted correction reduces the held-out error by enough ([`MATTERS`]), and by
+//! more than chance explains.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -8,60 +9,65 @@ use crate::recording::Axis;
 use crate::scoring::rig::fits::{self, Forward, Moments, Shape, column_means};
 use crate::scoring::rig::{Rig, Unit, chance};
 
-/// Maximum held-out error after a correction, as a share of the error before. If a fault adds a quarter to the error, the
-/// true correction leaves 1 / 1.25 = 0.8 of the error, and an estimated correction up to a twentieth more.
+/// Maximum held-out error after the correction of a reported fault, as a share of the error before. If a fault adds a quarter
+/// to the error, its true correction leaves 1 / 1.25 = 0.8 of the error. An estimated correction leaves up to a twentieth
+/// more.
 const MATTERS: f64 = 0.84;
-/// Minimum change of the load by a reported tare, as a share of the change that would explain the reduction of the error. An
-/// estimated change is smaller than the true one by chance, so the share is below one.
+/// Minimum change of the load by a reported tare (changed zeros), as a share of the change that would reduce the error by
+/// [`MATTERS`]. An estimated change is smaller than the true one by chance, so the share is below one.
 const SHIFT: f64 = 0.8;
-/// Minimum reduction of the held-out error by a reported fault, as a share of full scale: one step of a 16-bit reference.
+/// Minimum reduction of the held-out error by the correction of a reported fault, as a share of full scale. It is one step of
+/// a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
-/// Maximum probability that any of the tried corrections reduces the error by chance, estimated from the scatter of units.
+/// Maximum probability that any of the tried corrections reduces the error by chance. It is estimated from the scatter of
+/// units (parts of recordings).
 const BY_CHANCE: f64 = 0.005;
-/// Maximum probability of chance as estimated from the scatter of whole runs, used with at least [`ENOUGH_RUNS`] runs.
+/// Maximum probability that a correction reduces the error by chance, as estimated from the scatter of whole runs. It is used
+/// with at least [`ENOUGH_RUNS`] runs.
 const BY_CHANCE_OF_RUNS: f64 = 0.1;
-/// Minimum number of runs for an estimate of chance from the scatter of whole runs.
+/// Minimum number of runs (recordings) for an estimate of chance from the scatter of whole runs.
 const ENOUGH_RUNS: usize = 4;
-/// Number of corrections that are fitted completely and cross-validated. They are those with the largest gain in a first
-/// linear step.
+/// Number of corrections that are fitted completely and cross-validated. They are those that reduce the residuals most in a
+/// first linear step.
 const REFITTED: usize = 40;
-/// Parameter for the numerical derivative of a correction.
+/// Size of a fault's parameter for the numerical derivative of its correction.
 const SMALL: f64 = 1e-7;
 /// Number of Gauss-Newton steps in the fit of a correction.
 const STEPS: usize = 6;
-/// Penalty for each parameter of a correction, in the logarithm of the error: half the logarithm of the number of units,
-/// divided by twice that number (Bayesian information criterion).
+/// Penalty for each parameter when corrections are compared by the logarithm of their error. It is half the logarithm of the
+/// number of units, divided by twice that number (Bayesian information criterion).
 const PARAMETER: f64 = 0.033;
-/// Minimum ratio of a gauge's noise in one run to its noise in each other run, for a finding. If the noise of one of four
-/// runs increases the total error by a quarter, the mean square error of that run is 3.25 times as large, and the noise is
-/// only a part of the error.
+/// Minimum ratio of a gauge's noise in one run to its noise in each other run, from which the noise is reported. Suppose the
+/// noise of one of four runs increases the total error by a quarter. Then the mean square error of that run is 3.25 times as
+/// large, and the noise is only a part of this error.
 const NOISIER: f64 = 1.8;
-/// Maximum factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
-/// weight.
+/// Maximum fitted factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
+/// weight in the fit.
 const MOST_OF_GAUGE: f64 = 20.0;
-/// Share of an exchange of two columns that the data must show, where 1 is a complete exchange.
+/// Range of an exchange's share in the data within which two exchanged columns are suspected. A share of 1 is a complete
+/// exchange.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
-/// Kind of a fault.
+/// Kind of a fault of the measuring rig.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The zeros of the gauges differ.
+    /// The zeros of the gauges differ from those of the other runs.
     Tare,
     /// The zeros of the gauges change in proportion to time.
     Drift,
-    /// The sensitivity of one gauge is different.
+    /// The sensitivity of the gauge with this index is different.
     Gauge(usize),
-    /// The sensitivity of all gauges is different by one factor, or the reference has another scale.
+    /// The sensitivity of all gauges differs by one factor, or the reference has another scale.
     AllGauges,
-    /// These axes of the reference have another scale. Axes are positions among the moving axes.
+    /// These axes of the reference load have another scale. The numbers are indices among the axes on which the load moves.
     Axes(Vec<usize>),
-    /// The frame of the reference is turned.
+    /// The coordinate frame of the reference loads is turned.
     Rotation,
-    /// The columns of two gauges are exchanged.
+    /// The data columns of two gauges are exchanged.
     SwappedGauges(usize, usize),
-    /// The columns of two axes are exchanged.
+    /// The data columns of two load axes are exchanged.
     SwappedAxes(usize, usize),
-    /// These gauges have more noise.
+    /// The gauges with these indices have more noise than in the other runs.
     Noise(Vec<usize>),
     /// The run contradicts the other runs, and no other kind of fault explains it.
     Unlike,
@@ -73,12 +79,12 @@ impl Cause {
     }
 }
 
-/// Runs that have a fault.
+/// Runs (recordings) that have a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Where {
-    /// This run and all after it.
+    /// The run with this index and all later runs.
     From(usize),
-    /// This run alone.
+    /// The run with this index alone.
     One(usize),
     /// All runs.
     All,
@@ -91,16 +97,16 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs that have the fault.
     pub place: Where,
-    /// Factor of the sensitivity or of the reference's scale, or angle of the turned frame (rad). For a tare or a drift: the
-    /// change of the load on each axis, as a share of full scale.
+    /// Size of the fault: factor of the sensitivity or of the reference's scale, or angle of the turned frame (rad). For a
+    /// tare or a drift, it is the change of the load on each axis, as a share of full scale.
     pub values: Vec<f64>,
-    /// Held-out error of the data as they are, as a share of full scale.
+    /// Held-out error of the uncorrected data, as a share of full scale.
     pub with: f64,
     /// Held-out error after the correction of the fault, as a share of full scale.
     pub without: f64,
 }
 
-/// Possible fault of a set of runs, whose correction is tried.
+/// Possible fault in a set of runs. Its correction is tried.
 struct Trial {
     place: Where,
     is_here: Vec<bool>,
@@ -109,7 +115,7 @@ struct Trial {
     gain: f64,
 }
 
-/// Trial with its fitted correction.
+/// Possible fault with its fitted correction.
 struct Refit<'a> {
     trial: &'a Trial,
     parameters: f64,
@@ -117,14 +123,14 @@ struct Refit<'a> {
     error: f64,
     /// True if the fault changes the sensitivity and the correction also fits new zeros.
     frees_zeros: bool,
-    /// Probabilities that chance explains the correction, from the scatter of units and of runs.
+    /// Probabilities that the correction reduces the error by chance, from the scatter of units and from that of runs.
     chances: [f64; 2],
 }
 
 /// What the correction of a changed sensitivity assumes about the gauges' zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Zeros {
-    /// The zeros are the same as in the other runs: the gain was changed around the zero, or the reference is wrong.
+    /// The zeros stay those of the other runs: the gain was changed around the zero, or the reference is wrong.
     Kept,
     /// The zeros are fitted anew, because the recording may have been tared again.
     Free,
@@ -179,8 +185,8 @@ impl Rig {
         best.map(found).or_else(|| self.unlike(&errors, with))
     }
 
-    /// Returns false if the fault is a tare that changes the load by too little to be reported. If `m` of `n` held-out parts
-    /// are tared, a change of the load adds `m (n − m) / (n − 1)²` of its square to the squared error.
+    /// Returns false if the fault is a tare whose change of the load is too small to be reported. If `m` of `n` held-out
+    /// parts are tared, the squared error grows by `m (n − m) / (n − 1)²` times the squared change of the load.
     fn is_shift(&self, own: &Refit<'_>) -> bool {
         if own.trial.cause != Cause::Tare {
             return true;
@@ -195,15 +201,15 @@ impl Rig {
         squares > own.values.len() as f64 * smallest * smallest
     }
 
-    /// Returns the sets of runs that may have a fault: all runs from one run on, or one run alone.
+    /// Returns the sets of runs that may have a common fault: all runs from one run on, or one run alone.
     fn places(&self) -> Vec<Where> {
         let n = self.n_runs();
         let alone = if n > 2 { 1..n.saturating_sub(1) } else { 0..0 };
         (1..n).map(Where::From).chain(alone.map(Where::One)).collect()
     }
 
-    /// Returns true for each unit that is corrected, and true if these units come before the given runs. The smaller side of
-    /// a change is corrected, because the fit to the larger side is more accurate.
+    /// Returns true for each unit to which a correction is applied, and true if these units come before the runs of `place`.
+    /// The side of a change with fewer runs is corrected, because the fit to the other side is more accurate.
     fn corrected(&self, place: Where) -> (Vec<bool>, bool) {
         let n = self.n_runs();
         let is_in = |run: usize| match place {
@@ -236,7 +242,7 @@ impl Rig {
         let shape = &self.shape;
         let (is_here, _) = self.corrected(place);
         let [own, others] = [true, false].map(|side| self.side(&self.units, &is_here, side));
-        // With fewer samples than coefficients, any correction would fit.
+        // With fewer samples than coefficients, any correction would fit, so none is tried.
         if own[(0, 0)] < (shape.n_gauges + 2) as f64 {
             return Vec::new();
         }
@@ -269,8 +275,8 @@ impl Rig {
         all
     }
 
-    /// Returns the assumptions about zeros that are tried for a fault. If the only gauge has a zero larger than its range, a
-    /// tare looks like a scaled zero.
+    /// Returns the assumptions about zeros that are tried in the correction of a fault. With a single gauge whose zero is
+    /// larger than its range, a scaled zero looks like a tare and is not tried.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
         let is_ambiguous = self.shape.n_gauges == 1 && self.offset(0).abs() > self.spans[0];
         match cause {
@@ -312,8 +318,8 @@ impl Rig {
         all
     }
 
-    /// Returns how each parameter of a fault changes the gauges, as coefficients of one and the loads. It is the negative
-    /// change of the residuals by the fault's correction, for gauges that follow the fit.
+    /// Returns the change of the gauges by each parameter of a fault, as coefficients of a constant and of the loads. It is
+    /// the negative change of the residuals by the fault's correction, for gauges that follow the fit.
     fn ways(&self, cause: &Cause, fit: &Forward, zeros: Zeros) -> Vec<Mat<f64>> {
         let (shape, n_gauges) = (&self.shape, self.shape.n_gauges);
         let n_parameters = match cause {
@@ -321,7 +327,8 @@ impl Rig {
             _ => 1,
         };
         let way = |parameter: usize| {
-            // An exchange has no size. Exchanging two gauges again undoes the exchange, so the correction equals the fault.
+            // An exchange of columns has no size. Exchanging two gauges again undoes the exchange, so the correction equals
+            // the fault.
             let size = match cause {
                 Cause::SwappedGauges(..) => -1.0,
                 Cause::SwappedAxes(..) => 1.0,
@@ -355,7 +362,8 @@ impl Rig {
         }
     }
 
-    /// Fits the correction of a drift, or of a tare, whose step takes the place of the time.
+    /// Fits the correction of a drift of the zeros in time, or of a tare. For a tare, a step between the runs replaces the
+    /// time.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {
@@ -427,7 +435,7 @@ impl Rig {
             false => own.clone(),
         });
         let units: Vec<Unit> = corrected.collect();
-        // For an exchange: the share of it that each unit shows in the uncorrected data.
+        // For an exchange of columns, its share is estimated from the uncorrected data of each unit.
         let shown = if steps == 0 { &self.units } else { &units };
         let ways = self.ways(cause, &fit, zeros);
         let means = [false, true].map(|side| match zeros {
@@ -438,7 +446,7 @@ impl Rig {
             Cause::Rotation => angles.clone(),
             _ => vec![factor - 1.0],
         };
-        // Returns the parameters of the fault as one unit shows them, and their weight.
+        // Returns the parameters of the fault as estimated from one unit, and the weight of this estimate.
         let of_unit = |(own, here): (&Unit, &bool)| {
             let moments = Moments::about(&own.sums, &means[usize::from(*here)], &fit, shape);
             let Some((mut step, _)) = moments.step(&ways, &variances) else {
@@ -472,7 +480,7 @@ impl Rig {
         })
     }
 
-    /// Returns the matrix that applies one step of a correction to the columns of a sample.
+    /// Returns the matrix that applies one step of a correction to the columns `[1, time, gauges, loads]` of a sample.
     fn change(&self, cause: &Cause, step: &[f64], zeros: Zeros, fit: &Forward) -> Mat<f64> {
         let shape = &self.shape;
         let n_axes = shape.axes.len();
@@ -496,7 +504,7 @@ impl Rig {
                 gauge_from(*gauge, *gauge, factor, zero * (1.0 - factor));
                 scaled(&[])
             }
-            // The loads are corrected in place of the gauges, so that errors remain shares of the same full scale.
+            // A factor of all gauges is corrected in the loads, so that errors remain shares of the same full scale.
             Cause::AllGauges => {
                 for gauge in (0..shape.n_gauges).filter(|_| zeros == Zeros::Scaled) {
                     let zero = fit.map[(gauge, 0)] + self.offset(gauge);
@@ -521,7 +529,7 @@ impl Rig {
         change
     }
 
-    /// Returns the gauges with more noise in one run than in each other run, and the largest ratio of the noise.
+    /// Returns the gauges with more noise in this run than in each other run, and the largest ratio of the noise.
     fn noisier(&self, run: usize) -> Option<(Vec<usize>, f64)> {
         let ratio = |gauge: usize| {
             let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
@@ -533,7 +541,7 @@ impl Rig {
         (!gauges.is_empty()).then(|| (gauges, ratios.into_iter().fold(0.0, f64::max)))
     }
 
-    /// Returns the held-out error of the other runs, without this run.
+    /// Returns the held-out error if this run is removed from the data.
     fn error_without(&self, run: usize) -> f64 {
         let others = self.units.iter().filter(|unit| unit.run != run);
         let others = others
@@ -541,8 +549,8 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// Returns a run with more noise than the others, or with an unusually large error under usual loads. With fewer than
-    /// four runs, it is not clear which run is the unusual one.
+    /// Returns the finding of a run with more noise than the others, or with an unusually large error under usual loads. With
+    /// fewer than four runs, it is not clear which run is the unusual one.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
         if n < ENOUGH_RUNS {
@@ -553,7 +561,7 @@ impl Rig {
         let worst = (0..n).max_by(|a, b| error(*a).total_cmp(&error(*b)))?;
         let worst = noisiest.unwrap_or(worst);
         let noisy = self.noisier(worst);
-        // Without its extra noise, the noisy run would have the error of the other runs.
+        // The noisy run is assumed to have the error of the other runs if its extra noise is removed.
         let without = match noisy {
             Some(_) => fits::mean_error(errors, &self.units, |own| own != worst),
             None => self.error_without(worst),
@@ -566,7 +574,7 @@ impl Rig {
             let weights = vec![1.0; self.units.len()];
             let chances =
                 self.chances(logarithms, weights, self.units.iter().map(is_worst).collect());
-            // A run with larger loads than the others is excluded, because its error is one of extrapolation.
+            // A run with larger loads than the others is not reported, because its error is one of extrapolation.
             let reach = |wanted: bool, axis: usize| {
                 let sums = self.total(|run| (run == worst) == wanted);
                 sums[(self.shape.load(axis), self.shape.load(axis))] / sums[(0, 0)]
@@ -609,8 +617,8 @@ impl Rig {
         (0..self.n_runs()).map(of_run).unzip()
     }
 
-    /// Returns the probability that the values of units follow a straight line in `x` by chance, from the scatter of units
-    /// and from that of runs.
+    /// Returns the probability that the values of units follow a straight line in `x` by chance: once from the scatter of
+    /// units, once from that of runs.
     fn chances(&self, values: Vec<Vec<f64>>, weights: Vec<f64>, x: Vec<f64>) -> [f64; 2] {
         let of_units = chance::of_slope(&values, &weights, &x);
         if self.n_runs() < ENOUGH_RUNS {
@@ -628,14 +636,14 @@ fn matters(with: f64, without: f64) -> bool {
     without < MATTERS * with && with - without > FALLS
 }
 
-/// Returns the loads, as shares of full scale, that these zeros of the gauges would show.
+/// Returns the loads, as shares of full scale, that a calibration computes from these zeros of the gauges.
 fn loads_of(back: &Mat<f64>, zeros: &[f64]) -> Vec<f64> {
     let of_axis =
         |axis: usize| zeros.iter().enumerate().map(|(at, zero)| back[(axis, at)] * zero).sum();
     (0..back.nrows()).map(of_axis).collect()
 }
 
-/// Returns the directions (x, y, z) for which a turn of the frame about the direction mixes measured axes.
+/// Returns the directions (0 for x, 1 for y, 2 for z) about which a turn of the frame mixes measured axes.
 fn turns(axes: &[Axis]) -> Vec<usize> {
     let has = |at: usize| axes.contains(&Axis::ALL[at]);
     let others = |about: usize| [(about + 1) % 3, (about + 2) % 3];
@@ -675,7 +683,8 @@ fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     })
 }
 
-/// Returns the matrix that exchanges two axes of the loads. The loads are shares of full scale, the file's columns are not.
+/// Returns the matrix that exchanges two load axes. The loads are shares of full scale, but the columns of the file are in N
+/// or N·m. So the matrix contains the ratio of the two full scales.
 fn exchanged(shape: &Shape, a: usize, b: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| match (i, j) {

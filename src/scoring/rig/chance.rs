@@ -1,12 +1,12 @@
-//! Probability that two groups of parts of the data differ by chance, given the scatter of the parts.
+//! Probability that two groups of data parts differ by chance, given the scatter of the parts within each group.
 
 use statrs::function::beta::checked_beta_reg;
 
-/// Minimum number of parts of the data for a test of their difference.
+/// Minimum number of parts of the data for a test of the difference between two groups.
 const FEWEST: usize = 3;
 
-/// Returns the probability that values follow a straight line in `x` this closely by chance, or 1 with too few parts. If `x`
-/// is 0 or 1, it is the probability that the weighted means of the two groups differ this much.
+/// Returns the probability that values follow a straight line in `x` this closely by chance, or 1 with too few parts of the
+/// data. If `x` is 0 or 1, it is the probability that the weighted means of these two groups differ this much by chance.
 ///
 /// It is an F test whose degrees of freedom allow for values that scatter together (Satterthwaite).
 ///

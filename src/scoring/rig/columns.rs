@@ -1,4 +1,5 @@
-//! Finds columns that were loaded as gauges but are something else: the reference, a clock, a copy of a gauge, or a constant.
+//! Finds columns of recordings that were loaded as gauges but are something else: the reference, a clock, a copy of a gauge,
+//! or a constant.
 
 use faer::Mat;
 
@@ -6,45 +7,46 @@ use crate::recording::median;
 use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward, Moments};
 
-/// Maximum residual of a column that is computed from the loads, as a share of its standard deviation, with several moving
-/// axes. Crosstalk, nonlinearity and noise of a real gauge leave a larger residual.
+/// Maximum residual of a column that counts as computed from the loads, as a share of its standard deviation, if several axes
+/// move. Crosstalk, nonlinearity and noise of a real gauge leave a larger residual.
 const EXACT: f64 = 3e-4;
-/// Maximum residual of a column that is computed from the loads, if one axis moves. Good load cells have residuals of some
-/// thousandths.
+/// Maximum residual of a column that counts as computed from the loads, as a share of its standard deviation, if one axis
+/// moves. Even good load cells have residuals of some thousandths.
 const EXACT_ON_ONE: f64 = 3e-5;
-/// Minimum ratio of the median residual of the real gauges to the residual of a column that is computed from the loads.
+/// Minimum ratio of the median residual of the real gauges to the residual of a column that counts as computed from the
+/// loads.
 const OTHERS_LEAVE: f64 = 10.0;
-/// Maximum residual of a column that repeats another gauge, as a share of its standard deviation.
+/// Maximum residual of a column that counts as a copy of another gauge, as a share of the column's standard deviation.
 const SAME: f64 = 1e-5;
-/// Maximum deviation of a clock from a straight line in time, as a share of its standard deviation. Loads must deviate by ten
-/// times as much, or clocks are not searched.
+/// Maximum deviation from a straight line in time of a column that counts as a clock, as a share of its standard deviation.
+/// Clocks are searched for only if the loads deviate by more than ten times as much.
 const CLOCK: f64 = 5e-3;
 
-/// Standard deviation of a gauge below which it counts as constant, as a share of the gauge's standard deviation in all
-/// recordings. Rounding stays below.
+/// Standard deviation of a gauge below which it counts as constant, as a share of its standard deviation in all recordings.
+/// Rounding errors are smaller than this.
 const MOVES: f64 = 1e-6;
-/// Minimum standard deviation that the loads predict for a gauge before its constant value is reported, as a share of the
-/// gauge's standard deviation.
+/// Minimum standard deviation that the loads predict for a gauge whose constant value is reported. It is a share of the
+/// gauge's standard deviation in all recordings.
 const SHOULD_MOVE: f64 = 0.1;
-/// Minimum number of samples with one value before a gauge is reported as constant.
+/// Minimum number of samples with the same value for the report that a gauge is constant.
 const FEWEST_SAMPLES: f64 = 10.0;
 
-/// Column that is probably no gauge, by its position among the gauges.
+/// Column that is probably no gauge, with its index among the gauges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoGauge {
-    /// Computed from the reference.
+    /// The column is computed from the reference loads.
     Reference(usize),
-    /// Increases steadily with time, like a clock.
+    /// The column increases steadily with time, like a clock.
     Clock(usize),
-    /// Repeats an earlier gauge.
+    /// The column repeats an earlier gauge, whose index follows.
     Copy(usize, usize),
-    /// Has one value in all runs, or in one run.
+    /// The column is constant in all runs (`None`), or in the run with this index.
     Constant(usize, Option<usize>),
 }
 
 impl Rig {
-    /// Returns the columns that are probably no gauges. If all columns follow from the reference, the gauges were computed
-    /// from the loads, and none is returned.
+    /// Returns the columns that are probably no gauges. If all columns follow exactly from the reference, the gauges were
+    /// computed from the loads, and none is returned.
     pub fn no_gauges(&self) -> Vec<NoGauge> {
         let shape = &self.shape;
         let all = self.total(|_| true);
@@ -58,8 +60,8 @@ impl Rig {
         let exact = if shape.axes.len() > 1 { EXACT } else { EXACT_ON_ONE };
         let usual = median(left.iter().copied().filter(|own| *own > exact)).unwrap_or(0.0);
         let is_exact = |gauge: usize| left[gauge] <= exact;
-        // Returns the share of a column's standard deviation that a straight line in time leaves, in the run with the largest
-        // share.
+        // Returns the share of a column's standard deviation that a straight line in time leaves unexplained, in the run
+        // where it is largest.
         let off_time = |at: usize| {
             let of_run = |run: usize| {
                 let own = self.total(|of| of == run);

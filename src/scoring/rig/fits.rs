@@ -1,4 +1,5 @@
-//! Least squares from the sums of units: loads fitted to gauges and judged on held-out units, and gauges fitted to loads.
+//! Least squares from sums of products over units (parts of recordings). Loads are fitted to gauges and judged on held-out
+//! units, and gauges are fitted to loads.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
@@ -6,14 +7,16 @@ use faer::{Mat, MatRef, Side};
 use crate::recording::Axis;
 use crate::scoring::rig::Unit;
 
-/// Number added to the diagonal of the normal equations of scaled columns, so that they can be solved with repeated columns.
+/// Number added to the diagonal of the normal equations of scaled columns. With it they can be solved even if a column is
+/// repeated.
 const NOTHING: f64 = 1e-9;
-/// Minimum residual variance with which a gauge is weighted, as a share of the variance of its signal.
+/// Minimum residual variance that is used to weight a gauge, as a share of the variance of the gauge's signal.
 const EXACT: f64 = 1e-10;
-/// Minimum number of runs for which runs are held out in turn. With fewer runs, units are held out in turn.
+/// Minimum number of runs (recordings) for a cross-validation that holds out runs in turn. With fewer runs, it holds out
+/// units (parts of recordings).
 pub(super) const FEWEST_RUNS: usize = 3;
 
-/// Columns of the sums: one, time, gauges, and loads divided by full scale.
+/// Order of the columns in the sums of products: one, time, gauges, and loads divided by full scale.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
     pub n_gauges: usize,
@@ -34,7 +37,7 @@ impl Shape {
         2 + self.n_gauges + axis
     }
 
-    /// Returns the positions of the columns one, time (if included) and loads.
+    /// Returns the indices of the columns one, time (if included) and loads.
     pub fn inputs(&self, with_time: bool) -> Vec<usize> {
         [0].into_iter().chain(with_time.then_some(1)).chain(self.loads()).collect()
     }
@@ -59,7 +62,8 @@ impl Unit {
     }
 }
 
-/// Returns the sums of columns that were changed by a matrix: each row of `change` makes one new column from the old ones.
+/// Returns the sums of products after the columns were changed by a matrix. Each row of `change` makes one new column from
+/// the old ones.
 pub(super) fn changed(sums: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
     change * sums * change.transpose()
 }
@@ -83,7 +87,7 @@ fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: std::ops::Range<usiz
     Mat::from_fn(n, outputs.len(), |i, j| found[(i, j)] / lengths[i])
 }
 
-/// Returns the sum of squared residuals of an output with these coefficients of the inputs.
+/// Returns the sum of squared residuals of an output column that is fitted by these coefficients of the input columns.
 fn residual(
     sums: MatRef<'_, f64>,
     inputs: &[usize],
@@ -101,7 +105,7 @@ fn residual(
     (sums[(output, output)] + explained).max(0.0)
 }
 
-/// Returns the sum of products of two columns, each minus its mean.
+/// Returns the sum of products of two columns after subtraction of their means.
 pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
     sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
 }
@@ -110,7 +114,7 @@ pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> M
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
 
-/// Returns the sum of squared held-out errors of each unit, as shares of full scale, averaged over the axes.
+/// Returns for each unit the sum of squared held-out errors, as shares of full scale, averaged over the axes.
 pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
     let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
@@ -136,7 +140,7 @@ fn with_one(columns: std::ops::Range<usize>) -> Vec<usize> {
     [0].into_iter().chain(columns).collect()
 }
 
-/// Returns the root mean square error over the units of some runs.
+/// Returns the root mean square of the held-out errors over the units of the wanted runs.
 pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) -> bool) -> f64 {
     let own = || units.iter().zip(errors).filter(|(unit, _)| wanted(unit.run));
     let n: f64 = own().map(|(unit, _)| unit.sums[(0, 0)]).sum();
@@ -152,9 +156,9 @@ pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
 /// Least-squares fit of the gauges to the loads: `gauge = map · [1, load]`.
 #[derive(Clone, Debug)]
 pub(super) struct Forward {
-    /// One row for each gauge: its zero, then its slopes.
+    /// One row for each gauge: its zero, then its slope along each load axis.
     pub map: Mat<f64>,
-    /// Drift of each gauge from the first to the last sample; empty if no drift is fitted.
+    /// Drift of each gauge's zero from the first to the last sample; empty if no drift is fitted.
     pub drift: Vec<f64>,
 }
 
@@ -163,7 +167,7 @@ impl Forward {
         Self::fitted(sums, shape, false)
     }
 
-    /// Fits also a drift of each gauge that is proportional to time.
+    /// Fits the gauges to the loads, and for each gauge also a drift in proportion to time.
     pub fn with_drift(sums: &Mat<f64>, shape: &Shape) -> Self {
         Self::fitted(sums, shape, true)
     }
@@ -202,8 +206,8 @@ impl Forward {
     }
 }
 
-/// Sums of products around a mean: of the columns one and loads with each other, and of the gauges' residuals with these
-/// columns.
+/// Sums of products of columns minus a given mean: of the columns one and loads with each other, and of the gauges' residuals
+/// with these columns.
 pub(super) struct Moments {
     loads: Mat<f64>,
     rest: Mat<f64>,
@@ -223,13 +227,14 @@ impl Moments {
         Self { loads, rest }
     }
 
-    /// Returns the sum over the samples of the products of two changes of the gauges, divided by the variances of the gauges.
+    /// Returns the sum over the samples of the product of two changes of the gauges, divided by the residual variances of the
+    /// gauges.
     pub fn square(&self, one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
         over_variances(one, &(other * &self.loads), variances)
     }
 
-    /// Returns the least-squares parameters of these changes, and the reduction of the squared residuals divided by the
-    /// variances; `None` if the data do not determine the parameters.
+    /// Returns the least-squares sizes of these changes of the gauges, and the reduction of the squared residuals divided by
+    /// the variances. Returns `None` if the data do not determine the sizes.
     pub fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
         let n = ways.len();
         let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));

@@ -1,4 +1,5 @@
-//! Finds faults that the sums do not show: hum, a nonlinear gauge, a clipped reference, and more noise in one recording.
+//! Finds faults of the measuring rig that sums of products do not show: hum, a nonlinear gauge, a clipped reference, and more
+//! noise in one recording.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,42 +17,43 @@ use Verdict::Doubtful;
 
 /// Maximum number of gauges that a finding names.
 const NAMED: usize = 6;
-/// Number of samples of a recording from which its spectrum is computed, at most.
+/// Maximum number of samples of a recording from which its spectrum is computed.
 const SPECTRUM: usize = 1024;
 /// Minimum number of samples of a recording for a spectrum.
 const FEWEST_SAMPLES: usize = 128;
-/// Minimum number of samples for a judgement of nonlinearity.
+/// Minimum number of samples from which a gauge's nonlinearity is judged.
 const FEWEST_CASES: usize = 16;
 /// Maximum number of recordings of which spectra are computed, to save time.
 const SPECTRA: usize = 4;
-/// Minimum share of a gauge's squared residual that a reported hum or nonlinearity explains. Removing this share makes the
-/// residual a tenth smaller (√0.8).
+/// Minimum share of a gauge's squared residual that is explained by a reported hum or nonlinearity. Removing this share makes
+/// the residual a tenth smaller (√0.8).
 const SHARE: f64 = 0.2;
-/// Share of a load's power that lies below the highest frequency that counts as the load's own.
+/// Share of a load's power below the highest frequency that the load is considered to have. A hum has a higher frequency.
 const OF_LOAD: f64 = 0.99;
 /// Minimum nonlinearity of a gauge that is reported, as a share of its range. Makers specify up to half a percent for
 /// ordinary sensors.
 const BENDS: f64 = 0.005;
-/// Minimum ratio of the share of the squared residual that a nonlinearity explains on one gauge to that on any other gauge.
-/// If all gauges are nonlinear, it is a property of the sensor.
+/// Minimum ratio of the share of the squared residual that a nonlinearity explains on one gauge to that on any other gauge. A
+/// nonlinearity of all gauges is a property of the sensor and no fault.
 const OTHERS_BEND: f64 = 4.0;
-/// Minimum rise of the gauges while the reference stays at its maximum: its mean, times the root of the number of visits,
-/// divided by the error of the fit. Without clipping, the mean is −0.8 and the scatter 1.2, so 3 is exceeded once in a
-/// thousand cases.
+/// Minimum rise of the load that the gauges predict while the reference stays at its maximum, for a report that it is
+/// clipped. The mean rise is multiplied by the root of the number of such stays and divided by the error of the fit. Without
+/// clipping, this number has the mean −0.8 and the standard deviation 1.2, so it exceeds 3 once in a thousand cases.
 const RISES: f64 = 3.0;
-/// Minimum number of other peaks in the outer half of a load's range, from which their scatter is estimated.
+/// Minimum number of other peaks (reversals) in the outer half of a load's range, from which the peaks' scatter is estimated.
 const FEWEST_PEAKS: usize = 5;
-/// Minimum excess (RMS) of the predicted over the recorded load at its maximum, divided by the error of the fit. Hysteresis
-/// at the largest load causes up to 1.4.
+/// Minimum excess (RMS) of the predicted over the recorded load where the recorded load is at its maximum, for a report that
+/// it is clipped. It is divided by the error of the fit. Hysteresis at the largest load causes up to 1.4.
 const BEYOND: f64 = 2.0;
-/// Maximum probability that a load which is not clipped returns to exactly its maximum as often as observed.
+/// Maximum probability that an unclipped load returns to exactly its maximum as often as observed. Below it, the load is
+/// reported as clipped.
 const RECURS_BY_CHANCE: f64 = 1e-4;
-/// Harmonics of the load's frequencies up to this one do not count as hum, because hysteresis causes them.
+/// Highest harmonic of the load's frequencies that does not count as hum. Hysteresis causes such harmonics.
 const HARMONIC: usize = 3;
 
-/// Predictions of the gauges by the fit to all recordings, and the residuals, divided by the gauge's scale.
+/// Gauges of one recording as predicted by the fit to all recordings, and their residuals, both divided by the gauge's scale.
 struct Rest {
-    /// `n_samples × n_gauges`.
+    /// Residuals, `n_samples × n_gauges`, row-major.
     left: Vec<f64>,
     fitted: Vec<f64>,
 }
@@ -77,8 +79,8 @@ impl Rig {
         Rest { left, fitted }
     }
 
-    /// Returns the noise of each gauge in each run, divided by the gauge's scale, from the bend of three successive samples.
-    /// For load cases, it is the residual of the fit.
+    /// Returns the noise of each gauge in each run, divided by the gauge's scale. It follows from the deviation of three
+    /// successive residuals from a straight line. For static load cases, it follows from the residuals themselves.
     pub(super) fn noise(&self, recordings: &[&Recording]) -> Vec<Vec<f64>> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let n = self.shape.n_gauges;
@@ -103,20 +105,20 @@ impl Rig {
         self.runs.iter().map(of_run).collect()
     }
 
-    /// Returns findings about single channels in these recordings.
+    /// Returns findings about single gauges or load axes in these recordings.
     pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
         let gauges = recordings[0].gauge_names();
         let mut found: Vec<Finding> = self.hum(recordings, &rests).into_iter().collect();
         let clipped = self.clipped_reference(recordings);
-        // Against a clipped reference, all gauges seem nonlinear.
+        // Against a clipped reference, all gauges seem nonlinear, so their nonlinearity is not judged.
         found.extend(if clipped.is_empty() { self.bent(&rests, gauges) } else { None });
         found.extend(clipped);
         found
     }
 
-    /// Returns the finding of gauges that hum: a line in the spectrum of the residuals at a frequency that the loads do not
+    /// Returns the finding that gauges hum: the spectrum of their residuals has a line at a frequency that the loads do not
     /// have.
     fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
@@ -162,13 +164,16 @@ impl Rig {
         let hz = median(lines.iter().map(|own| own.1))?;
         let names = gauges.iter().map(|gauge| &recordings[0].gauge_names()[*gauge]);
         let (names, hz) = (first(NAMED, names), significant(hz, 3));
-        let seen = format!("{names} hum at {hz} Hz, a frequency that the load does not have");
-        let figures = format!("amplitude {} of the gauge's range", percent(amplitude));
+        let seen = format!(
+            "the signals of {names} hum at {hz} Hz, a frequency that the load does not have"
+        );
+        let figures =
+            format!("the amplitude of the hum is {} of the gauge's range", percent(amplitude));
         Some(Finding::new(Id::Hum, Doubtful, seen).with(figures).costing(amplitude))
     }
 
-    /// Returns the finding of a gauge that is nonlinear while the other gauges are not. Its residuals follow the square and
-    /// cube of its prediction, fitted to one half of the samples and judged on the other.
+    /// Returns the finding that a gauge is nonlinear while the other gauges are not. Its residuals follow the square and cube
+    /// of its prediction. They are fitted in one half of the samples and judged in the other.
     fn bent(&self, rests: &[Rest], gauges: &[String]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
         let of_gauge = |gauge: usize| {
@@ -207,13 +212,13 @@ impl Rig {
         let others = (0..n_gauges).filter(|own| *own != most);
         let others = others.map(|own| all[own].0).fold(0.0, f64::max);
         let is_bent = n_gauges > 2 && share > SHARE && bend > BENDS && share > OTHERS_BEND * others;
-        let seen = format!("{} is nonlinear, the other gauges are not", gauges[most]);
-        let figures = format!("by up to {} of its range", percent(bend));
+        let seen = format!("the gauge {} is nonlinear, but the other gauges are not", gauges[most]);
+        let figures = format!("its nonlinearity is up to {} of its range", percent(bend));
         is_bent.then(|| Finding::new(Id::Bent, Doubtful, seen).with(figures).costing(bend))
     }
 
-    /// Returns findings of axes whose reference is clipped: it stays at its maximum while the gauges rise and fall again, or
-    /// it returns to exactly its maximum although all its other peaks differ.
+    /// Returns findings of axes whose reference load is clipped. It stays at its maximum while the gauges rise and fall
+    /// again, or it returns to exactly its maximum although all its other peaks differ.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
@@ -251,12 +256,12 @@ impl Rig {
                     let rise = if rises { rise } else { beyond };
                     let load = significant(outward * end * shape.full_scale[at], 4);
                     let seen = format!(
-                        "the reference of {} stays at {load} {} while the gauges rise further",
+                        "the reference of {} seems clipped: it stays at {load} {} while the gauges rise further",
                         axis.symbol(),
                         axis.unit()
                     );
                     let figures = format!(
-                        "{}, on average by {} of full scale",
+                        "this happens {}, and the gauges rise further by {} of full scale on average",
                         counted(visits.len(), "time"),
                         percent(rise)
                     );
@@ -292,19 +297,19 @@ struct Trace {
     samples: Vec<(f64, f64)>,
 }
 
-/// Load at which an axis reverses its direction, or a static load case.
+/// Peak of a load: load at which an axis reverses its direction, or a static load case.
 struct Peak {
     load: f64,
-    /// Load that the gauges predict.
+    /// Load that the gauges predict at the peak, as a share of full scale.
     shown: f64,
-    /// True if the load stays there for at least three samples, or is a static load case.
+    /// True if the load stays at the peak for at least three samples, or is a static load case.
     stays: bool,
     /// Rise of the predicted load while the recorded load stays.
     rise: f64,
 }
 
 impl Trace {
-    /// Returns the peaks in one direction of the load. `mean` is subtracted from the predictions.
+    /// Returns the upper peaks of the load (`outward` = 1) or the lower ones (−1). `mean` is subtracted from the predictions.
     fn peaks(&self, outward: f64, mean: f64) -> Vec<Peak> {
         let stays: Vec<&[(f64, f64)]> = match self.is_static {
             true => self.samples.chunks(1).collect(),
@@ -329,7 +334,7 @@ impl Trace {
 }
 
 /// Returns true if a load returns to exactly its maximum more often than chance explains, although its other peaks all
-/// differ. Loads that are set to nominal values also repeat their smaller values.
+/// differ. Loads that are set to nominal values are excluded, because they also repeat their smaller values.
 fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
     let again = peaks
         .iter()
@@ -355,12 +360,12 @@ fn rise(values: Vec<f64>) -> f64 {
     inner.iter().sum::<f64>() / inner.len() as f64 - values[0].max(values[n - 1])
 }
 
-/// Returns the standard deviation of normally distributed values from their magnitudes.
+/// Returns the standard deviation of normally distributed values, estimated from the median of their magnitudes.
 fn deviation(sizes: impl Iterator<Item = f64>) -> f64 {
     median(sizes).unwrap_or(0.0) / 0.6745
 }
 
-/// Returns the power spectrum of `n` samples under a Hann window; the position is the number of periods in all samples.
+/// Returns the power spectrum of `n` samples under a Hann window. An index in it is the number of periods in all samples.
 fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     let mean = (0..n).map(&value).sum::<f64>() / n as f64;
     let windowed: Vec<f64> = (0..n)
@@ -377,7 +382,7 @@ fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..n / 2).map(power).collect()
 }
 
-/// Returns the position in a spectrum below which nearly all power lies.
+/// Returns the index in a spectrum below which nearly all power lies ([`OF_LOAD`]).
 fn highest(powers: &[f64]) -> usize {
     let all: f64 = powers.iter().sum();
     let mut below = 0.0;

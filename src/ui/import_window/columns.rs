@@ -14,17 +14,19 @@ use crate::ui::choice::choice;
 use crate::ui::numbers::significant;
 
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
-const SCALE: &str = "Factor by which the values are multiplied; -1 changes the sign";
-const SELECT: &str = "Name in the file. Click a row to select it; Ctrl and a click adds a row, Shift and a click adds a range. A role that is chosen for a selected row applies to all selected rows";
-const MISSING: &str = "A number that stands for a missing value";
+const SCALE: &str =
+    "Factor by which the values of the column are multiplied; -1 changes their sign";
+const SELECT: &str = "Name of the column in the header of the file. Click a row to select it; Ctrl and a click adds a row, Shift and a click adds all rows up to it. A role that is chosen for a selected row applies to all selected rows";
+const MISSING: &str = "A number in the column that stands for a missing value";
 
 /// Height of the list of roles (points). The most frequent roles are visible without scrolling.
 const LIST_HEIGHT: f32 = 320.0;
 
-/// Draws one row for each column: role, name, unit, scale factor, missing value, first values.
+/// Draws one row for each column of the file: role, name, unit, scale factor, missing value, first values.
 pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
-    // Without names in the header, the values get the width of the header.
+    // If no column has a name in the header, the column "Header" of the import table is narrow, and the values get its
+    // width.
     let has_names = reports.iter().any(|report| !report.header.is_empty());
     let header_width = if has_names { 130.0 } else { 52.0 };
     let mut selection: Selection =
@@ -59,8 +61,8 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
                         ("Scale factor", SCALE),
                         ("Missing value", MISSING),
                         (
-                            "First values, range",
-                            "First values, and the range of values in rows from the whole file",
+                            "First values, min to max",
+                            "First values of the column, and its smallest and largest value in rows from the whole file",
                         ),
                     ] {
                         titles.col(|ui| {
@@ -111,8 +113,8 @@ struct Selection {
 }
 
 impl Selection {
-    /// Changes the selection after a click on a row. Without a modifier the click selects one row. With Ctrl the click adds or
-    /// removes the row, with Shift it selects all rows from the last click on.
+    /// Changes the selection after a click on a row. Without a modifier the click selects one row. With Ctrl the click adds
+    /// or removes the row, with Shift it selects all rows from the previous click to this one.
     fn click(&mut self, row: usize, modifiers: egui::Modifiers) {
         if modifiers.shift {
             let (first, last) = (self.anchor.min(row), self.anchor.max(row));
@@ -131,7 +133,8 @@ impl Selection {
     }
 }
 
-/// Gives these columns the same role. If the role is a load axis, the columns get this axis and the axes after it.
+/// Gives all columns in `numbers` the same role. If the role is a load axis, the first column gets this axis and the
+/// following columns get the following axes.
 fn set_all(
     table: &mut TableMap,
     header: &Header<'_>,
@@ -154,7 +157,7 @@ fn set_all(
 
 fn units() -> String {
     format!(
-        "For loads {FORCE_UNITS}, {MOMENT_UNITS}; for times {TIME_SPELLINGS}; for gauges any label"
+        "Unit of the column. For loads {FORCE_UNITS}, {MOMENT_UNITS}; for times {TIME_SPELLINGS}; for gauges any text"
     )
 }
 
@@ -169,7 +172,7 @@ fn column_row(
         ui.weak(number.to_string());
     });
     row.col(|ui| {
-        // A click must select the row, not the text.
+        // The text of the header is not selectable, so that a click on it selects the row.
         ui.add(egui::Label::new(&report.header).selectable(false));
     });
     row.col(|ui| {

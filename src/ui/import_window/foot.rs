@@ -41,9 +41,9 @@ pub fn foot(
             question.still_open(&importing.map, columns).filter(|_| !is_decided)
         });
         let can_load = check.error.is_none() && !importing.is_detecting && open.is_none();
-        let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
+        let load = ui.add_enabled(can_load, egui::Button::new("Load the file"));
         let load = load.on_hover_text("Reads the whole file with this column map, and stores the map for files with the same columns");
-        let why = open.map_or_else(|| "The problem is listed above".to_owned(), |open| {
+        let why = open.map_or_else(|| "The file cannot be loaded; the problem is listed above".to_owned(), |open| {
             format!("Answer this question first: {open}")
         });
         if load.on_disabled_hover_text(why).clicked() {
@@ -51,7 +51,7 @@ pub fn foot(
         }
 
         let next = match importing.waiting.is_empty() {
-            true => "Loads nothing; the open recordings stay",
+            true => "Closes the import without loading the file; the recordings that are already open stay",
             false => "Skips this file and shows the next file that needs a column map",
         };
 
@@ -61,8 +61,8 @@ pub fn foot(
         if !importing.waiting.is_empty() {
             let n_left = importing.waiting.len() + 1;
             let explanation =
-                "Skips all files that still need a map; the open recordings stay. Escape does the same";
-            if ui.press(format!("Cancel all ({n_left} left)"), explanation) {
+                "Skips all files that still need a column map; the recordings that are already open stay. Escape does the same";
+            if ui.press(format!("Cancel all ({n_left} files left)"), explanation) {
                 out.send(ImportCommand::CancelAll);
             }
         }
@@ -70,7 +70,7 @@ pub fn foot(
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
         ui.field("Column map", field, "Path of a column map: a JSON file with the roles of the columns, for all files with the same columns");
         let path = fields.map_path.trim().to_owned();
-        if ui.press("Write map", "Writes the column map to this file. The command line reads the file with --columns") && !path.is_empty() {
+        if ui.press("Write map", "Writes the column map to this file. On the command line, the option --columns reads the file") && !path.is_empty() {
             out.send(ImportCommand::WriteMap(path.clone().into()));
         }
         if ui.press("Read map", "Reads the column map from this file") && !path.is_empty() {
@@ -95,7 +95,7 @@ fn would_load(inspection: &Inspection) -> String {
         rate.map_or_else(String::new, |rate| format!(" at {} Hz", significant(rate, 3))),
         check.gauges.join(" "),
         if axes.is_empty() {
-            "no reference".to_owned()
+            "no reference load".to_owned()
         } else {
             format!("reference {}", axes.join(" "))
         },

@@ -1,4 +1,4 @@
-//! Controls of a reference load with its own clock, in a separate file or in the same file.
+//! Controls of a reference load that another logger recorded with its own clock, in a separate file or in the same file.
 
 use egui::TextEdit;
 
@@ -13,8 +13,8 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
     let mut own_file = map.reference.is_some();
     if ui.tick(
         &mut own_file,
-        "The reference load is in a file of its own",
-        "For two loggers with two clocks. Gauges and reference are joined by their times",
+        "The reference load is in a separate file",
+        "For two loggers, one for the gauges and one for the reference, with two clocks. Gauges and reference are joined by their times",
     ) {
         map.reference =
             own_file.then(|| ReferenceFile { file: String::new(), table: TableMap::default() });
@@ -27,12 +27,12 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
             ui.explained_field(
                 "File",
                 field,
-                "Path relative to the folder of the gauge file; {stem} stands for the name of the gauge file without its ending",
+                "Path of the reference file, relative to the folder of the gauge file; {stem} stands for the name of the gauge file without its ending",
             );
         });
         if let Some(table) = &inspection.reference {
             if reference.table == TableMap::default() {
-                // The default is the layout by which the preview was read.
+                // The default text layout of the reference file is the layout with which the preview was read.
                 reference.table.text = table.text.clone();
                 reference.table.shape.columns = table.columns.len();
             }
@@ -53,25 +53,25 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
             ),
             (
                 JoinMethod::Nearest,
-                "take the nearest",
+                "take the nearest sample",
                 "Takes the reference sample whose time is nearest",
             ),
-            (JoinMethod::Hold, "hold the last", "Holds each reference sample until the next one"),
+            (JoinMethod::Hold, "hold the last sample", "Holds each reference sample until the next one"),
         ] {
             ui.select_radio(&mut map.join.method, method, label, explanation);
         }
         let explanation =
-            "Time by which the clock of the reference is behind the clock of the gauges";
+            "Time by which the clock of the reference is behind the clock of the gauges; added to the times of the reference";
         number(
             ui,
-            ["add to the reference's times", " s", explanation],
+            ["add to the times of the reference", " s", explanation],
             &mut map.join.clock_offset_secs,
         );
     });
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {
             ui.label(format!(
-                "The reference fits the gauges best with a shift of {} s. Slow gauges look the same as a clock offset, so apply this shift only if the clocks differ.",
+                "The reference fits the gauges best if its times are shifted by {} s. Gauges that respond slowly look the same as a clock offset, so apply this shift only if the clocks differ.",
                 significant(offset.offset_secs, 4)
             ));
             if ui.press("Apply", "Adds this shift to the times of the reference") {

@@ -1,4 +1,5 @@
-//! Settings of the text layout, and of the conversion from rows to recordings: rate, bursts, gaps, tare.
+//! Settings of the text layout, and of the conversion from rows to recordings: sample rate, bursts of samples, pauses and
+//! tare.
 
 use egui::{ComboBox, DragValue, Ui};
 
@@ -25,10 +26,15 @@ pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
         let button = ComboBox::from_label("thousands").width(90.0);
         let all = [None].into_iter().chain(Thousands::ALL.map(Some));
         let described = |own: Option<Thousands>| (own.map_or("none", Thousands::name), "");
-        choice(ui, button, &mut text.thousands, all, described)
-            .on_hover_text("Character between groups of three digits, as in 1,234.5");
+        choice(ui, button, &mut text.thousands, all, described).on_hover_text(
+            "Character between groups of three digits, such as the comma in 1,234.5",
+        );
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
-        ui.field("skip lines", lines, "Number of lines in the file before the table");
+        ui.field(
+            "skip lines",
+            lines,
+            "Number of lines at the start of the file that are not part of the table",
+        );
         ui.tick(
             &mut text.header,
             "header row",
@@ -43,12 +49,12 @@ pub fn parts(ui: &mut Ui, parts: &[FilePart], text: &mut TextLayout) {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label("Tables to read:");
+        ui.label("Tables of the file to read:");
         for part in parts {
             let mut is_used = part.is_used;
 
             let explanation = format!(
-                "{}. A table of gauges and a table of the reference are joined by their times; tables with the same columns are read one after the other",
+                "{}. Ticked tables are read. A table of gauges and a table of the reference are joined by their times; tables with the same columns are read one after the other",
                 part.what
             );
             if ui.tick(&mut is_used, &part.name, explanation) {
@@ -74,11 +80,11 @@ pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
             named.map_or(("", ""), |(_, name, explanation)| (name, explanation))
         };
         choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(own, ..)| own), described)
-            .on_hover_text("Treatment of rows whose times are out of order or equal");
-        let about = "Replaces gauge samples that are no further apart than this time by their mean";
+            .on_hover_text("What is done with rows whose times are out of order or equal");
+        let about = "Replaces each burst of gauge samples by its mean. Samples that are no further apart than this time belong to one burst";
         let bursts = ["average bursts within", " s", about];
         optional(ui, bursts, 0.001, &mut map.average_bursts_secs);
-        let about = "A longer step in time starts a new recording. Without a tick, the limit follows from the steps in the file";
+        let about = "A pause between two samples that is longer than this starts a new recording. Without a tick, the limit follows from the time steps in the file";
         optional(ui, ["new recording after a pause of", " s", about], 2.0, &mut map.gap_secs);
         tare(ui, &mut map.tare);
     });
@@ -88,17 +94,22 @@ fn tare(ui: &mut Ui, tare: &mut Option<Tare>) {
     let described = |tare| match tare {
         None => ("none", ""),
         Some(Tare::Auto) => ("first quiet half second without load", ""),
-        Some(Tare::Interval(..)) => ("a segment", ""),
+        Some(Tare::Interval(..)) => ("an interval of time", ""),
     };
     let button = ComboBox::from_label("tare").width(150.0);
     let segment = tare.filter(|own| *own != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
     let all = [None, Some(Tare::Auto), Some(segment)];
-    choice(ui, button, tare, all, described)
-        .on_hover_text("Subtracts the mean gauges of an interval in which the sensor is unloaded");
+    choice(ui, button, tare, all, described).on_hover_text(
+        "Subtracts the mean gauge values of an interval in which the sensor is unloaded",
+    );
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let field = DragValue::new(value).range(0.0..=1e9).speed(0.01).suffix(" s");
-            ui.field(name, field, "Time from the recording's first sample");
+            ui.field(
+                name,
+                field,
+                "Start or end of the tare interval, counted from the recording's first sample",
+            );
         }
     }
 }

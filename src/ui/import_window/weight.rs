@@ -1,4 +1,4 @@
-//! Controls of a load that is computed from the sensor's pose and a known weight.
+//! Controls of a reference load that is computed from the sensor's pose and a known weight.
 
 use egui::{TextEdit, Ui};
 
@@ -12,8 +12,11 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
     let mut used = map.weight.is_some();
     if ui.tick(
         &mut used,
-        "Computes the load of a known weight from the pose columns",
-        format!("Needs the columns of the pose: {}", Attitude::listed()),
+        "Computes the reference load of a known weight from the pose columns",
+        format!(
+            "The load of a weight is computed from the columns of the pose: {}",
+            Attitude::listed()
+        ),
     ) {
         map.weight = used.then(|| WeightMap {
             mass_kg: Some(1.0),
@@ -30,7 +33,7 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
         }
         if let Some(centre) = &mut weight.centre_m {
             for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
-                number(ui, [name, " m", "Centre of mass in the frame of the sensor"], value);
+                number(ui, [name, " m", "Centre of mass of the weight in the frame of the sensor"], value);
             }
         }
         let names = ["gravity x", "gravity y", "gravity z"];
@@ -50,19 +53,19 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
             "Each angle turns about an axis that the previous angles have turned",
         );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
-            "Adds the force that accelerates the weight, computed from the position columns of the pose",
+            "Adds the inertia force of the accelerated weight; the acceleration is computed from the position columns of the pose",
         );
-        let smoothing = ["smoothed over", " s", "Window of time in which each acceleration is estimated"];
+        let smoothing = ["acceleration smoothed over", " s", "Duration of the window in which each acceleration is estimated"];
         number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
-            "Estimates mass and centre by least squares from the pose and a measured load. The mass needs Fx, Fy and Fz; the centre also needs Mx, My and Mz",
+            "Estimates mass and centre of mass of the weight by least squares from the pose and a measured load. The mass needs Fx, Fy and Fz; the centre of mass also needs Mx, My and Mz",
         ) {
             out.send(ImportCommand::FindWeight);
         }
         if ui.press(
-            "Add a mount",
-            "Adds one of several weights or mounting places. The column \"mount\", or a part of the file name, chooses the mount of a sample",
+            "Add a weight",
+            "Adds a weight, for recordings with several weights or mounting places. The column \"mount\", or a part of the file name, tells which weight belongs to a sample",
         ) {
             weight.mounts.push(Mount {
                 name: format!("mount{}", weight.mounts.len() + 1),
@@ -78,11 +81,15 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
     });
 }
 
-/// Draws one of several weights. Returns false if the user removed this weight.
+/// Draws the name, mass and centre of mass of one of several weights. Returns false if the user removed this weight.
 fn mount(ui: &mut Ui, nth: usize, mount: &mut Mount) -> bool {
     let row = ui.horizontal_wrapped(|ui| {
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
-        ui.field(format!("Mount {nth}"), name, "Name in the column \"mount\", or in the file name");
+        ui.field(
+            format!("Weight {nth}"),
+            name,
+            "Name of this weight in the column \"mount\", or in the file name",
+        );
         let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
         let centre = mount.centre_m.get_or_insert([0.0; 3]);
         let centre = ["x", "y", "z"].into_iter().zip(centre);
@@ -93,12 +100,12 @@ fn mount(ui: &mut Ui, nth: usize, mount: &mut Mount) -> bool {
                 [
                     what,
                     suffix,
-                    "Mass of this mount, and its centre of mass in the frame of the sensor",
+                    "Mass of this weight, and its centre of mass in the frame of the sensor",
                 ],
                 value,
             );
         }
-        !ui.press_small("×", "Removes this mount")
+        !ui.press_small("×", "Removes this weight")
     });
     row.inner
 }

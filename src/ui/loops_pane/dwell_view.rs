@@ -23,7 +23,7 @@ pub fn show(
     picture: &DwellPlot,
     out: &mut Out,
 ) {
-    // Skips an answer that was computed for another minimum time of a dwell.
+    // Skips a result that was computed for another minimum duration of dwells.
     if picture.hold_secs != engine.project().measuring.hold_secs {
         return;
     }
@@ -48,7 +48,7 @@ fn list(ui: &mut Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     let n = picture.dwells.len();
     let axis = picture.question.axis;
     let level = |at: usize| match picture.dwells[at].level {
-        _ if picture.dwells[at].at_zero => "at zero".to_owned(),
+        _ if picture.dwells[at].at_zero => "zero load".to_owned(),
         Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
         None => "–".to_owned(),
     };
@@ -110,7 +110,7 @@ fn drawing<'a>(
     let lines = lines.zip([inks.conventional, inks.compensated]).zip(shown);
     Figure {
         title: axis.label_of("drift"),
-        across: Scale::new("dwell time [s]", frame.loads),
+        across: Scale::new("time since the start of the dwell [s]", frame.loads),
         up: Scale::new(axis.label_of("error"), frame.outputs),
         lines: lines
             .filter(|(_, is_shown)| *is_shown)

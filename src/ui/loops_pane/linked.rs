@@ -1,4 +1,4 @@
-//! Links the loops with the traces: the sample under the pointer is marked in both panes.
+//! Links the loops with the traces: the sample under the pointer in one pane is marked in both panes.
 
 use std::ops::Range;
 
@@ -16,36 +16,37 @@ use crate::ui::palette;
 use crate::ui::plots::Drawn;
 use crate::ui::time_view::TimeView;
 
-/// Maximum distance (points) between the pointer and the sample that is marked.
+/// Maximum distance (points) from the pointer to the nearest sample. A sample further away is not marked.
 const NEAR: f32 = 12.0;
-/// Maximum number of samples whose distance to the pointer is computed in a frame.
+/// Maximum number of samples whose distance to the pointer is computed in a frame, so that the frame does not take long.
 const MAX_SAMPLES: usize = 200_000;
 /// Maximum number of characters of a recording's name in the tooltip.
 const NAME_LENGTH: usize = 44;
 
-/// Samples of the loops that are also in the traces.
+/// Samples that both the loop plot and the traces show.
 pub struct Shared<'a> {
     plot: &'a LoopPlot,
     traces: &'a TraceSet,
     axis: &'a AxisTraces,
-    /// Parts of the loops, one for each recording. Empty if a recording in the traces has no reference.
+    /// Samples of each recording that both the loop plot and the traces show. Empty if a recording in the traces has no
+    /// reference load.
     parts: Vec<Part<'a>>,
 }
 
 struct Part<'a> {
     segment: &'a Segment,
-    /// Indices of the samples in the traces.
+    /// Indices of the recording's samples among the samples of the traces.
     samples: Range<usize>,
     calculated: &'a Series,
     recording: &'a Recording,
     decimation: usize,
 }
 
-/// A cycle that contains the sample under the pointer.
+/// Load cycle that contains the sample under the pointer.
 struct Found {
     number: usize,
     n_within: usize,
-    /// Indices of the samples in the traces.
+    /// Indices of the cycle's samples among the samples of the traces.
     samples: Range<usize>,
 }
 
@@ -71,15 +72,17 @@ impl<'a> Shared<'a> {
         Some(Self { parts: plot.parts.iter().filter_map(part).collect(), plot, traces, axis })
     }
 
-    /// Returns the reason why a part of the loops is not in the traces.
+    /// Returns the reason why some samples of the loop plot are not in the traces; `None` if all are.
     pub fn missing(&self) -> Option<String> {
         let symbol = self.axis.axis.symbol();
         match (self.parts.len(), self.plot.parts.len()) {
             (n, all) if n == all => None,
             _ if self.axis.calculated.is_none() => Some(format!(
-                "Not linked with Traces: a recording in Traces has no reference {symbol}."
+                "Not linked with Traces: a recording in Traces has no reference load {symbol}."
             )),
-            (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
+            (0, _) => {
+                Some("Not linked with Traces: the pane Traces shows other recordings.".to_owned())
+            }
             (n, all) => Some(format!(
                 "The Traces pane shows {n} of {all} recordings; only these are linked with the loops."
             )),
@@ -90,7 +93,7 @@ impl<'a> Shared<'a> {
         self.parts.iter().find(|part| part.samples.contains(&k))
     }
 
-    /// Returns the point of the loops that belongs to a sample of the traces.
+    /// Returns the point of the loop plot at which sample `k` of the traces is drawn.
     fn point(&self, part: &Part<'_>, output: Option<Trace>, k: usize) -> Option<[f64; 2]> {
         let up = match (self.plot.question.up, output) {
             (Up::Gauge(gauge), _) => {
@@ -105,7 +108,7 @@ impl<'a> Shared<'a> {
         Some([part.calculated.value(k), up])
     }
 
-    /// Returns the index and the output of the drawn sample that is nearest to the pointer.
+    /// Returns the sample that is drawn nearest to the pointer: its index in the traces, and the load whose curve is nearest.
     fn nearest(
         &self,
         drawn: &Drawn,
@@ -127,7 +130,7 @@ impl<'a> Shared<'a> {
         (found.0 <= NEAR * NEAR).then_some((found.1, found.2))
     }
 
-    /// Returns the innermost cycle that contains a sample.
+    /// Returns the innermost load cycle that contains sample `k`; small cycles may lie inside larger cycles.
     fn cycle_at(&self, k: usize) -> Option<Found> {
         let segment = self.part_of(k)?.segment;
         let first = segment.samples.start;
@@ -143,15 +146,15 @@ impl<'a> Shared<'a> {
         };
         Some(Found {
             number: at + 1,
-            // The count includes the cycle itself.
+            // The count includes the cycle itself, which is subtracted.
             n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
             samples: first + samples.start..first + samples.end,
         })
     }
 }
 
-/// Marks the sample of the traces in the loops. Marks the sample under the pointer in the loops and in the traces, and shows a
-/// tooltip about the sample. Returns the samples of its cycle after a click.
+/// Marks one sample in the loops and in the traces: the sample under the pointer in either pane. Shows a tooltip if the
+/// pointer is in the loops. After a click, returns the samples of the load cycle that contains the sample.
 pub fn link(
     ui: &Ui,
     drawn: &Drawn,
@@ -222,7 +225,7 @@ fn tell(
             };
             let n_cycles = shared.plot.cycles.len();
             ui.label(format!(
-                "cycle {number} of {n_cycles}{within}; click to show this cycle alone"
+                "cycle {number} of {n_cycles}{within}; click to show only this cycle"
             ));
         }
         ui.label(format!("{symbol} Reference {} {unit}", significant(load, 4)));

@@ -1,4 +1,4 @@
-//! Draws the loops of one axis, the plot of the width against the load, and the table of figures.
+//! Draws the loops of one axis, the width of a loop against the load, and the table of loop figures.
 
 use egui::Ui;
 
@@ -47,12 +47,12 @@ pub fn show(
                 (
                     FiguresOf::Mean,
                     "Mean loop",
-                    "Shows the mean of the cycles that cover at least 80 % of the range of the largest cycle. Needs three or more cycles, which cover more than half of the range of all loads",
+                    "Shows the mean of the cycles that cover at least 80 % of the range of the largest cycle. Needs at least three cycles that cover more than half of the range of all loads",
                 ),
                 (
                     FiguresOf::Largest,
                     "Largest cycle",
-                    "Shows the cycle whose branches have the largest common range of loads",
+                    "Shows the cycle whose rising and falling branches have the largest common range of loads",
                 ),
             ] {
                 let can = has_mean || of == FiguresOf::Largest;
@@ -87,7 +87,7 @@ pub fn show(
     if let Some(shared) = shared
         && let Some(samples) = linked::link(ui, &drawn, &view, &shared, time)
     {
-        // The traces show the cycle alone, and the loops show the interval of the traces.
+        // After a click on a cycle, the traces show only this cycle, and the loops show only what is visible in the traces.
         pane.span = Span::Visible;
         time.show_samples(samples);
     }
@@ -101,20 +101,20 @@ fn lag(ui: &mut Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     };
     let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
     ui.add_enabled(picture.lag.is_removable() || picture.question.lag_removed, switch).on_hover_text(
-        "Delays the reference by the delay or low-pass of the gauges, and fits the gains of both outputs again. The remaining width is hysteresis, without the effect of an amplifier's filter. Each output has its own lag",
+        "Delays the reference load by the delay or low-pass of the gauges, and fits the gains of the uncompensated and the compensated load again. The remaining width of the loops is hysteresis, without the effect of an amplifier's filter. Each of the two loads has its own lag",
     );
 }
 
-/// Draws the width of the cycles against the rate of the load. A width that grows with the rate shows a lag; a constant width
-/// shows hysteresis.
+/// Draws the width of the load cycles against the rate at which the load changes. A width that grows with the rate shows a
+/// lag; a constant width shows hysteresis.
 fn by_rate(ui: &mut Ui, view: &LoopView<'_>, out: &mut Out) {
-    const ABOUT: &str = "Width of the full cycles against the mean rate of the load. A width proportional to the rate shows a lag, a constant width shows hysteresis";
+    const ABOUT: &str = "Width of the full cycles against the mean rate at which the load changes. A width proportional to the rate shows a lag, a constant width shows hysteresis";
     let figure = |inks: &Inks| view.widths_by_rate(inks);
     let text = if figure(&Inks::PRINT).is_some() {
         whole_plot(ui, "widths by rate", |inks| figure(inks).unwrap_or_default(), out);
         "Width against rate"
     } else {
-        "The full cycles have about the same rate, so their widths alone do not distinguish lag from hysteresis."
+        "The load changes at about the same rate in all full cycles, so the widths of the cycles do not distinguish lag from hysteresis."
     };
     ui.weak(text).on_hover_text(ABOUT);
 }

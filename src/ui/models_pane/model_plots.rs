@@ -1,5 +1,5 @@
-//! Plots of the model on screen, on recordings outside the fit: compensated against reference load, and error against reference
-//! load.
+//! Plots of the model on screen, for recordings that the model was not fitted to: compensated against reference load, and
+//! error against reference load.
 
 use crate::questions::loops::asked::{AskPredicted, AskResidual, LookAt};
 use crate::questions::loops::{
@@ -27,10 +27,11 @@ impl ModelPlots {
         let chosen = self.axis.filter(|own| axes.contains(own));
         let Some(mut axis) = chosen.or(axes.first().copied()) else { return };
         ui.horizontal_wrapped(|ui| {
-            ui.strong("Model on screen")
-                .on_hover_text("The button Use of another row shows that model");
+            ui.strong("Model on screen").on_hover_text(
+                "To show another model here, press the button Use in its row of the list",
+            );
             for own in axes {
-                ui.select(&mut axis, *own, own.symbol(), "Shows this axis");
+                ui.select(&mut axis, *own, own.symbol(), "Shows the plots of this axis");
             }
         });
         if self.axis.is_some_and(|own| own != axis) {

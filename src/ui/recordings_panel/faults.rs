@@ -1,4 +1,4 @@
-//! Draws the limits of the gauges, the overload tolerance, and the number of samples that look faulty.
+//! Draws the controls of the gauge limits and of the overload tolerance, and the number of samples that look faulty.
 
 use egui::Ui;
 
@@ -52,8 +52,8 @@ pub fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         }
         if (n_faulty > 0 || project.gauge_range.is_some())
             && ui.press(
-                "Leave out",
-                "Removes the faulty samples from the recordings. Features with memory start anew after a removed interval that is longer than a gap. Exported code then reports clipped gauges. Undo restores the samples",
+                "Leave out faulty samples",
+                "Removes the faulty samples from the recordings. Features with memory, such as the look-back, start anew after a removed interval that is longer than the limit for a pause in a recording. Afterwards, exported code reports clipped gauges. Undo restores the samples",
             ) {
                 out.send(Action::LeaveOutFaulty);
             }
@@ -64,7 +64,7 @@ fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>)
     let Some(range) = entered else { return };
     let names = &project.recordings.layout().gauge_names;
     let ends = |ui: &mut Ui, (low, high): &mut (f64, f64), of: &str| {
-        for (value, what) in [(low, "Minimum value"), (high, "Maximum value")] {
+        for (value, what) in [(low, "Smallest possible value"), (high, "Largest possible value")] {
             let speed = (0.001 * value.abs()).max(1e-6);
             let field = egui::DragValue::new(value).speed(speed);
             ui.add(field).on_hover_text(format!("{what} of {of}"));
@@ -76,7 +76,7 @@ fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>)
     let mut by_gauge = matches!(range, GaugeRange::Each(_));
     if ui.tick(
         &mut by_gauge,
-        "by gauge",
+        "for each gauge",
         "Sets separate limits for each gauge, for gauges on different amplifiers",
     ) {
         let own = |gauge: usize| range.of(gauge);
@@ -94,7 +94,7 @@ fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>)
     };
     ranges.resize(names.len(), None);
     let known = ranges.iter().flatten().count();
-    let button = egui::Button::new(format!("{known} of {}", names.len()));
+    let button = egui::Button::new(format!("{known} of {} gauges", names.len()));
     let response = ui.menu_of_fields(button, |ui| {
         egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
             egui::Grid::new("limits of gauges").show(ui, |ui| {

@@ -24,19 +24,19 @@ pub fn group_button(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, 
 fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
     let entries = engine.entries();
     let text = text_of(typed, at, || group_of(engine, at).unwrap_or_default().to_owned());
-    let field = egui::TextEdit::singleline(text).hint_text("detected; Enter sets it");
+    let field = egui::TextEdit::singleline(text).hint_text("empty: group as detected");
     let field =
-        ui.labelled("Group: recordings that repeat a load programme, a day or a mounting", field);
+        ui.labelled("Group: recordings with the same load programme, day or mounting", field);
     let text = text.trim().to_owned();
     let entered = ui.entered(&field).then_some((!text.is_empty()).then_some(text));
-    let cleared = ui.button("As found").clicked().then_some(None);
+    let cleared = ui.button("As detected").clicked().then_some(None);
     let mut chosen = cleared.or(entered).map(|group: Option<String>| {
         let mut groups: Vec<_> = entries.iter().map(|entry| entry.group.clone()).collect();
         groups[at] = group;
         groups
     });
     ui.separator();
-    ui.label("All recordings");
+    ui.label("Groups of all recordings");
     let by = |text: &'static str| {
         let pattern = text.parse::<GroupPattern>().ok();
         move |(_, entry): (usize, &Entry)| pattern.as_ref()?.group_of(&entry.recording)
@@ -44,10 +44,10 @@ fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &
     let own = |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
     type GroupOf<'a> = &'a dyn Fn((usize, &Entry)) -> Option<String>;
     let all: [(&str, GroupOf<'_>); 4] = [
-        ("As found", &|_| None),
-        ("By file", &by("{file}")),
-        ("By folder", &by("{folder}")),
-        ("Each on its own", &own),
+        ("As detected", &|_| None),
+        ("One group for each file", &by("{file}")),
+        ("One group for each folder", &by("{folder}")),
+        ("Each recording on its own", &own),
     ];
     for (label, group) in all {
         if ui.button(label).clicked() {
@@ -61,7 +61,7 @@ fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &
     }
 }
 
-/// Returns the text of a field about a recording; `first` returns the text before the user types.
+/// Returns the text that the user types into a field about a recording. Before the user types, the text is `first`.
 fn text_of(typed: &mut Typed, at: usize, first: impl FnOnce() -> String) -> &mut String {
     if typed.as_ref().is_none_or(|(of, _)| *of != at) {
         *typed = Some((at, first()));
@@ -75,7 +75,7 @@ fn day_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mu
     let text = text_of(typed, at, || {
         recording.dated().map_or_else(String::new, |dated| dated.day.to_string())
     });
-    let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets it");
+    let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets the date");
     let field = ui.labelled("Date of all recordings of this file, for comparing days", field);
     let entered = ui.entered(&field);
     let day = text.trim().parse::<Day>();
@@ -190,7 +190,7 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
     });
 }
 
-/// Returns the name, shortened to this width (points).
+/// Returns the name of a recording, shortened to this width (points).
 fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
@@ -200,7 +200,8 @@ fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     if fits(name) {
         return name.to_owned();
     }
-    // Bisection, because measuring a long name at every length would make each frame slow.
+    // Bisection finds the number of characters that fit, because measuring the name at every length would make each frame
+    // slow.
     let (mut most, mut too_many) = (1, name.chars().count());
     while too_many - most > 1 {
         let middle = most.midpoint(too_many);
@@ -214,19 +215,19 @@ fn shortened(ui: &Ui, name: &str, room: f32) -> String {
 
 fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Response {
     ui.strong(format!("Tare {name}"));
-    let quiet = ui.button("Over its first quiet half second").on_hover_text(
-        "Subtracts the mean gauges of the first quiet half second in which the reference is zero. Undo restores the values",
+    let quiet = ui.button("Tare over the first quiet half second").on_hover_text(
+        "Subtracts the mean gauge values of the first quiet half second in which the reference load is zero. Undo restores the gauge values",
     );
     let tare = |tare| Action::Tare(vec![at], tare).into();
     let mut chosen: Option<Command> = quiet.clicked().then(|| tare(Tare::Auto));
     for secs in [0.5, 1.0, 2.0, 5.0] {
-        let label = format!("Over its first {secs} s");
-        if ui.press(label, "Subtracts the mean gauges of this interval") {
+        let label = format!("Tare over the first {secs} s");
+        if ui.press(label, "Subtracts the mean gauge values of this interval of the recording") {
             chosen = Some(tare(Tare::Interval(0.0, secs)));
         }
     }
-    let about = "Subtracts the mean gauges between cursor A and cursor B";
-    if ui.press("Over the interval between the cursors", about) {
+    let about = "Subtracts the mean gauge values between cursor A and cursor B";
+    if ui.press("Tare over the interval between the cursors", about) {
         chosen = Some(Command::TareBetweenCursors(at));
     }
     if let Some(chosen) = chosen {
@@ -254,7 +255,10 @@ pub fn rmse_label(
             ui.label(format!("{}: {rmse} {}", axis.symbol(), axis.unit()));
         }
         if let Some(share) = result.share_with_past {
-            ui.label(format!("{:.0} % of the samples have a past sample", 100.0 * share));
+            ui.label(format!(
+                "The look-back finds an earlier sample for {:.0} % of the samples",
+                100.0 * share
+            ));
         }
     });
 }

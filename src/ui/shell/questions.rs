@@ -22,7 +22,7 @@ const LEFT_FILES: usize = 4;
 struct Naming {
     content: FileContent,
     path: String,
-    /// True until the path field has been drawn and has the focus.
+    /// True until the path field has been drawn for the first time and has the focus.
     is_new: bool,
 }
 
@@ -37,7 +37,7 @@ impl Questions {
         self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
     }
 
-    /// Returns the content that waits for a path, and closes the question for the path.
+    /// Returns the content that waits for a file path, and closes the dialog that asks for the path.
     pub fn take_content(&mut self) -> Option<FileContent> {
         Some(self.naming.take()?.content)
     }
@@ -101,7 +101,7 @@ fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
     };
     let answers = [
         (yes, about, Action::Replace(true).into()),
-        ("Leave it", "Nothing is written", Action::Replace(false).into()),
+        ("Do not write", "Nothing is written", Action::Replace(false).into()),
     ];
     ask(context, "replace", [title, &text], &answers, out);
 }
@@ -144,7 +144,7 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
     let Some(leaving) = &engine.leaving else {
         return;
     };
-    // The session is already being saved.
+    // While a path or a replacement is being confirmed, the session is already being saved.
     if is_naming || engine.replacing.is_some() {
         return;
     }
@@ -242,13 +242,13 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, out: &mut Out) {
 /// Returns the names of the first files of a session.
 fn files_of(session: &Session) -> String {
     let names = session.files.iter().map(|file| file_name(&file.absolute));
-    let built_in = session.built_in.then_some(Cow::Borrowed("built-in sensor"));
+    let built_in = session.built_in.then_some(Cow::Borrowed("built-in simulated sensor"));
     let max = LEFT_FILES + usize::from(session.built_in);
     let names = first(max, built_in.into_iter().chain(names));
     if names.is_empty() { "no files".to_owned() } else { names }
 }
 
-/// Asks for the folder of the session's files that were moved.
+/// Asks for the folder to which the session's files were moved.
 fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
     let lost = &engine.project().lost;
     if lost.is_empty() {
@@ -281,7 +281,7 @@ fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
                     "Search folder",
                     "Reads the files found in this folder",
                 ];
-                if let Some(path) = ui.path_field("Now in the folder", found, (380.0, ""), about) {
+                if let Some(path) = ui.path_field("Present folder or file", found, (380.0, ""), about) {
                     out.send(Action::Locate(path));
                 }
             });

@@ -1,4 +1,5 @@
-//! Histogram of the look-back ages. Ages above t_th have another colour.
+//! Histogram of the look-back ages: the time since the load differed by the force threshold F_th. Ages above the time
+//! threshold t_th have another colour.
 
 use egui_plot::{Bar, BarChart, VLine};
 
@@ -38,7 +39,7 @@ pub fn ages(
         .response;
     plots::finish(&response, name, None, out);
     response.on_hover_text(format!(
-        "Time since the load differed by F_th. Green: the past sample is used. Grey: the past sample is older than t_th and not used. {} % of the samples have a past sample older than the last bar",
+        "Time since the load differed by the force threshold F_th. Green: within the time threshold t_th, so the look-back uses this earlier sample. Grey: longer ago than t_th, so the sample is not used. For {} % of the samples it is longer ago than the last bar shows",
         significant(share(past_ages.n_beyond), 2)
     ));
 }

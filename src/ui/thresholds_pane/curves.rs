@@ -1,5 +1,5 @@
-//! Curves of the error through the present pair of thresholds, against F_th and against t_th, separately for forces and
-//! moments.
+//! Curves of the error through the present pair of thresholds, against the force threshold F_th and against the time
+//! threshold t_th, separately for forces and moments.
 
 use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
@@ -80,7 +80,7 @@ fn curve(
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
         let x = response.transform.value_from_position(pointer).x / factor;
-        // The pointer selects a value with a precision of about three digits.
+        // The value under the pointer is rounded to three significant digits.
         let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
         let wanted = match along {
             Along::F => Thresholds { f_th: value, ..present },

@@ -1,4 +1,5 @@
-//! Map of the error for pairs of F_th and t_th: one pixel of a texture for each pair, with t_th on a logarithmic axis.
+//! Map of the error for pairs of force threshold F_th and time threshold t_th: one pixel of a texture for each pair, with
+//! t_th on a logarithmic axis.
 
 use std::sync::Arc;
 
@@ -16,11 +17,12 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::plots;
 
-/// The image of a map, with the inputs of the image: map, number of computed rows, measure and set of samples.
+/// The image of a map, and the inputs from which it was made: the map, the number of computed rows, the axes whose error is
+/// shown, and the set of samples.
 #[derive(Default)]
 pub struct MapTexture {
     made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
-    /// Image, range of the errors that the colours cover, and whether an error is above the range.
+    /// The image, the range of errors that its colours cover, and true if an error is above this range.
     image: Option<(TextureHandle, (f64, f64), bool)>,
 }
 
@@ -39,7 +41,7 @@ pub fn map(
     let Some((image, (least, greatest), is_cut_off)) = &texture.image else {
         ui.weak(match map.n_rows_done() {
             0 => "The first rows of the map are being computed.".to_owned(),
-            _ => format!("No errors: {}", set.missing(Some(NoCrossValidation::FewSamples))),
+            _ => format!("No errors to show: {}", set.missing(Some(NoCrossValidation::FewSamples))),
         });
         return;
     };
@@ -88,7 +90,8 @@ pub fn map(
                 map.nearest(Thresholds { f_th: at.x / shown_as, t_th_secs: 10_f64.powf(at.y) });
             let thresholds = map.thresholds(pair.0, pair.1);
             let value = map.value(set, measure, pair.0, pair.1);
-            let value = value.map_or_else(|| "not yet".to_owned(), |value| significant(value, 4));
+            let value = value
+                .map_or_else(|| "not yet computed, unit".to_owned(), |value| significant(value, 4));
             let unit = measure.unit(&map.scale);
             response.response.clone().on_hover_text_at_pointer(format!(
                 "{}: {value} {unit}\nclick to set; ◆ minimum, ○ present pair",
@@ -115,13 +118,15 @@ fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
         .collect()
 }
 
-/// Returns the place of t_th on the logarithmic axis. A t_th of zero is at the lower end of the axis.
+/// Returns the place of a time threshold t_th on the logarithmic axis of the map. A t_th of zero is at the lower end of the
+/// axis.
 fn log(t_th_secs: f64, map: &ThresholdMap) -> f64 {
     let lowest = corners(map).0[1];
     if t_th_secs > 0.0 { t_th_secs.log10().max(lowest) } else { lowest }
 }
 
-/// Returns the lower left and the upper right corner of the map, as F_th and log₁₀ t_th.
+/// Returns the lower left and the upper right corner of the map, each as force threshold F_th and logarithm (base 10) of the
+/// time threshold t_th.
 fn corners(map: &ThresholdMap) -> ([f64; 2], [f64; 2]) {
     let ends = |values: &[f64], place: fn(f64) -> f64| {
         let n = values.len();
@@ -159,8 +164,8 @@ impl MapTexture {
     }
 }
 
-/// Returns the image with one pixel for each pair: F_th increases to the right, t_th upwards. A row that is not computed yet
-/// shows the nearest computed row.
+/// Returns the image with one pixel for each pair of thresholds: F_th increases to the right, t_th upwards. A row that is not
+/// computed yet shows the nearest computed row.
 fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) -> ColorImage {
     let (n_f, n_t) = (map.grid.f_ths.len(), map.grid.t_ths_secs.len());
     let has_row = |f_at: usize| values[f_at * n_t].is_some();

@@ -25,7 +25,7 @@ pub struct Cursors {
     pub table: bool,
 }
 
-/// Statistics of the values of one series that are summed so far.
+/// Statistics of one series, over the values that have been added so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Figures {
     n: usize,
@@ -73,7 +73,7 @@ struct Span {
 }
 
 impl Span {
-    /// Sums the next values. Returns true if all values are summed.
+    /// Adds the next values to the statistics. Returns true once all values between the cursors are added.
     fn go_on(&mut self) -> bool {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
         let end = (self.next + n).min(self.samples.end);
@@ -156,7 +156,7 @@ impl Cursors {
         egui::Window::new("Cursors")
             .open(&mut open)
             .default_size([640.0, 260.0])
-            // The table is beside the plots if there is room.
+            // If there is room, the table is beside the plots.
             .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
             .show(ui.ctx(), |ui| {
                 let figures = table(span, a, b);

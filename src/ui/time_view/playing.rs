@@ -12,8 +12,8 @@ pub struct Playing {
     /// Time on the time axis (s); `None` before playing started.
     time: Option<f64>,
     pub running: bool,
-    /// True if a key moved the playing position after the last move of the pointer. Then the sample at the playing position is
-    /// the present sample.
+    /// True if a key moved the playing position after the last move of the pointer. Then the other panes show the sample at
+    /// the playing position.
     pub stepped: bool,
     speed: f64,
 }
@@ -37,11 +37,11 @@ impl Playing {
         let label = if self.running { "Stop" } else { "Play" };
         if ui.press(
             label,
-            "Plays from cursor A, or from the start of the visible time; draws the look-back at each sample (Space)",
+            "Plays the recording from cursor A, or from the start of the visible time; draws the look-back (earlier gauge values) at each sample (Space)",
         ) {
             self.running = !self.running;
         }
-        let about = "Speed: seconds of the recording per second";
+        let about = "Playing speed: seconds of the recording per second";
         let button = egui::ComboBox::from_id_salt("speed").width(48.0);
         choice(ui, button, &mut self.speed, SPEEDS, |speed| (format!("{speed}×"), about))
             .on_hover_text(about);

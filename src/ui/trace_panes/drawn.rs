@@ -1,5 +1,5 @@
-//! Draws traces. The shapes of a trace are kept until its samples, range or style change, because most frames only follow the
-//! pointer.
+//! Draws the lines of the traces. The shapes of a line are kept until its samples, range or style change, because in most
+//! frames only the pointer moves.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -16,10 +16,10 @@ use crate::ui::palette::Trace;
 use crate::ui::plots::{Shapes, piece_shapes};
 use crate::ui::time_view::Kind;
 
-/// The lines of the last frame, by axis, kind of plot and load.
+/// The lines that were drawn in the last frame, by axis, kind of plot (loads or errors) and load.
 pub type DrawnLines = RefCell<HashMap<(Axis, Kind, Trace), Drawn>>;
 
-/// A drawn line and the inputs of the drawing. Weak references to the inputs do not keep old samples in memory.
+/// A drawn line, and the inputs from which it was drawn. Weak references to the inputs do not keep old samples in memory.
 #[derive(Debug)]
 pub struct Drawn {
     series: Weak<Series>,

@@ -1,4 +1,4 @@
-//! Draws the look-back of the sample under the pointer: the searched interval of time and the past sample.
+//! Draws the look-back of the sample under the pointer: the searched interval of time and the earlier sample that was found.
 
 use egui::{Align2, Color32, Stroke, Ui};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
@@ -17,7 +17,8 @@ const STRIP_TEXT: f32 = 11.0;
 /// Maximum number of samples that the small plot reads in a frame.
 const STRIP_SAMPLES: usize = 50_000;
 
-/// Draws the searched interval of length t_th. F_th is a distance in several axes, so [`strip`] draws F_th.
+/// Draws the interval of length t_th (time threshold) that the look-back searches. The force threshold F_th is a distance
+/// over several axes, so [`strip`] draws it in a plot of its own.
 pub fn thresholds(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -130,8 +131,8 @@ pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     format!("{} at {}: {}", axis.axis.symbol(), traces.when(k, 6), all.join(", "))
 }
 
-/// Draws the look-back rule: the distance d(k, j) of each sample j within t_th to the present sample k, the threshold F_th, and
-/// the past sample.
+/// Draws the look-back rule: the distance d(k, j) of the load at each sample j within the time threshold t_th from the load
+/// at the present sample k, the force threshold F_th, and the earlier sample that the look-back found.
 fn strip(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let Some(segment) = traces.segment_of(k) else {
         return;
@@ -142,7 +143,7 @@ fn strip(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let points = going_back(traces, thresholds.t_th_secs, segment.samples.start, k);
     let reaches = points.iter().fold(0.0, |most: f64, (_, d)| most.max(*d));
     let top = 1.15 * reaches.max(thresholds.f_th).max(f64::MIN_POSITIVE);
-    // If the recording began less than t_th ago, the plot begins at the first sample.
+    // If the recording began less than the time threshold t_th ago, the plot begins at the recording's first sample.
     let since_start = traces.times[k] - traces.times[segment.samples.start];
     let longest = since_start.min(thresholds.t_th_secs).max(f64::MIN_POSITIVE);
     let at = |age: f64, d: f64| {
@@ -166,7 +167,7 @@ fn strip(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     }
     let shown = ShownFTh::of(traces.distance);
     let around = plot.expand(1.0);
-    let what = format!("distance d(k, j) to the present load [{}]", shown.unit);
+    let what = format!("distance d(k, j) from the present load [{}]", shown.unit);
     let f_th = format!("F_th {}", significant(shown.factor * thresholds.f_th, 3));
     let oldest = format!("{} s earlier", significant(longest, 3));
     for (at, align, words, color) in [
@@ -179,13 +180,14 @@ fn strip(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     }
 }
 
-/// Returns age (s) and distance of the samples before `k`, back to `t_th_secs` or to the first sample. Returns only the largest
-/// distance in each column of the plot.
+/// Returns the age (s) of the samples before `k`, and the distance of their load from the load at `k`, back to `t_th_secs` or
+/// to the first sample. Returns only the largest distance in each column of the plot.
 fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<(f64, f64)> {
     let now = traces.times[k];
     let oldest = first + traces.times[first..=k].partition_point(|time| now - time > t_th_secs);
     let n = k - oldest + 1;
-    // Of very many samples, only the newest of each column are read, because samples close in time have similar loads.
+    // If there are very many samples, only the newest samples of each column are read, because samples close in time have
+    // similar loads.
     let width = n.div_ceil(STRIP.x as usize).max(1);
     let looked_at = width.min(STRIP_SAMPLES / STRIP.x as usize);
     let mut points = Vec::new();
@@ -207,13 +209,13 @@ fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> Strin
     let past = traces.past_of(k);
     if past == k {
         return format!(
-            "no past sample found: no load differs by {} within {} s",
+            "look-back finds no earlier sample: no load differs by {} within {} s",
             amount(thresholds.f_th),
             significant(thresholds.t_th_secs, 3),
         );
     }
     format!(
-        "past sample: {} s earlier, {} away",
+        "look-back to the sample {} s earlier, whose load differs by {}",
         significant(traces.times[k] - traces.times[past], 3),
         amount(traces.distance_between(k, past)),
     )

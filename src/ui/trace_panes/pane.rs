@@ -22,9 +22,9 @@ use crate::ui::trace_panes::overlay;
 
 /// Share of the height for the loads; the errors get the remaining height.
 const TRACES_SHARE: f32 = 0.55;
-/// Minimum mean distance of the marks between recordings (pixels). With closer marks, none is drawn.
+/// Minimum mean distance (pixels) of the marks at which recordings begin. If the marks are closer, none is drawn.
 const MARKS_APART: usize = 8;
-/// Minimum horizontal resolution of a saved figure.
+/// Minimum horizontal resolution of a saved figure (pixels).
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
 
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +95,7 @@ fn pane(
     let key_of_columns = (&traces.times, visible.time, columns);
     let shared = panes.columns.take(key_of_columns, || visible.columns_of(columns));
     let lines = shown.iter().map(|(trace, series)| {
-        // On a line with several samples per pixel, dashes would look like noise.
+        // If a line has several samples per pixel, it is drawn solid, because dashes would look like noise.
         let dash = (trace.is_dashed() && lie_apart).then_some(figure::DASHED);
         let style = (trace.stroke(&visuals), dash);
         trace_line((axis.axis, kind, *trace), (series, &shared, &traces.times), style, drawn)
@@ -153,7 +153,7 @@ fn show_values(
     });
     let pointer = plot.response.hover_pos();
     let sample = pointer.and_then(|at| traces.sample_at(plot.transform.value_from_position(at).x));
-    // While playing, the first plot shows the tooltip.
+    // If the pointer is on no plot, the first plot shows the tooltip of the sample at the playing position.
     let is_first =
         kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
     let shown = match (sample, is_first && panes.playing.stepped) {
@@ -161,7 +161,7 @@ fn show_values(
         (None, true) => hovered.map(|k| (k, Some(plot.response.rect))),
         (None, false) => None,
     };
-    // The tooltip would cover an open menu.
+    // The tooltip is hidden while a menu is open, because it would cover the menu.
     if let Some((k, beside)) = shown.filter(|_| !plot.response.context_menu_opened()) {
         overlay::tooltip(ui, &plot.response, traces, axis, (k, beside));
     }
@@ -169,7 +169,7 @@ fn show_values(
 }
 
 impl<'a> Visible<'a> {
-    /// Returns the chosen interval, or the whole time, with the samples inside and one more sample on each side.
+    /// Returns the chosen interval, or the whole time, with the range of the samples inside and one more sample on each side.
     fn of(traces: &'a TraceSet, chosen: Option<(f64, f64)>, columns: usize) -> Option<Self> {
         traces.times.first()?;
         let time = chosen.unwrap_or_else(|| all_of(&traces.times));
@@ -179,7 +179,7 @@ impl<'a> Visible<'a> {
         Some(Self { traces, time, samples: start.min(end)..end, columns })
     }
 
-    /// Returns the duration of one column (s) if the plot has this number of columns.
+    /// Returns the duration of one column of pixels (s) if the plot has this number of columns.
     fn column_secs(&self, columns: usize) -> f64 {
         (self.time.1 - self.time.0) / columns.max(1) as f64
     }
@@ -191,7 +191,8 @@ impl<'a> Visible<'a> {
         &segments[first..end.max(first)]
     }
 
-    /// Returns the columns of each line. Each recording has its own line, unless there are more recordings than columns.
+    /// Returns the columns of pixels for each line. Each recording has its own line, unless there are more recordings than
+    /// columns.
     fn columns_of(&self, columns: usize) -> Vec<Columns> {
         let column_secs = self.column_secs(columns);
         let of = |samples: Range<usize>| Columns::of(&self.traces.times, samples, column_secs);
@@ -203,7 +204,7 @@ impl<'a> Visible<'a> {
         own.map(|own| of(own.start.max(samples.start)..own.end.min(samples.end))).collect()
     }
 
-    /// Shades the band that contains the load with a probability of about 95 %, if the regressor computes a band.
+    /// Shades the band that contains the load with a probability of about 95 %, if the regressor computes such a band.
     fn shade_band(&self, plot: &mut PlotUi<'_>, axis: &AxisTraces, color: Color32) {
         let Some([low, high]) = &axis.band else {
             return;

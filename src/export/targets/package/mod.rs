@@ -1,5 +1,6 @@
-//! A calibration as a library: its code in every language with examples, a test vector and self-tests. The self-tests compare
-//! with the results of [`Estimator`](crate::calibration::Estimator); the same calibration gives the same bytes.
+//! A calibration as a library: its code in every language with examples, test samples with expected loads, and self-tests.
+//! The expected loads are those of [`Estimator`](crate::calibration::Estimator). The same calibration always gives the same
+//! bytes.
 
 mod test_vector;
 
@@ -21,10 +22,11 @@ use crate::features::AuxiliaryChannel;
 use crate::formats::npz::zipped;
 use crate::shown::joined;
 
-/// Tolerance of a self-test as a share of full scale: in double, and in single precision.
+/// Largest error that a self-test allows, as a share of full scale: in double precision, and in single precision.
 const ALLOWED: (f64, f64) = (1e-9, 2e-6);
 
-/// Returns the tolerance in single precision. Large weights of a kernel cancel, which loses digits.
+/// Returns the largest error that a self-test in single precision allows. Large weights of a kernel cancel, which loses
+/// digits.
 fn allowed_in_float(calibration: &Calibration) -> f64 {
     let Some(Learned::Kernel(kernel)) = &calibration.learned else {
         return ALLOWED.1;
@@ -58,7 +60,7 @@ const TEMPLATES: [(&str, &str); 11] = [
     template!("matlab/selftest.m", "selftest.m"),
 ];
 
-/// Library in a `.zip` archive or in a folder.
+/// Library for a calibration, in a `.zip` archive or in a folder.
 pub(super) static PACKAGE: Target = Target {
     name: "Library with self-tests (C, Arduino, Rust, Python, MATLAB)",
     endings: &["zip"],
@@ -73,10 +75,10 @@ pub(super) static PACKAGE: Target = Target {
     ..CODE
 };
 
-/// Files of a library: paths inside it and contents.
+/// Files of a library, each with its path inside the library and its content.
 pub(in crate::export) type Files = Vec<(String, String)>;
 
-/// Returns all files; `name` is the base of the names inside them.
+/// Returns all files of a library. The names inside them are made from `name`.
 pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Result<Files> {
     let name = library_name(name);
     let export = of_target(&CODE, calibration, &name)?;
@@ -135,8 +137,8 @@ fn values(
     }
 }
 
-/// Returns the samples as CSV. The header is for people. Each row has time, gauges, auxiliary channels, load, conventional
-/// load, status, and whether the sample is at the edge of a threshold.
+/// Returns the test samples as CSV. The header is only for human readers. Each row has time, gauges, auxiliary channels,
+/// expected load, conventional load and status. The last cell tells whether the sample is at the edge of a threshold.
 fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
     let gauges = (1..=calibration.gauges.len()).map(|gauge| format!("gauge_{gauge}"));
     let axes = calibration.axes.iter().map(|axis| axis.symbol());

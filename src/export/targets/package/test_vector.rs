@@ -1,14 +1,14 @@
-//! Samples that cover all situations of a calibration, with the results of the program's own estimator.
+//! Test samples that cover all situations of a calibration, with the loads that this program's own estimator computes.
 //!
-//! Guarantees: gauges move as under loads within full scale, stay within their range in the training recordings, and are
-//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision or with a clock in ticks gets this
-//! very input.
+//! Guarantees: gauges move as under loads within full scale, and stay within their range in the training recordings. Gauges
+//! are single-precision numbers, and times are multiples of 0.1 ms. So code in single precision or with a clock in ticks gets
+//! exactly this input.
 
 use std::f64::consts::TAU;
 
 use crate::calibration::{Calibration, CalibrationError, Estimator};
 
-/// Time (s), gauges and auxiliary channels of a sample.
+/// Time (s), gauges and auxiliary channels of a test sample.
 pub(super) type Sample = (f64, Vec<f64>, Vec<f64>);
 
 #[derive(Clone, Debug)]
@@ -16,22 +16,24 @@ pub(super) struct Answered {
     pub sample: Sample,
     pub load: Vec<f64>,
     pub conventional: Vec<f64>,
-    /// Status flags, as in exported code.
+    /// Status flags of the sample, with the numbers that exported code uses.
     pub status: u8,
-    /// True if a slightly different threshold or clock gives another load.
+    /// True if a slightly different threshold or clock gives another load or status, so that self-tests skip the load of this
+    /// sample.
     pub at_edge: bool,
 }
 
-/// Sample rate of the test if the recordings' rate is unknown (Hz).
+/// Sample rate of the test samples if the sample rate of the recordings is unknown (Hz).
 const USUAL_RATE_HZ: f64 = 20.0;
-/// Largest load of the test as a share of full scale.
+/// Largest load in the test samples, as a share of full scale.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
-/// Largest motion of gauges without known loads, in standard deviations.
+/// Largest motion of a gauge in the test samples, in standard deviations of the gauge.
 const DEVIATIONS: f64 = 2.0;
-/// Number of samples of each fast motion, before and after the slow motion.
+/// Number of samples of each fast motion. One fast motion comes before the slow motion, and one after it.
 const FAST: usize = 100;
 const SLOW: usize = 500;
-/// Number of slow samples in the time in which the history settles. It sets the time step of the slow samples.
+/// Number of samples of the slow motion in the time that look-back, lags and creep need to settle after a start. It sets the
+/// sample interval of the slow motion.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
 pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
@@ -60,7 +62,7 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
     Ok(rows)
 }
 
-/// Returns the full scale of each axis, by which errors are divided.
+/// Returns the full scale of each axis, or 1 if it is unknown. Errors are divided by it.
 pub(super) fn full_scale(calibration: &Calibration) -> Vec<f64> {
     let scale = calibration.full_scale.iter();
     scale.map(|scale| if *scale > 0.0 { *scale } else { 1.0 }).collect()
@@ -89,7 +91,8 @@ fn answered(
     Ok(rows.collect())
 }
 
-/// Returns the samples: fast and slow motions, gauges that are not numbers, late and early times, a pause, and a reset clock.
+/// Returns the test samples: fast and slow motions, gauges that are not numbers, late and early times, a pause, and a reset
+/// clock.
 fn samples(calibration: &Calibration) -> Vec<Sample> {
     let rate_hz = calibration.rate_hz.unwrap_or(USUAL_RATE_HZ);
     let fast_secs = (1.0 / rate_hz).max(1e-3);
@@ -101,7 +104,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     let (mut time, mut fast) = (12.5, 0.0);
     for k in 0..FAST + SLOW + FAST {
         let is_fast = !(FAST..FAST + SLOW).contains(&k);
-        // Uneven steps, like those of real clocks; their mean is one.
+        // Sample intervals vary by this factor, as with real clocks; its mean is one.
         let uneven = 1.0 + 0.3 * (2.4 * k as f64).sin();
         time += uneven * if is_fast { fast_secs } else { slow_secs };
         if k == FAST + SLOW {
@@ -110,7 +113,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
         fast += if is_fast { 1.0 / 23.0 } else { 0.0 };
         let slow = k as f64 / SLOW as f64;
         let auxiliary = calibration.features.auxiliary.iter();
-        // The channel leaves its training range a little.
+        // The auxiliary channel goes a little beyond its range in the training recordings, to test the warning.
         let auxiliary = auxiliary.map(|channel| {
             let middle = 0.5 * (channel.min + channel.max);
             let moved = 0.65 * (channel.max - channel.min) * (TAU * 1.7 * slow).sin();
@@ -139,13 +142,14 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     samples
 }
 
-/// Returns gauges that move as under loads: each axis at its own rate, as the sum of a slow and a fast phase.
+/// Returns a function from the phases of a slow and a fast motion to gauges. The gauges move as under loads, in which each
+/// axis moves at its own rate.
 fn motion(calibration: &Calibration) -> impl Fn(f64, f64) -> Vec<f64> {
     let full_scale = full_scale(calibration);
     let gauges = 0..calibration.gauges.len();
-    // Gauges at full scale of each axis, in standard deviations.
+    // Change of each gauge at full scale of each axis, in standard deviations of the gauge.
     let slopes: Vec<Vec<f64>> = match calibration.gauges_per_load() {
-        // Without a map from loads to gauges, each gauge moves on its own.
+        // If the calibration gives no map from loads to gauges, each gauge moves by its own amount.
         None => gauges.map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3)]).collect(),
         Some(slopes) => gauges
             .map(|gauge| {

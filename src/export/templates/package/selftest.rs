@@ -1,4 +1,5 @@
-//! Self-test: runs the calibration on the samples of expected.csv and compares the loads. Ends with 0 if all agree.
+//! Self-test of an exported calibration: computes the loads of the samples in expected.csv and compares them. The exit code
+//! is 0 if all agree.
 //!
 //! rustc --edition 2021 -O selftest.rs && ./selftest ../expected.csv
 

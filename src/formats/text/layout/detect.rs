@@ -7,10 +7,10 @@ use super::start::{Line, first_lines, names, unbracketed};
 use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
 use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};
 
-/// Number of first lines that may contain the header.
+/// Number of first lines of a file among which the header is searched.
 const HEADER_LIMIT: usize = 60;
 
-/// Detects the layout of a table from its first lines; `None` if all are blank or comments.
+/// Detects the layout of a table from its first lines; `None` if all of them are blank or comments.
 pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
     let lines: Vec<Line> = all.iter().copied().filter(|line| !is_skipped(line.text)).collect();
@@ -25,7 +25,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     }
     let delimiter = delimiter_of_rows(&lines);
     let is_first_row = |at: usize| is_first_row(&lines[at..], delimiter);
-    // A line with known names is the header; otherwise the header is the line above the first row.
+    // A line with known column names is the header. Without such a line, the header is the line above the first row.
     let by_names = || {
         let is_header = |line: &Line| is_understood(line.text) && !holds_only_values(line.text);
         lines.iter().take(HEADER_LIMIT).position(is_header)
@@ -61,14 +61,14 @@ fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
         || TimeForm::of_all([cell].into_iter()).is_some()
 }
 
-/// Returns true if some delimiter divides a line into nothing but values.
+/// Returns true if any delimiter divides the line into cells that are all values (numbers or times).
 fn holds_only_values(text: &[u8]) -> bool {
     Delimiter::ALL.into_iter().any(|delimiter| {
         Cells::new(text, delimiter).all(|cell| cell.is_empty() || is_value(cell, delimiter))
     })
 }
 
-/// Returns the delimiter that gives the most values and the fewest other cells.
+/// Returns the delimiter that divides the lines into the most cells with values and the fewest other cells.
 fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
     let score = |delimiter: Delimiter| -> usize {
         let of_line = |line: &Line| {
@@ -78,12 +78,12 @@ fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
         lines.iter().map(of_line).sum()
     };
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
-    // `max_by_key` returns the last of equal elements.
+    // `max_by_key` returns the last of equal elements, so the comma is preferred.
     let candidates = [Spaces, Tab, Semicolon, Comma];
     candidates.into_iter().max_by_key(|&d| score(d)).unwrap_or(Comma)
 }
 
-/// Returns the numbers of cells with and without a value in a line.
+/// Returns how many cells of a line hold a value (number or time), and how many do not.
 fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
     let (values, others): (Vec<_>, Vec<_>) = Cells::new(text, delimiter)
         .filter(|cell| !cell.is_empty())
@@ -96,8 +96,8 @@ fn is_rowlike(text: &[u8], delimiter: Delimiter) -> bool {
     n_values > n_others
 }
 
-/// Returns true if the first of these lines is a row: as many cells as the next two lines, mostly values, and a value
-/// wherever the next line has one.
+/// Returns true if the first of these lines is a row of samples: as many cells as the next two lines, mostly values, and a
+/// value wherever the next line has one.
 fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     let cells = |line: &Line| -> Vec<bool> {
         let is_value = |cell: &[u8]| cell.is_empty() || is_value(cell, delimiter);
@@ -117,21 +117,21 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     is_rowlike(first.text, delimiter) && following.all(is_like)
 }
 
-/// Returns true if the line names a time, and a gauge or a load.
+/// Returns true if the cells of the line name a time column, and a gauge or a load.
 fn is_understood(text: &[u8]) -> bool {
     let cells = names(text, delimiter_of_header(text));
     let kinds: Vec<Kind> = cells.iter().filter_map(|cell| ColumnName::parse(cell).kind).collect();
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
-/// Returns true if the delimiter divides the rows below the header into values. The header is the first of `lines`.
+/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     let row = lines.iter().skip(1).find(|line| holds_only_values(line.text));
     row.is_none_or(|row| is_rowlike(row.text, delimiter))
 }
 
-/// Returns the index of the header above a row: the nearest line with as many cells, without lines of units and lines such
-/// as `Sample rate: 200 Hz`.
+/// Returns the index of the header above a row: the nearest line above with as many cells. Lines of units and lines such as
+/// `Sample rate: 200 Hz` are no header.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
     let n_cells = |at: &usize| names(lines[*at].text, delimiter).len();
     let is_as_wide = |at: &usize| n_cells(at).abs_diff(n_cells(&row)) <= 1 && n_cells(at) > 1;
@@ -143,7 +143,7 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
     Some(header).filter(is_as_wide)
 }
 
-/// Returns true if a line is a word and its value: `Sample rate: 200 Hz`.
+/// Returns true if a line is a note, a word with its value: `Sample rate: 200 Hz`.
 fn is_note(text: &[u8]) -> bool {
     let text = String::from_utf8_lossy(text);
     let Some((word, value)) = text.split_once([':', '=']) else {
@@ -169,7 +169,7 @@ fn may_be_thousands(cell: &[u8]) -> bool {
     (1..=3).contains(&at) && digits[0] != b'0' && digits.len() == at + 4
 }
 
-/// Returns the separator of thousands that occurs in a number which can be read in only one way.
+/// Returns the separator of thousands in these lines, if a number that can be read in only one way shows it.
 fn thousands_of(lines: &[Line], delimiter: Delimiter) -> Option<Thousands> {
     lines
         .iter()
@@ -177,9 +177,9 @@ fn thousands_of(lines: &[Line], delimiter: Delimiter) -> Option<Thousands> {
         .find_map(|cell| Some(unmistakable_number(cell)?.1))
 }
 
-/// Returns the decimal mark: the comma if numbers contain commas and no points, else the point.
+/// Returns the decimal mark of a table: the comma if its numbers contain commas and no points, else the point.
 fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
-    // If commas separate the cells, a comma in quotes may separate thousands.
+    // If commas separate the cells, a comma in a quoted number may separate thousands and does not show a decimal comma.
     let is_decimal = |cell: &[u8]| {
         (delimiter.allows_decimal_comma() || !may_be_thousands(cell))
             && decimal_comma_number(cell).is_some()

@@ -1,5 +1,5 @@
-//! Position of a table in its file and division of its text into cells, detected or given by a map. Detection never fails,
-//! and depends only on the first lines, not on the size of the blocks.
+//! Position of a table in a text file, and division of its text into cells. Both are detected or given by a column map.
+//! Detection never fails, and depends only on the first lines, not on the size of the blocks.
 
 mod detect;
 mod start;
@@ -14,25 +14,25 @@ use super::written::{Preamble, TextLayout};
 use crate::formats::column_name::ColumnName;
 use crate::formats::columns::Sample;
 
-/// Position and header of a table in its file, under a layout.
+/// Position and header of a table in its file, if the file has a given layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Head {
-    /// Line number of the header, or of the first row if there is no header.
+    /// Number of the line with the header, or with the first row if there is no header.
     pub line: u64,
-    /// Names of the columns; empty without a header.
+    /// Names of the columns in the header; empty without a header.
     pub names: Vec<String>,
     /// Column names from a comment above the rows, if there is no header and the comment names every column.
     pub names_in_comment: Vec<String>,
-    /// Units of the columns; empty without a units row.
+    /// Units of the columns in the line after the header; empty without such a line.
     pub units: Vec<String>,
-    /// Number of columns of the header, or, without a header, of most of the first rows.
+    /// Number of columns: cells of the header, or, without a header, cells of most of the first rows.
     pub n_columns: usize,
-    /// Number of lines before the first possible row.
+    /// Number of lines before the first line that may be a row.
     pub n_lines: u64,
-    /// Position in the file where the first possible row starts (bytes).
+    /// Position in the file where the first line that may be a row starts (bytes).
     pub n_bytes: usize,
     pub ati: Option<ati::Preamble>,
-    /// Index of the separate clock of the reference, if the file declares it.
+    /// Index of the time column for a reference with its own clock, if the file declares one.
     pub reference_time: Option<usize>,
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         start.n_columns = most_frequent(
             &rows.map(|line| Cells::new(line.text, delimiter).count()).collect::<Vec<_>>(),
         );
-        // The first line may have fewer cells than the table.
+        // The first row may have fewer cells than the table, so the names are counted against all columns.
         start.names_in_comment = detect::names_in_comment(&all, delimiter)
             .filter(|names| names.len() == start.n_columns)
             .unwrap_or_default();
@@ -110,17 +110,17 @@ pub(crate) fn sample<'a>(
     sample
 }
 
-/// Returns the position after the first lines that are inspected, and the mean length of a line (bytes).
+/// Returns the position behind the first lines, which are inspected, and the mean length of these lines (bytes).
 pub(crate) fn inspected(head: &[u8]) -> (usize, usize) {
     let lines = first_lines(head, 0);
     let end = lines.last().map_or(0, |line| line.end);
     (end, end / lines.len().max(1))
 }
 
-/// Returns the most frequent number, the first of several, or 0 if there is no number.
+/// Returns the number that occurs most often (of several, the first), or 0 for an empty list.
 fn most_frequent(numbers: &[usize]) -> usize {
     let count = |number: &&usize| numbers.iter().filter(|own| own == number).count();
-    // `max_by_key` returns the last of equal elements.
+    // `max_by_key` returns the last of equal elements, so the order is reversed to get the first.
     numbers.iter().rev().max_by_key(count).copied().unwrap_or(0)
 }
 

@@ -6,18 +6,19 @@ use crate::formats::csv::unguarded;
 use crate::formats::text::cells::{Cells, is_skipped};
 use crate::formats::text::written::Delimiter;
 
-/// Number of first lines that are inspected, without comments.
+/// Number of first lines of a file that are inspected to find its table, not counting comments.
 const INSPECTED_LINES: usize = 200;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
     pub number: u64,
-    /// Position in the file where the next line starts (bytes).
+    /// Position in the file where the line after this one starts (bytes).
     pub end: usize,
     pub text: &'a [u8],
 }
 
-/// Returns the lines up to the last line that is inspected. The first `n_skipped` lines are returned but not counted.
+/// Returns the first lines of a file up to the last one that is inspected. The first `n_skipped` lines are returned too, but
+/// do not count towards the limit.
 pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
@@ -63,7 +64,7 @@ pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<
     cells
 }
 
-/// Decodes UTF-8, or else Latin-1.
+/// Decodes a line as UTF-8, or else as Latin-1.
 fn decoded(text: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(text) {
         Ok(text) => Cow::Borrowed(text),

@@ -1,4 +1,4 @@
-//! CSV file of a threshold map: one row per pair of thresholds and set of samples.
+//! CSV file of a threshold map: one row for each pair of thresholds and each set of samples (train, test, cross-validation).
 
 use std::io;
 
@@ -18,10 +18,11 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     },
 };
 
-/// Writes thresholds, RMSE per axis, and RMSE of each group of axes. The conventional calibration comes first, with empty
-/// thresholds. Rows without errors are omitted.
+/// Writes the thresholds, the RMSE of each axis, and the combined RMSE of forces, of moments and of all axes. The first rows
+/// have empty thresholds and describe the conventional calibration. Rows without errors are omitted.
 ///
-/// **Units** `t_th` in s, `f_th` in N or as a share of full scale. The header contains the other units. Numbers have full precision.
+/// **Units** `t_th` in s, `f_th` in N or as a share of full scale. The header gives the units of the errors. Numbers have
+/// full precision.
 ///
 /// # Errors
 /// The I/O errors of `out`.

@@ -1,4 +1,4 @@
-//! Files of threshold maps. [`MAP_FORMATS`] is the only list of their formats.
+//! Files in which a threshold map can be saved. [`MAP_FORMATS`] is the only list of their formats.
 
 mod csv;
 mod svg;
@@ -13,7 +13,7 @@ use crate::export::FileFormat;
 
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];
 
-/// Returns the format for the ending of a path, or the first format for an unknown ending.
+/// Returns the file format that belongs to the ending of this path, or the first format for an unknown ending.
 pub fn map_format(path: &Path) -> &'static FileFormat<MapWriter> {
     FileFormat::for_path(MAP_FORMATS, path).unwrap_or(&MAP_FORMATS[0])
 }

@@ -1,4 +1,5 @@
-//! Figures of a threshold map: the map, and curves of the error against one threshold.
+//! Figures of a threshold map: the heat map of the errors over both thresholds, and curves of the error against one
+//! threshold.
 
 use std::path::{Path, PathBuf};
 
@@ -10,12 +11,12 @@ use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, Thresho
 use crate::report::figure;
 use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 
-/// Format with three files: the map of cross-validation errors, and curves through the suggested pair as `<name>_f_th.svg` and
-/// `<name>_t_th.svg`.
+/// Format with three files: the map of cross-validation errors, and the curves of the error against F_th (`<name>_f_th.svg`)
+/// and against t_th (`<name>_t_th.svg`) through the suggested pair.
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
-    holds: "the map and its curves",
+    holds: "the map of errors, and the curves of the error against each threshold",
     write: MapWriter {
         files: |path| {
             let beside = [Along::F, Along::T].map(|along| beside(path, along));
@@ -44,10 +45,10 @@ fn beside(path: &Path, along: Along) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Unit in which F_th is shown.
+/// Unit in which the force threshold F_th is shown.
 #[derive(Clone, Copy, Debug)]
 pub struct ShownFTh {
-    /// Factor from the stored to the shown F_th.
+    /// Factor by which a stored F_th is multiplied to obtain the shown number.
     pub factor: f64,
     pub unit: &'static str,
 }
@@ -61,7 +62,7 @@ impl ShownFTh {
         Self { factor, unit }
     }
 
-    /// Returns F_th in the shown unit, without rounding errors of the factor.
+    /// Returns F_th in the shown unit, rounded to nine decimals so that the factor leaves no rounding error.
     pub fn number(self, f_th: f64) -> f64 {
         match self.factor {
             1.0 => f_th,
@@ -75,7 +76,7 @@ impl ShownFTh {
 }
 
 const SIZE: (f64, f64) = (720.0, 440.0);
-/// Margin above and below curves, as a share of their range.
+/// Margin above and below the curves, as a share of the range of their errors.
 const ROOM: f64 = 0.06;
 const T_TH_LABEL: &str = "t_th [s]";
 
@@ -83,11 +84,12 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
     format!("RMSE [{}]", measure.unit(&map.scale))
 }
 
-/// Returns a figure of the error against one threshold, through the pair at this position. The suggested threshold is marked,
-/// and the range of equally good thresholds is shaded. The cross-validation errors have a solid line behind the other lines.
+/// Returns a figure of the error against one threshold. The curves go through the pair at this row and column of the map. The
+/// suggested threshold is marked, and the range of equally good thresholds is shaded. The cross-validation errors have a
+/// solid line behind the other lines.
 ///
 /// # Panics
-/// If the map has no such position.
+/// If the map has no such row or column.
 pub fn threshold_curve(
     map: &ThresholdMap,
     measure: Measure,
@@ -135,7 +137,7 @@ pub fn threshold_curve(
     }
 }
 
-/// Returns the map of one measure, with a mark at the suggested pair.
+/// Returns a heat map of the errors by one measure over both thresholds, with a mark at the suggested pair.
 pub fn threshold_heat_map(
     map: &ThresholdMap,
     set: ScoreSet,
@@ -160,7 +162,7 @@ pub fn threshold_heat_map(
     }
 }
 
-/// Writes a figure as an SVG file and adds the file to `files`.
+/// Writes a figure as an SVG file, and adds the file to those in `files` that are saved together.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written.

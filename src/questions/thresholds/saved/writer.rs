@@ -6,7 +6,7 @@ use crate::export::{Together, WriteError};
 use crate::questions::thresholds::{Measure, ThresholdMap};
 
 pub struct MapWriter {
-    /// Function that returns the paths of all files that `write` creates for this path.
+    /// Function that returns the paths of all files that `write` creates if it is called with this path.
     pub files: fn(&Path) -> Vec<PathBuf>,
     pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
 }

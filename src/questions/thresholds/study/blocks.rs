@@ -1,5 +1,5 @@
-//! Chooses the values of a feature block. One pass over the samples sums the columns of all candidate values. Each list of
-//! values is scored from the sums.
+//! Chooses the values of a feature block, such as its time constants. One pass over the samples sums the columns of all
+//! candidate values. The error of each list of values follows from these sums.
 
 use std::ops::RangeInclusive;
 
@@ -19,10 +19,10 @@ use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::scoring::left_out::LeftOut;
 
-/// Shortest time to try, as a share of the sample interval.
+/// Shortest time that is tried as a value, as a share of the sample interval.
 const SHORTEST_TIME: f64 = 0.25;
 
-/// Feature block whose values can be chosen by a [`search`](Block::search).
+/// Feature block (such as play or creep) whose values can be chosen by a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
 
 fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
@@ -33,25 +33,26 @@ fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok
 pub struct BlockSuggestion {
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
-    /// Chosen values, ascending. Empty if no list reduces the error of held-out parts with 90 % confidence.
+    /// Chosen values of the feature block, ascending. Empty if no list of values reduces the cross-validation error with 90 %
+    /// confidence.
     pub values: Vec<f64>,
-    /// Cross-validation error with the chosen values.
+    /// Cross-validation error with the chosen values of the block.
     pub left_out: f64,
-    /// Cross-validation error without the block, with all other settings unchanged.
+    /// Cross-validation error without the feature block, with all other settings unchanged.
     pub left_out_without: f64,
-    /// Number of lists that were tried.
+    /// Number of lists of values that were tried.
     pub n_tried: usize,
 }
 
-/// Sums over the columns of all candidate values. Each list of values is scored from these sums.
+/// Sums over the columns of all candidate values. The error of each list of values follows from these sums.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
-    /// Conventional map, whose residuals are the targets.
+    /// Coefficients of the conventional calibration, whose residuals are the targets of the fit.
     known: Vec<f64>,
-    /// Columns that do not belong to the block.
+    /// Indices of the feature columns that do not belong to the block.
     others: Vec<usize>,
-    /// Columns of each candidate.
+    /// Indices of the feature columns of each candidate value.
     own: Vec<Vec<usize>>,
     weights: Vec<f64>,
     ridge: RidgeChoice,
@@ -60,9 +61,9 @@ struct Bench {
 
 #[derive(Clone)]
 struct Tried {
-    /// Positions of the values among the candidates.
+    /// Indices of the tried values in the list of candidate values.
     chosen: Vec<usize>,
-    /// Sums of squared errors of each held-out part, weighted and added over all axes.
+    /// Sum of squared errors of each part that cross-validation leaves out, weighted and added over all axes.
     squares: Vec<f64>,
 }
 
@@ -73,11 +74,12 @@ impl Tried {
 }
 
 impl Study {
-    /// Chooses the list of values with the lowest held-out error, with all other settings unchanged. The block's [`Lists`]
-    /// define the lists, and [`ErrorBlocks`] compares their errors.
+    /// Chooses the list of values with the lowest cross-validation error, with all other settings unchanged. The block's
+    /// [`Lists`] define which lists are tried, and [`ErrorBlocks`] compares their errors.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the recordings are too short for cross-validation, if the measure has no axis, or after a cancellation.
+    /// [`AnalysisError`] if the recordings are too short for cross-validation, if the measure has no axis, or after a
+    /// cancellation.
     ///
     /// # Panics
     /// If the block has no [`search`](Block::search).
@@ -87,7 +89,8 @@ impl Study {
         measure: Measure,
         progress: &Progress,
     ) -> Result<BlockSuggestion, AnalysisError> {
-        let search = block.search().expect("only blocks with a search are offered");
+        let search =
+            block.search().expect("a feature block is only offered if its values can be searched");
         let candidates = self.candidates(block, search);
         let bench = Bench::prepare(self, block, &candidates, measure, progress)?;
         progress.check()?;
@@ -110,10 +113,12 @@ impl Study {
         })
     }
 
-    /// Returns the candidate values of a block for these recordings, thinned to the number of columns that fit.
+    /// Returns the values of a block to try for these recordings. They are thinned until their columns fit into the maximum
+    /// number of columns.
     ///
-    /// Times are between a quarter of the sample interval and the length of the longest recording. Lags may be shorter than the
-    /// interval, because gauges are interpolated between samples. The state of a radius must be known in 90 % of each group's samples.
+    /// Times are between a quarter of the sample interval and the length of the longest recording. Time lags may be shorter
+    /// than the interval, because gauges are interpolated between samples. A radius is only tried if the state of its play
+    /// operator is known in 90 % of each group's samples.
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
@@ -132,7 +137,7 @@ impl Study {
             let features = with_values(&self.blank.features, block, candidates);
             features.check_columns(n_gauges).is_ok()
         };
-        // Every second candidate is dropped, so the candidates keep their range.
+        // Every second candidate is dropped, so that the candidates still span nearly the same range.
         while candidates.len() > 1 && !fits(&candidates) {
             candidates = candidates.into_iter().step_by(2).collect();
         }
@@ -145,7 +150,7 @@ fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) 
 }
 
 impl Bench {
-    /// Returns the root mean squared error of the held-out parts.
+    /// Returns the root mean squared error of the parts that cross-validation leaves out.
     fn measure(&self, tried: &Tried) -> f64 {
         (tried.sum() / self.sums.train.n_samples().max(1) as f64).sqrt()
     }
@@ -213,8 +218,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists. Returns the shortest list whose error is near the lowest error, and the number of lists. Returns
-    /// `without` if no list reduces the error with 90 % confidence.
+    /// Tries all lists of values. Returns the shortest list whose error is near the lowest error, and the number of tried
+    /// lists. Returns `without`, the empty list, if no list reduces the error with 90 % confidence.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
@@ -232,8 +237,8 @@ impl Bench {
         Ok((tried.swap_remove(found.smallest), n_tried))
     }
 
-    /// Extends a list by the best value while this reduces the error with 90 % confidence. Returns the list, and the number of
-    /// tried lists.
+    /// Starts from the empty list `without`, and adds the best further value while this reduces the error with 90 %
+    /// confidence. Returns the list, and the number of tried lists.
     fn one_after_another(
         &self,
         n_candidates: usize,
@@ -266,7 +271,7 @@ impl Bench {
     }
 }
 
-/// Returns all lists of evenly spaced indices below `n` with these lengths.
+/// Returns all lists of evenly spaced indices below `n` that have one of these lengths.
 fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
     let mut lists = Vec::new();
     for length in lengths {

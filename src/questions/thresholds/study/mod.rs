@@ -1,5 +1,5 @@
-//! Chooses thresholds and the values of feature blocks. A [`Study`] is prepared once, and answers each question from one pass
-//! over the samples.
+//! Chooses the thresholds of a look-back, and the values of other feature blocks. A [`Study`] is prepared once, and then
+//! answers each request with one pass over the samples.
 //!
 //! Guarantees: suggestions depend on the training recordings alone. Test recordings are only scored.
 

@@ -1,4 +1,4 @@
-//! Data that all questions about thresholds share.
+//! Data of a fit that do not depend on the thresholds of a look-back, prepared once for every request about thresholds.
 
 use std::sync::Arc;
 
@@ -14,21 +14,21 @@ use crate::questions::thresholds::past_ages::PastAges;
 use crate::recording::Role;
 use crate::scoring::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
 
-/// Number of age bins up to t_th, and again above t_th.
+/// Number of histogram bins for the ages of earlier samples up to t_th. Ages above t_th have as many bins.
 const AGE_BINS: usize = 30;
 
-/// Data of a fit that do not depend on the thresholds.
+/// Recordings and settings of a fit, prepared for studies of the look-back's thresholds.
 #[derive(Debug)]
 pub struct Study {
     pub(crate) data: Arc<Dataset>,
     pub(crate) paths: Paths,
-    /// Calibration before the fit, with axes, full scales and gauge scales.
+    /// Calibration without coefficients: axes, full scales and gauge scales.
     pub(crate) blank: Calibration,
     pub(crate) settings: FitSettings,
 }
 
 impl Study {
-    /// Fits the conventional calibration, and prepares the look-back search.
+    /// Fits the conventional calibration, and prepares the look-back's search for earlier samples.
     ///
     /// # Errors
     /// [`AnalysisError`] if the recordings cannot be fitted, or the work was cancelled.
@@ -42,7 +42,7 @@ impl Study {
             return Err(AnalysisError::NoTimes);
         }
         let key = Key { calibration: None, ..request.key() };
-        // The steps of the preparation are not counted in the caller's progress.
+        // The caller's progress does not count the steps of this preparation.
         let data = request.datasets.get(&key, &progress.part())?;
         let blank = data.blank_calibration(&settings)?;
         let paths = data.paths(&blank);
@@ -50,19 +50,20 @@ impl Study {
         Ok(Self { data, paths, blank, settings })
     }
 
-    /// Returns the finding of a time lag that a look-back would describe as hysteresis.
+    /// Returns a finding if the recordings have a time lag that a look-back would describe as hysteresis.
     pub fn lag(&self, progress: &Progress) -> Result<Option<Finding>, Cancelled> {
         let mut features = self.settings.features.clone();
         features.look_backs = vec![Thresholds::default_for(features.distance)];
         Ok(self.data.lag_as_hysteresis(&features, progress)?.cloned())
     }
 
-    /// Returns the axes of the errors, with their full scales.
+    /// Returns the axes whose errors are measured, with their full scales.
     pub fn scale(&self) -> MeasureScale {
         MeasureScale { axes: self.blank.axes.clone(), full_scale: self.blank.full_scale.clone() }
     }
 
-    /// Returns the largest full scale of the axes that F_th applies to, in the unit of F_th.
+    /// Returns the largest full scale of the axes whose loads are compared with the force threshold F_th, in the unit of
+    /// F_th.
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);
@@ -75,7 +76,7 @@ impl Study {
         first.copied().unwrap_or_else(|| Thresholds::default_for(self.blank.features.distance))
     }
 
-    /// Returns the ages of the past samples that these thresholds find in the training recordings.
+    /// Returns the ages of the earlier samples that a look-back with these thresholds finds in the training recordings.
     pub fn past_ages(&self, thresholds: Thresholds) -> PastAges {
         let unlimited = Thresholds { t_th_secs: f64::INFINITY, ..thresholds };
         let mut past_ages = PastAges::new(thresholds.t_th_secs, AGE_BINS);

@@ -1,5 +1,5 @@
-//! Computes the map of errors over F_th and t_th. One look-back search and one pass over the samples give the errors of one
-//! F_th at all t_th.
+//! Computes the map of errors over the force threshold F_th and the time threshold t_th of a look-back. For each F_th, one
+//! search for earlier samples and one pass over the samples give the errors at all t_th.
 
 use std::sync::Mutex;
 
@@ -19,16 +19,16 @@ use crate::questions::thresholds::study::prepared::Study;
 use crate::recording::{Entry, Role};
 use crate::scoring::left_out::too_short;
 
-/// Maximum memory for the sums of the rows that are computed at the same time (bytes).
+/// Maximum memory for the sums of all map rows that are computed at the same time (bytes).
 const MAX_BYTES: usize = 2 << 30;
-/// Number of rows that are computed at the same time.
+/// Number of map rows (one for each F_th) that are computed at the same time.
 const AT_ONCE: usize = 2;
 
 struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
     design: Design,
-    /// Past samples of each recording as if the first look-back found none.
+    /// Earlier samples that the look-backs find in each recording, with a first look-back that finds none.
     unmoved: Vec<Past>,
     scorer: Scorer,
 }
@@ -37,13 +37,13 @@ impl Study {
     /// Computes the errors at every pair of the grid for the first look-back, with all other settings unchanged. If the
     /// settings have no look-back, one is added.
     ///
-    /// Rows are computed from coarse to fine. Rows of `begun`, an incomplete map of the same grid, are kept. `show` receives
-    /// the map before the first row and after each row, from several threads. An automatic ridge is chosen anew at each pair,
-    /// as in a fit. `progress` counts rows.
+    /// Rows (one for each F_th) are computed from coarse to fine. Rows of `begun`, an incomplete map of the same grid, are
+    /// not computed again. `show` receives the map before the first row and after each row, from several threads. An
+    /// automatic ridge is chosen anew at each pair, as in a fit. `progress` counts rows.
     ///
     /// # Errors
-    /// [`AnalysisError`] if the training recordings are too short for cross-validation, the map would not fit in memory, or the
-    /// work was cancelled.
+    /// [`AnalysisError`] if the training recordings are too short for cross-validation, the map would not fit in memory, or
+    /// the work was cancelled.
     pub fn threshold_map(
         &self,
         begun: Option<&ThresholdMap>,
@@ -84,7 +84,8 @@ impl Study {
         Ok(map)
     }
 
-    /// Checks that enough samples remain without each part. An automatic ridge counts as zero, because it may become zero.
+    /// Checks that enough samples remain for the fit when cross-validation leaves out a part. An automatic ridge counts as
+    /// zero, because the strength zero may be chosen.
     pub(super) fn check_parts(
         &self,
         part_samples: &[u64],
@@ -101,7 +102,7 @@ impl Study {
     }
 }
 
-/// Returns true if a recording is fitted or scored.
+/// Returns true if the recording is used: it has a reference load, and its role is train or test.
 fn takes_part(entry: &Entry) -> bool {
     entry.role != Role::Off && entry.recording.has_reference()
 }
@@ -151,7 +152,7 @@ impl<'a> Rows<'a> {
     fn row(&self, f_th: f64, progress: &Progress) -> Result<Vec<PointScores>, Cancelled> {
         let data = &self.study.data;
         let t_ths_secs = &self.grid.t_ths_secs;
-        let longest = *t_ths_secs.last().expect("a grid has a t_th");
+        let longest = *t_ths_secs.last().expect("a threshold grid has at least one t_th");
         let thresholds = Thresholds { f_th, t_th_secs: longest };
         let aged: Vec<[Vec<AgedSums>; 2]> = (data.entries.par_iter().enumerate())
             .map(|(at, entry)| {
