@@ -82,7 +82,9 @@ pub enum Way {
 impl Way {
     fn words(self) -> [&'static str; 2] {
         match self {
-            Self::Roles => ["--train, --test or --split", "press the role of a recording, or Split"],
+            Self::Roles => {
+                ["--train, --test or --split", "press the role of a recording, or Split"]
+            }
             Self::Groups => ["--group", "press the group of a recording"],
             Self::Auxiliary => ["--auxiliary", "Settings, Auxiliary channels"],
             Self::Columns => [
@@ -346,7 +348,11 @@ impl Id {
                 "errors and hysteresis of this axis cannot be given in percent of full scale; enter the rated load of the axis",
                 &[],
             ),
-            Self::BeyondFullScale => ("figures", "figures in percent of full scale may be too large; enter the rated load of this axis", &[]),
+            Self::BeyondFullScale => (
+                "figures",
+                "figures in percent of full scale may be too large; enter the rated load of this axis",
+                &[],
+            ),
             Self::SmallCycle => (
                 "figures",
                 "the hysteresis figures describe only this small cycle; record one run in which the load on the axis goes from its smallest to its largest load and back",
@@ -442,7 +448,11 @@ impl Id {
                 &[Way::Regressor],
             ),
             Self::UnusedAuxiliary => ("undetermined", "", &[]),
-            Self::NoAuxiliary => ("undetermined", "the fit uses no auxiliary channel; give their columns the role Auxiliary channel", &[Way::Columns]),
+            Self::NoAuxiliary => (
+                "undetermined",
+                "the fit uses no auxiliary channel; give their columns the role Auxiliary channel",
+                &[Way::Columns],
+            ),
             Self::AuxiliaryBeyond => (
                 "undetermined",
                 "outside the training range, the effect of the channel is extrapolated linearly",
@@ -488,9 +498,11 @@ impl Id {
                 "check the mounting of sensor and reference, or exclude the recording from training",
                 &[Way::Roles],
             ),
-            Self::ColumnsSwapped => {
-                ("rig", "the fit assigns these columns to the wrong gauges or axes; correct the roles of the columns in this recording", &[Way::Columns])
-            }
+            Self::ColumnsSwapped => (
+                "rig",
+                "the fit assigns these columns to the wrong gauges or axes; correct the roles of the columns in this recording",
+                &[Way::Columns],
+            ),
             Self::Noisy => (
                 "rig",
                 "the fit gives this noisy recording the same weight as the other recordings; check cables, shields and supply, or exclude the recording from training",
@@ -563,9 +575,11 @@ impl Id {
                 "the compensation of hysteresis increases the error on test recordings; use fewer features, a ridge, or more kinds of motion for training",
                 &[Way::Features, Way::Ridge],
             ),
-            Self::NoBetterThanMean => {
-                ("error", "the calibration is no more accurate on this axis than always reporting the mean load", &[])
-            }
+            Self::NoBetterThanMean => (
+                "error",
+                "the calibration is no more accurate on this axis than always reporting the mean load",
+                &[],
+            ),
             Self::LargerLeftOut => ("error_ratio", "", &[]),
             Self::MovesTogether => (
                 "correlation",
@@ -583,9 +597,11 @@ impl Id {
             ),
             Self::Simulated => ("origin", "", &[]),
             Self::NoLookBack => ("thresholds", "", &[]),
-            Self::TaredUnderLoad => {
-                ("tare", "the tare subtracts the effect of this load on the gauges; tare over a time without load", &[Way::Tare])
-            }
+            Self::TaredUnderLoad => (
+                "tare",
+                "the tare subtracts the effect of this load on the gauges; tare over a time without load",
+                &[Way::Tare],
+            ),
             Self::Unreached => (
                 "next",
                 "no load that this check proposes determines the coefficients of these axes; use other masses, or a mass on an arm",

@@ -92,7 +92,11 @@ impl AuxiliaryChannel {
         let Self { name, unit, reference, .. } = self;
         let words = format!("{name}: the reference value is {reference} {unit}");
         self.is_beyond(*reference).then(|| {
-            format!("{}, but in the training recordings the channel covers {}", words.trim_end(), self.trained())
+            format!(
+                "{}, but in the training recordings the channel covers {}",
+                words.trim_end(),
+                self.trained()
+            )
         })
     }
 

@@ -27,7 +27,11 @@ pub enum FileError {
     CutShort { what: String },
     #[error("{} is damaged: {}; save it again", shown(what), shown(why))]
     Damaged { what: String, why: String },
-    #[error("{} holds {} instead of numbers; save it as an array of plain numbers", shown(what), shown(kind))]
+    #[error(
+        "{} holds {} instead of numbers; save it as an array of plain numbers",
+        shown(what),
+        shown(kind)
+    )]
     NotNumbers { what: String, kind: String },
     #[error(
         "{} has the shape {}; save it with one row per sample and one column per channel",

@@ -89,7 +89,10 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     };
     let is_big_endian = header.ends_with(b"MI");
     if !is_big_endian && !header.ends_with(b"IM") {
-        return Err(FileError::damaged(FILE, "its header does not tell whether numbers are little-endian or big-endian"));
+        return Err(FileError::damaged(
+            FILE,
+            "its header does not tell whether numbers are little-endian or big-endian",
+        ));
     }
     let mut variables = Elements { bytes: elements, is_big_endian };
     let (mut top, mut groups) = (Fields::default(), Vec::new());

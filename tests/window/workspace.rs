@@ -69,7 +69,8 @@ fn workspaces_are_opened_by_click_and_key_and_are_remembered() {
     for pane in [named("settings"), named("traces"), named("thresholds")] {
         assert!(on_screen(&window, pane), "{pane:?}");
     }
-    let remembered = Preferences::from_json(&shell(&window).preferences().to_json());
+    let written = shell(&window).preferences().to_json();
+    let remembered: Preferences = serde_json::from_str(&written).expect("preferences are JSON");
     let layout = remembered.layout.clone();
     let again = window_of(files.three(), Choices::default(), remembered);
     assert_eq!(shell(&again).on_screen(), shell(&window).on_screen());

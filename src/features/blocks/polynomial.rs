@@ -24,8 +24,16 @@ const DEGREE: Setting = Setting {
     unit: Unit::new("", "", ["DEGREE"; 2]),
     default: &[1.0],
     range: Range::OneOf(&[
-        Choice { value: 1, label: "none", explanation: "Appends nothing: the load is linear in the gauges" },
-        Choice { value: 2, label: "degree 2", explanation: "Appends the squares of the gauges and the products of two gauges" },
+        Choice {
+            value: 1,
+            label: "none",
+            explanation: "Appends nothing: the load is linear in the gauges",
+        },
+        Choice {
+            value: 2,
+            label: "degree 2",
+            explanation: "Appends the squares of the gauges and the products of two gauges",
+        },
         Choice {
             value: 3,
             label: "degree 3",

@@ -57,7 +57,11 @@ impl LoadPath {
     /// incomplete.
     pub fn new(loads: &[f64], weights: &[f64]) -> Self {
         let width = weights.len().max(1);
-        assert_eq!(loads.len() % width, 0, "the loads must be whole rows, with one number per axis");
+        assert_eq!(
+            loads.len() % width,
+            0,
+            "the loads must be whole rows, with one number per axis"
+        );
         let load = |k: usize, axis: usize| loads[k * width + axis];
         Self::thinned(loads.len() / width, &load, weights, None)
     }

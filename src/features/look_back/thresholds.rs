@@ -112,7 +112,9 @@ impl Distance {
 
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Force => "Euclidean norm of the force difference in newtons, without moments, as in the paper of Koike et al.",
+            Self::Force => {
+                "Euclidean norm of the force difference in newtons, without moments, as in the paper of Koike et al."
+            }
             Self::FullScale => {
                 "Norm of the load difference over all axes, each divided by its full scale: for sensors whose moments change independently of the forces"
             }

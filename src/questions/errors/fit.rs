@@ -309,7 +309,9 @@ impl Chosen {
             |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
         let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
             let groups = blocks.iter().map(group_of);
-            groups.map(|group| own[group.expect("every feature block belongs to a ridge group")]).collect()
+            groups
+                .map(|group| own[group.expect("every feature block belongs to a ridge group")])
+                .collect()
         };
         let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
         let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);

@@ -20,7 +20,9 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
     let samples = significant(lag.samples, 3);
     if !lag.is_significant() {
-        return format!("No significant time lag of the uncompensated load: {late} ± {error} s ({samples} samples).");
+        return format!(
+            "No significant time lag of the uncompensated load: {late} ± {error} s ({samples} samples)."
+        );
     }
     let kind = match lag.kind_is_known {
         true => lag.kind.name(),
@@ -64,8 +66,16 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     let width = (unit, share, scale);
     let area = (&*area_unit, area_share, scale * plot.full_scale);
     let described = [
-        ("Largest width", "Largest distance |falling − rising| between the two branches of the loop at equal load", width),
-        ("Mean width", "Mean distance |falling − rising| between the two branches of the loop, across its range of loads", width),
+        (
+            "Largest width",
+            "Largest distance |falling − rising| between the two branches of the loop at equal load",
+            width,
+        ),
+        (
+            "Mean width",
+            "Mean distance |falling − rising| between the two branches of the loop, across its range of loads",
+            width,
+        ),
         (
             "Area",
             "Integral of |falling − rising| along the load; in percent of the product of the full scales of output and load",
@@ -151,9 +161,11 @@ pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
                 Err(reason) => Cell::missing("–", reason.to_string()),
             },
         ),
-        (format!("Noise [{unit}]"), "Root mean square of the residuals of the fitted exponential", |drift| {
-            Cell::digits(Some(drift.noise), 3)
-        }),
+        (
+            format!("Noise [{unit}]"),
+            "Root mean square of the residuals of the fitted exponential",
+            |drift| Cell::digits(Some(drift.noise), 3),
+        ),
     ];
     Table::of(rows)
         .column(Column::words(""), |(name, about, _)| Cell::words(name).about(*about))

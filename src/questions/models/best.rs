@@ -184,7 +184,9 @@ impl Best {
         );
         let within = significant(100.0 * self.within, 2);
         let second = match smallest.name == proposed.name {
-            true => format!("No smaller model has an error within {within} % of the proposed model's error"),
+            true => format!(
+                "No smaller model has an error within {within} % of the proposed model's error"
+            ),
             false => format!(
                 "Smallest model with an error within {within} % of the proposed model's error: {}, {} of the conventional error; {}",
                 smallest.name,

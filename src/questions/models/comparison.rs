@@ -197,7 +197,10 @@ fn compare_one(
 ) -> Result<Model, AnalysisError> {
     let start = Instant::now();
     let recordings = match candidate.few_trajectories {
-        true => Arc::new(few_trajectories(recordings).expect("this candidate exists only for recordings with several groups")),
+        true => Arc::new(
+            few_trajectories(recordings)
+                .expect("this candidate exists only for recordings with several groups"),
+        ),
         false => Arc::clone(recordings),
     };
     let request = Request::fit(recordings, candidate.settings(settings));
