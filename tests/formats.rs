@@ -265,7 +265,7 @@ fn check_several_topics(folder: &Path) {
     let three = read_parts(&path, &["/ft", "/temperatures", "/strain"]).unwrap_err();
     assert!(three.contains("at most two are read together"), "{three}");
     let gone = read_parts(&path, &["/gone"]).unwrap_err();
-    assert!(gone.contains("no /gone in this file, whose tables are /strain"), "{gone}");
+    assert!(gone.contains("no table /gone in this file, whose tables are /strain"), "{gone}");
 }
 
 #[test]

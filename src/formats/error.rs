@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
-use crate::shown::{listed, shown};
+use crate::shown::{listed, message, shown};
 
 /// Reason why a file of numbers cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +25,7 @@ pub enum FileError {
     LineTooLong { limit_bytes: usize },
     #[error("the file ends inside {}; it was cut short, so copy or save it again", shown(what))]
     CutShort { what: String },
-    #[error("{} is damaged: {}; save it again", shown(what), shown(why))]
+    #[error("{} is damaged: {}; save it again", shown(what), message(why))]
     Damaged { what: String, why: String },
     #[error(
         "{} holds {} instead of numbers; save it as an array of plain numbers",

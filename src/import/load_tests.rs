@@ -252,7 +252,7 @@ fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
         folder.read("a.csv", &map(TWO_FILES)).unwrap_err().text(Face::CommandLine)
     };
     let apart = messages("100,1\n101,2\n");
-    assert!(apart.contains("The gauges run from 0 s to 1 s, the reference in"), "{apart}");
+    assert!(apart.contains("times of the gauges are 0 s to 1 s"), "{apart}");
     assert!(apart.contains("clock_offset_secs"), "{apart}");
     let back = messages("0,1\n1,2\n0.5,3\n");
     assert!(

@@ -79,10 +79,10 @@ fn expected(ui: &mut Ui, engine: &Engine) {
     let lane = engine.lane::<AskExpectedError>();
     match lane.answer() {
         Some(Ok(found)) => {
+            table::show(ui, &expected_error_table(found));
             if !is_of_screen(engine) {
                 ui.weak("updating");
             }
-            table::show(ui, &expected_error_table(found));
         }
         Some(Err(reason)) => {
             drop(ui.weak(format!("The expected error cannot be computed: {reason}")))

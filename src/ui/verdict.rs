@@ -33,12 +33,13 @@ pub fn verdict_strip(ui: &mut Ui, cx: &mut Cx<'_>) {
         }
         let Some(verdict) = verdict(engine) else { return };
         let about = "Change of each metrology figure by the compensation, from the uncompensated to the compensated load. A minus or an arrow down means an improvement. Click a figure to show its table";
+        // The strip is paler while it is out of date. A further word could begin a new row, and all panes would jump.
+        if engine.gesture.is_some() || !engine.lane::<AskVerdict>().is_current() {
+            ui.multiply_opacity(0.6);
+        }
         ui.weak("Compensation:").on_hover_text(about);
         for figure in &verdict.figures {
             one(ui, figure, &verdict.axes, cx.out);
-        }
-        if engine.gesture.is_some() || !engine.lane::<AskVerdict>().is_current() {
-            ui.weak("updating");
         }
     });
     // While a slider moves, the strip keeps the errors for the previous settings.

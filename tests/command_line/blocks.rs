@@ -131,7 +131,7 @@ fn numbers_that_cannot_be_squared_are_refused_rather_than_fitted() {
     let output = run(workshop.path(), &["fit", "--train", "huge.csv"]);
     let message = stderr(&output);
     assert!(!output.status.success());
-    assert!(message.contains("sample 2 is 1e200"), "{message}");
+    assert!(message.contains("sample 2 has the value 1e200"), "{message}");
 }
 
 #[test]

@@ -171,7 +171,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
     assert!(
         String::from_utf8(output.stdout)
             .unwrap()
-            .contains("Factory: the calibration that the sensor came with")
+            .contains("calibration that the sensor came with")
     );
     workshop.write("s.cal", "<FTSensor/>");
     let output =

@@ -134,7 +134,7 @@ fn unusable_maps_are_refused_with_their_names() {
         ),
         (&["fit", "--train", "a.csv", "--columns", "a.csv"], ["a.csv", "not JSON"]),
         (&["fit", "--train", "a.csv", "--columns", "broken.json"], ["broken.json", "tide"]),
-        (&["fit", "--train", "a.csv", "--columns", "folder"], ["folder", "not a file"]),
+        (&["fit", "--train", "a.csv", "--columns", "folder"], ["folder", "not of a file"]),
         (&["fit", "--train", "other.csv", "--columns", "map.json"], ["other.csv, line 1", "t [s]"]),
         (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
         (&["inspect", "folder"], ["folder", "no recordings"]),

@@ -155,7 +155,7 @@ fn impossible_sweeps_are_refused_with_a_correction() {
             ("--train a.csv --t-th inf", &["t_th", "inf"]),
             ("--train a.csv --f-th 0:1:1e-9", &["F_th", "larger step"]),
             ("--train a.csv --measure mx", &["no Mx", "Fz"]),
-            ("--train a.csv --measure moments", &["no axis", "choose"]),
+            ("--train a.csv --measure moments", &["none of the axes", "choose"]),
             ("--train short.csv", &["4 training samples", "record longer"]),
             ("--train a.csv --svg gone/map.svg", &["no folder gone"]),
             ("--train a.csv --csv ./a.csv", &["./a.csv", "replace the input"]),

@@ -107,7 +107,7 @@ fn notes_and_the_errors_of_the_factory_are_in_the_report_as_text() {
     let (_, text) = parsed(&html);
     assert!(html.contains("id=\"notes\"") && text.contains("bolted anew"));
     assert!(!html.contains("<script>"));
-    assert!(text.contains("Factory: the calibration that the sensor came with"));
+    assert!(text.contains("calibration that the sensor came with"));
 }
 
 const SECTIONS: [&str; 9] = [

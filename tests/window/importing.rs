@@ -295,7 +295,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let weight = "Computes the reference load of a known weight from the pose columns";
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
-    message(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
+    message(&mut window, Level::Info, "reference force: 0.500000, -0.250000, 1.000000 N");
     let importing =
         |window: &Window| state(window).importing.clone().expect("the estimate is shown");
     let found = importing(&window).map.weight.and_then(|weight| weight.mass_kg);

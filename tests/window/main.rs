@@ -1018,7 +1018,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     close(&mut window, "metrology");
     window.check_accessibility();
     assert_eq!(panes(&window, "Fz error [N] against Fz Reference [N]"), 1);
-    assert_eq!(panes(&window, "Width against load"), 1);
+    assert_eq!(panes(&window, "Loop width against load"), 1);
     for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
     {
         assert!(has(&window, part), "{part}");

@@ -229,7 +229,7 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
         window.check_accessibility();
     }
     for key in [Key::F1, Key::Escape] {
-        let shown = "shows all of a plot that has the focus";
+        let shown = "shows all data of the plot that has the focus";
         assert!(has(&window, shown));
         window.key_press(key);
         settle(&mut window);

@@ -101,7 +101,7 @@ impl fmt::Display for Question {
             Self::Gauges {
                 has_loads: false, ..
             } => f.write_str(
-                "The file does not show which columns are gauges and which are the reference load. All numeric columns that change, except those with a unit of load, are proposed as gauges. For each column of the reference load, choose the axis and the unit. Give the role Ignore to columns that are neither gauges nor reference.",
+                "The file does not show which columns are gauges and which are the reference load. All changing numeric columns without a unit of load are proposed as gauges. Choose axis and unit of each reference load, and the role Ignore for all other columns.",
             ),
             Self::Gauges { .. } => f.write_str(
                 "The file does not show which columns are gauges. All numeric columns that change and have no other role are proposed as gauges. Give the role Ignore to columns that are not gauges.",

@@ -209,7 +209,7 @@ mod tests {
     fn a_file_without_a_map_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let of = |path: &Path| ColumnMap::read(path).unwrap_err().to_string();
-        assert!(of(folder.path()).contains("not a file"));
+        assert!(of(folder.path()).contains("a folder, not of a file"));
         assert!(
             of(&folder.path().join("gone.json"))
                 .contains("gone.json: the file of the column map cannot be read")

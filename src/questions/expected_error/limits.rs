@@ -259,8 +259,8 @@ mod tests {
         assert_eq!(
             verdicts("rmse = 1.0"),
             [
-                outcome("RMSE of Fx is 1.000 % FS, at most 1.000 % FS", true),
-                outcome("RMSE of Mz is 4.000 % FS, at most 1.000 % FS", false)
+                outcome("RMSE of Fx is 1.000 % FS; the limit is 1.000 % FS", true),
+                outcome("RMSE of Mz is 4.000 % FS; the limit is 1.000 % FS", false)
             ],
             "the larger of cross-validation and test"
         );
@@ -270,7 +270,7 @@ mod tests {
         );
         assert_eq!(
             verdicts("expected_error = { Fx = 1 }"),
-            [outcome("expected error of Fx is 1.000 % FS, at most 1.000 % FS", true)]
+            [outcome("expected error of Fx is 1.000 % FS; the limit is 1.000 % FS", true)]
         );
     }
 

@@ -248,7 +248,7 @@ mod tests {
             };
             weighed(&entries, errors(2, std::iter::once(9.0)), tested)
         };
-        assert!(of(2).unwrap_err().contains("2 groups, and 3 are needed"));
+        assert!(of(2).unwrap_err().contains("2 groups, but cross-validation needs 3"));
         let found = of(3).unwrap();
         assert_eq!((found.axes[0].cross_validation, found.axes[0].value), (None, Some(1.0)));
     }
@@ -282,7 +282,7 @@ mod tests {
             (&alone, true, false),
         ] {
             let text = missing(entries, GroupedBy::Recording);
-            assert_eq!(text.contains("one at a time"), single, "{text}");
+            assert_eq!(text.contains("one axis at a time"), single, "{text}");
             assert_eq!(text.contains("repeat the same one"), programme, "{text}");
             assert!(text.contains("another mounting") && text.contains("another day"));
         }
