@@ -91,7 +91,7 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Positive => write!(f, "a number above zero"),
-            Self::Past => write!(f, "a number above zero (time before the present)"),
+            Self::Past => write!(f, "a number above zero (future samples are unknown)"),
             Self::NotNegative => write!(f, "zero or a number above zero"),
             Self::NotNegativeOrAuto => write!(f, "zero, a number above zero, auto, or by-block"),
             Self::UpTo(max) => write!(f, "a number above zero and at most {max}"),
@@ -213,7 +213,7 @@ mod tests {
         ];
         for (range, inside, outside, words) in [
             (Range::Positive, 1e-9, 0.0, "a number above zero"),
-            (Range::Past, 0.004, -0.004, "a number above zero (time before the present)"),
+            (Range::Past, 0.004, -0.004, "a number above zero (future samples are unknown)"),
             (Range::NotNegative, 0.0, -1e-9, "zero or a number above zero"),
             (Range::UpTo(1.0), 1.0, 1.1, "a number above zero and at most 1"),
             (Range::Whole(1, 9), 9.0, 0.0, "a whole number from 1 to 9"),

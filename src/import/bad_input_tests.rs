@@ -132,7 +132,10 @@ fn repeated_names_are_refused_with_both_places() {
 fn empty_files_and_headers_alone_are_distinguished() {
     assert!(messages("").contains("run.csv: the file is empty"));
     assert!(messages("\n\n#x\n").contains("run.csv: no header"));
-    assert!(messages("t,S1\n\n").contains("run.csv, line 1: no rows after it"));
+    assert!(
+        messages("t,S1\n\n")
+            .contains("run.csv, line 1: the table has a header, but no rows after it")
+    );
 }
 
 #[test]

@@ -46,13 +46,9 @@ impl Faults {
         let kinds = self.found.chunk_by(|a, b| a.kind == b.kind);
         let words = kinds.map(|faults| {
             let kind = faults[0].kind;
-            let mut channels: Vec<&str> = Vec::new();
-            for fault in faults {
-                let name = fault.channel.name(recording);
-                if !channels.contains(&name) {
-                    channels.push(name);
-                }
-            }
+            let mut channels: Vec<&str> =
+                faults.iter().map(|fault| fault.channel.name(recording)).collect();
+            channels.dedup();
             let named = match &channels[..] {
                 [first, .., last] if channels.len() > 8 => format!("{first} … {last}"),
                 all => all.join(" "),
@@ -125,11 +121,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             let others = others.copied().filter(|other| *other != own.channel);
             others.collect()
         };
-        let by = match own.channel {
-            Channel::Load(_) | Channel::Auxiliary(_) => others(false),
-            Channel::Gauge(_) if moving.iter().any(is_load) => others(true),
-            Channel::Gauge(_) => others(false),
-        };
+        let by = others(!is_load(&own.channel) && moving.iter().any(is_load));
         let expected = Expected::of(recording, own, by);
         let channel = Watched { recording, own, expected: expected.as_ref() };
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
@@ -169,10 +161,10 @@ fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     Watched { recording, own: &own, expected: None }.jumps(&mut found);
     found.retain(|fault| fault.kind == FaultKind::Dropout);
     let n_away: usize = found.iter().map(|fault| fault.samples.len()).sum();
-    match n_away as f64 > DROPOUT_SHARE * recording.n_samples() as f64 {
-        true => Vec::new(),
-        false => found,
+    if n_away as f64 > DROPOUT_SHARE * recording.n_samples() as f64 {
+        found.clear();
     }
+    found
 }
 
 #[cfg(test)]

@@ -14,10 +14,10 @@ use faer::Mat;
 use serde::Serialize;
 
 use crate::calibration::NormalEquations;
+use crate::min_max::MinMax;
 use crate::recording::{Axis, Recording};
 use crate::scoring::faults::are_of_one_table;
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
-pub use crate::scoring::rig::columns::NoGauge;
 use crate::scoring::rig::fits::{Forward, Moments, Shape};
 
 /// Minimum number of units (contiguous parts of recordings) in all recordings together. The scatter between units shows which
@@ -252,10 +252,8 @@ fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f
         let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
         // The computed standard deviation of a constant gauge is not exactly zero, because its mean is rounded.
         let scale = if variance.sqrt() > 1e-9 * mean.abs() { variance.sqrt() } else { 1.0 };
-        let ends = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(*value), high.max(*value))
-        });
-        ((mean, scale), ((ends.1 - ends.0) / scale).max(f64::MIN_POSITIVE))
+        let ends: MinMax = values().copied().collect();
+        ((mean, scale), (ends.span() / scale).max(f64::MIN_POSITIVE))
     };
     (0..n_gauges).map(of_gauge).unzip()
 }

@@ -169,9 +169,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
     let output =
         succeed(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--factory", "c.json"]].concat());
     assert!(
-        String::from_utf8(output.stdout)
-            .unwrap()
-            .contains("calibration that the sensor came with")
+        String::from_utf8(output.stdout).unwrap().contains("calibration that the sensor came with")
     );
     workshop.write("s.cal", "<FTSensor/>");
     let output =

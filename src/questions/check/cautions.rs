@@ -6,6 +6,7 @@ use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
 use crate::progress::Progress;
+use crate::questions::auxiliary_inputs::AuxiliaryInputs;
 use crate::questions::check::load_count::LoadCount;
 use crate::questions::check::rig::{lag_of_fit, same_samples};
 use crate::questions::dataset::Dataset;
@@ -14,7 +15,7 @@ use crate::questions::request::Request;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::in_role;
 use crate::recording::{Axis, GroupedBy, LoneGroup, Role};
-use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
+use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
@@ -59,7 +60,6 @@ impl Dataset {
             found.extend(self.without_times());
             found.extend(calibration.undetermined().map(|own| own.finding()));
             found.extend(self.auxiliary_unused(calibration));
-            found.extend(self.auxiliary_left(calibration));
         }
         found.extend(self.auxiliary_beyond(calibration, fitted));
         let no_cross_validation = calibration.no_cross_validation();
@@ -157,42 +157,27 @@ impl Dataset {
         (!beyond.is_empty()).then_some(found)
     }
 
-    /// Returns the finding that auxiliary channels change, but are not used by the calibration.
-    fn auxiliary_left(&self, calibration: &Calibration) -> Option<Finding> {
-        if !calibration.features.blocks.of(&Auxiliary).is_empty() {
-            return None;
-        }
-        let training = in_role(&self.entries, Role::Train);
-        let ranges: Vec<Vec<MinMax>> =
-            training.iter().map(|own| own.auxiliary().ranges()).collect();
-        let first = training.first()?;
-        let names = first.auxiliary().names().iter();
-        let changes = names.enumerate().filter(|(at, name)| {
-            let own = ranges.iter().filter_map(|ranges| ranges.get(*at));
-            let range: MinMax = own.copied().collect();
-            self.auxiliary.channels.iter().any(|own| own.name == **name) && range.span() > 0.0
-        });
-        let names: Vec<&str> = changes.map(|(_, name)| &**name).collect();
-        let found = Finding::new(
-            Id::AuxiliaryLeft,
-            Enough,
-            format!("the calibration does not use the auxiliary channels {}", names.join(", ")),
-        );
-        (!names.is_empty()).then_some(found)
-    }
-
+    /// Returns the finding that auxiliary channels are not used: by the choice of the user, or because they cannot be used.
     fn auxiliary_unused(&self, calibration: &Calibration) -> Option<Finding> {
-        if calibration.features.blocks.of(&Auxiliary).is_empty() {
-            return None;
-        }
-        let reasons = &self.auxiliary.unused;
-        if reasons.is_empty() {
-            let seen = "no column of the recordings is an auxiliary channel";
-            let found = Finding::new(Id::NoAuxiliary, Enough, seen);
-            return self.auxiliary.channels.is_empty().then_some(found);
-        }
-        let seen = format!("{} not used", counted(reasons.len(), "auxiliary channel"));
-        Some(Finding::new(Id::UnusedAuxiliary, Enough, seen).with(reasons.join("; ")))
+        let AuxiliaryInputs { channels, unused } = &self.auxiliary;
+        let is_wanted = !calibration.features.blocks.of(&Auxiliary).is_empty();
+        let names: Vec<&str> = channels.iter().map(|own| &*own.name).collect();
+        let (id, seen, figures) = match (is_wanted, names.is_empty(), unused.len()) {
+            (false, false, _) => {
+                let seen = "the calibration does not use the auxiliary channels";
+                (Id::AuxiliaryLeft, format!("{seen} {}", names.join(", ")), String::new())
+            }
+            (true, true, 0) => {
+                let seen = "no column of the recordings is an auxiliary channel";
+                (Id::NoAuxiliary, seen.to_owned(), String::new())
+            }
+            (true, _, n @ 1..) => {
+                let seen = format!("{} not used", counted(n, "auxiliary channel"));
+                (Id::UnusedAuxiliary, seen, unused.join("; "))
+            }
+            _ => return None,
+        };
+        Some(Finding::new(id, Enough, seen).with(figures))
     }
 }
 
@@ -237,15 +222,11 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
             let figures = format!(
                 "the training loads are {low} to {high}, which test loads exceed by up to {farthest}"
             );
-            let severity = if is_far(&outside) { Doubtful } else { Enough };
+            let severity = if outside.share > OUTSIDE_SHARE { Doubtful } else { Enough };
             found.push(Finding::new(Id::OutsideTrained, severity, seen).with(figures));
         }
     }
     found
-}
-
-fn is_far(outside: &Outside) -> bool {
-    outside.share > OUTSIDE_SHARE
 }
 
 /// Returns findings about the rank of the features, and about the ridge and the axes of the network or kernel.

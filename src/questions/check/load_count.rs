@@ -55,20 +55,16 @@ impl LoadCount {
         if n > p.ceil() && n >= FEW_CASES * p {
             return None;
         }
-        let severity = match n <= p.ceil() || n < FEWEST_CASES * p {
-            true => Verdict::Insufficient,
-            false => Verdict::Doubtful,
-        };
+        let is_grave = n <= p.ceil() || n < FEWEST_CASES * p;
+        let severity = if is_grave { Verdict::Insufficient } else { Verdict::Doubtful };
         // For random loads, p free coefficients and n load cases: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
         let times = (n > p + 1.0).then(|| ((n - 1.0) / (n - p - 1.0) * n / (n - p)).sqrt());
         let figures = match times {
             _ if n <= p.ceil() => "there are no more load cases than free coefficients".to_owned(),
-            Some(times) if times < TIMES => {
-                let times = significant(times, 2);
-                format!(
-                    "with so few loads, errors on other loads are expected to be about {times} times those of the fit"
-                )
-            }
+            Some(times) if times < TIMES => format!(
+                "with so few loads, errors on other loads are expected to be about {} times those of the fit",
+                significant(times, 2)
+            ),
             _ => String::new(),
         };
         Some(Finding::new(Id::FewLoads, severity, self.words()).with(figures))

@@ -109,7 +109,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let unusable = asked.unusable.iter();
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
     reasons.extend(data.lag(progress)?.map(|own| lag_of_fit(own, &calibration)));
-    reasons.extend(data.of_programmes(axes_n));
+    reasons.extend(of_programmes(&data, axes_n));
     reasons.extend(data.worse_at_start(&calibration)?);
     let (faults, share) = faulty(asked, progress)?;
     if share > 0.0 {
@@ -172,11 +172,11 @@ fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str)
         format!("{} {low} to {high} {}", own.axis.symbol(), own.axis.unit())
     };
     let loads: Vec<String> = axes.iter().map(axis).collect();
-    let s = if n == 1 { "" } else { "s" };
     let how = how.unwrap_or("not cross-validated");
     format!(
-        "The calibration was tested with loads {} in {n} training recording{s} ({how}). {not_covered}",
-        loads.join(", ")
+        "The calibration was tested with loads {} in {} ({how}). {not_covered}",
+        loads.join(", "),
+        counted(n, "training recording")
     )
 }
 
@@ -216,26 +216,19 @@ fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) 
     axes.collect()
 }
 
-impl Dataset {
-    fn of_programmes(&self, n_axes: usize) -> Vec<Finding> {
-        let training = in_role(&self.entries, Role::Train);
-        let mut found = Vec::new();
-        if n_axes > 1 && is_one_axis_at_a_time(&self.entries, n_axes) {
-            found.push(Finding::new(
-                Id::OneAxisAtATime,
-                Doubtful,
-                "in the training recordings, the axes are loaded one at a time",
-            ));
-        }
-        if training.len() > 1 && is_one_programme(&training) {
-            let seen = format!(
-                "all {} training recordings repeat the same sequence of loads",
-                training.len()
-            );
-            found.push(Finding::new(Id::OneProgramme, Doubtful, seen));
-        }
-        found
-    }
+/// Returns findings about recordings that load one axis at a time, or that all repeat one sequence of loads.
+fn of_programmes(data: &Dataset, n_axes: usize) -> impl Iterator<Item = Finding> {
+    let training = in_role(&data.entries, Role::Train);
+    let separate = (n_axes > 1 && is_one_axis_at_a_time(&data.entries, n_axes)).then(|| {
+        let seen = "in the training recordings, the axes are loaded one at a time";
+        Finding::new(Id::OneAxisAtATime, Doubtful, seen)
+    });
+    let repeated = is_one_programme(&training).then(|| {
+        let n = training.len();
+        let seen = format!("all {n} training recordings repeat the same sequence of loads");
+        Finding::new(Id::OneProgramme, Doubtful, seen)
+    });
+    separate.into_iter().chain(repeated)
 }
 
 /// Returns the loads that should be recorded next, a text about their choice, and a finding about axes that none of them
@@ -362,11 +355,9 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
     for arm in hanging.arms.iter().filter(|arm| **arm != 0.0) {
         centres.extend(ways.iter().filter(axis_ways).map(|way| way.map(|part| part * arm)));
     }
-    let named = |way: &[f64; 3]| {
+    let named = |way: &[f64; 3]| -> String {
         let parts = way.iter().zip(["x", "y", "z"]).filter(|(part, _)| **part != 0.0);
-        parts
-            .map(|(part, name)| format!("{}{name}", if *part > 0.0 { "+" } else { "−" }))
-            .collect::<String>()
+        parts.map(|(part, name)| format!("{}{name}", if *part > 0.0 { "+" } else { "−" })).collect()
     };
     let mut loads = Vec::new();
     for mass in &hanging.masses {
@@ -377,15 +368,9 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
                 let weight = Weight { mass_kg: *mass, centre_m: *centre };
                 let wrench = load_of_pull(&UPRIGHT, &weight, pull);
                 let load: Vec<f64> = axes.iter().map(|own| wrench[own.axis as usize]).collect();
-                let limit = |own: &AxisReach| match own.rated {
-                    true => own.full_scale,
-                    false => own.low.abs().max(own.high.abs()),
-                };
-                let fits = load
-                    .iter()
-                    .zip(axes)
-                    .all(|(load, own)| load.abs() <= limit(own) * (1.0 + 1e-9));
-                if fits {
+                let limit = |own: &AxisReach| own.region.0.abs().max(own.region.1.abs());
+                let fits = |(load, own): (&f64, _)| load.abs() <= limit(own) * (1.0 + 1e-9);
+                if load.iter().zip(axes).all(fits) {
                     let arm = match centre.iter().find(|part| **part != 0.0) {
                         None => String::new(),
                         Some(part) => format!(" at {} m along {}", part.abs(), named(centre)),

@@ -14,8 +14,8 @@ use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::lag::{Lag, LagRun, lag_by_run, lags};
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
-use crate::shown::{first, first_clauses};
+use crate::scoring::rig::{Cause, Contradiction, Rig, Run, Where};
+use crate::shown::first;
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
 const UNITS: [(f64, &str); 6] = [
@@ -68,6 +68,9 @@ pub struct RigReport {
     pub axes: Vec<Axis>,
 }
 
+/// Function that returns the zeros or the sensitivities of the gauges in a run.
+type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
+
 impl RigReport {
     /// Creates the report for training recordings. The full scale of each axis is given. Returns `None` if no load moves.
     pub fn of(
@@ -92,13 +95,7 @@ impl RigReport {
             [] => String::new(),
         };
         let names: Vec<String> = (0..rig.n_runs()).map(name).collect();
-        let mut findings = Vec::new();
-        let no_gauges: Vec<String> =
-            rig.no_gauges().iter().map(|own| no_gauge(own, &gauges, &names)).collect();
-        if !no_gauges.is_empty() {
-            let seen = first_clauses(NAMED, no_gauges);
-            findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
-        }
+        let mut findings = Vec::from_iter(rig.no_gauges(&gauges, &names));
         // If recordings contain the same samples, held-out samples would be predicted from their own copies, so faults are
         // not searched.
         if findings.is_empty() && same_samples(training).is_none() {
@@ -123,7 +120,6 @@ impl RigReport {
     /// Returns the tables of the zeros of the gauges, their sensitivities, and the held-out errors, with one row for each
     /// recording.
     pub fn tables(&self) -> Vec<Table> {
-        let rows = || self.names.iter().zip(&self.runs);
         let estimate = |own: Option<(f64, f64)>, from: f64| {
             let cell = own.map(|(value, error)| {
                 let (value, error) = (100.0 * (value - from), 100.0 * error);
@@ -133,9 +129,14 @@ impl RigReport {
         };
         let gauges = || self.gauges.iter().enumerate();
         let head = |(_, name): &(usize, &String)| Column::numbers(name.as_str()).unit("%");
-        let zeros = Table::of(rows())
-            .words("Recording", |(name, _)| name.as_str())
-            .columns(gauges(), head, |(_, run), (gauge, _)| estimate(run.zeros[*gauge], 0.0))
+        let table = |of: Estimates, from: f64| {
+            let rows = Table::of(self.names.iter().zip(&self.runs));
+            let rows = rows.words("Recording", |(name, _)| name.as_str());
+            rows.columns(gauges(), head, move |(_, run), (gauge, _)| {
+                estimate(of(run)[*gauge], from)
+            })
+        };
+        let zeros = table(|run| &run.zeros, 0.0)
             .column(Column::numbers("held-out error").unit("%"), |(_, run)| {
                 Cell::digits(Some(100.0 * run.error), 3)
             })
@@ -144,12 +145,7 @@ impl RigReport {
                 "Zeros of the gauges compared with the other recordings",
                 "Difference between the zero of each gauge in this recording and in the other recordings, as a share of the gauge's range, ± one standard error.",
             );
-        let sensitivities = Table::of(rows())
-            .words("Recording", |(name, _)| name.as_str())
-            .columns(gauges(), head, |(_, run), (gauge, _)| {
-                estimate(run.sensitivities[*gauge], 1.0)
-            })
-            .table(
+        let sensitivities = table(|run| &run.sensitivities, 1.0).table(
                 "Sensitivities of the gauges compared with the other recordings",
                 "Relative difference between the sensitivity of each gauge in this recording and in the other recordings, ± one standard error.",
             );
@@ -158,7 +154,6 @@ impl RigReport {
 
     /// Returns the figures of the zeros and the sensitivities of the gauges over the recordings, in order of time.
     pub fn figures(&self) -> Vec<Figure<'static>> {
-        type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
         let kinds: [(&str, Estimates, f64); 2] =
             [("Zero", |run| &run.zeros, 0.0), ("Sensitivity", |run| &run.sensitivities, 1.0)];
         let figure = |(what, of, from): (&str, Estimates, f64)| {
@@ -189,28 +184,6 @@ impl RigReport {
             }
         };
         if self.runs.len() > 1 { kinds.map(figure).into() } else { Vec::new() }
-    }
-}
-
-fn no_gauge(own: &NoGauge, gauges: &[String], names: &[String]) -> String {
-    match own {
-        NoGauge::Reference(gauge) => {
-            format!(
-                "the gauge column {} equals a linear combination of the reference loads",
-                gauges[*gauge]
-            )
-        }
-        NoGauge::Constant(gauge, run) => {
-            let place = run.map_or("all recordings", |run| &names[run]);
-            format!("the gauge {} has the same value in all samples of {place}", gauges[*gauge])
-        }
-        NoGauge::Clock(gauge) => format!("the gauge column {} seems to be a clock", gauges[*gauge]),
-        NoGauge::Copy(gauge, of) => {
-            format!(
-                "the gauge {} has the same values as the gauge {}, apart from a factor and an offset",
-                gauges[*gauge], gauges[*of]
-            )
-        }
     }
 }
 

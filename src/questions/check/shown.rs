@@ -4,10 +4,6 @@ use crate::questions::check::independent_loads::Sufficiency;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::percent;
 
-fn share(share: f64) -> Cell {
-    Cell::number(share, percent(share))
-}
-
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
     let tables = [axes(of), next(of)];
     of.rig.tables().into_iter().chain(tables).filter(|table| !table.rows.is_empty()).collect()
@@ -45,7 +41,9 @@ fn next(of: &Sufficiency) -> Table {
         )
         .digits("gain", 3, |(_, own)| Some(own.gain))
         .about("Increase of the logarithm of the determinant of the information matrix if this load is recorded")
-        .column(Column::numbers("remaining variance"), |(_, own)| share(own.variance_left))
+        .column(Column::numbers("remaining variance"), |(_, own)| {
+            Cell::number(own.variance_left, percent(own.variance_left))
+        })
         .about("Share of the mean variance of predicted loads that remains after this load and the loads above it in the table are recorded")
         .columns(
             hangs.then_some("how"),

@@ -266,7 +266,7 @@ mod tests {
         );
         assert_eq!(
             verdicts("rmse = { Mz = \"0.2 N·m\" }"),
-            [outcome("RMSE of Mz is 0.2000 N·m, at most 0.2000 N·m", true)]
+            [outcome("RMSE of Mz is 0.2000 N·m; the limit is 0.2000 N·m", true)]
         );
         assert_eq!(
             verdicts("expected_error = { Fx = 1 }"),

@@ -306,14 +306,12 @@ impl Watched<'_> {
     /// values move and lie mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own { resolution, span, noise, .. } = self.own;
-        if !self.own.piles_up.contains(&extreme) {
-            return false;
-        }
-        let at: Vec<usize> = (0..self.n()).filter(|k| self.value(*k) == extreme).collect();
-        let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
-        let Some(expected) = self.expected else {
+        let piles_up = self.own.piles_up.contains(&extreme);
+        let Some(expected) = self.expected.filter(|_| piles_up) else {
             return false;
         };
+        let at: Vec<usize> = (0..self.n()).filter(|k| self.value(*k) == extreme).collect();
+        let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
         let farther = at.iter().map(|k| inward * (extreme - expected.at(self.recording, *k)));
         let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);

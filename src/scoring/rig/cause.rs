@@ -482,50 +482,53 @@ impl Rig {
 
     /// Returns the matrix that applies one step of a correction to the columns `[1, time, gauges, loads]` of a sample.
     fn change(&self, cause: &Cause, step: &[f64], zeros: Zeros, fit: &Forward) -> Mat<f64> {
-        let shape = &self.shape;
-        let n_axes = shape.axes.len();
+        let (shape, n_axes) = (&self.shape, self.shape.axes.len());
+        let load = |axis: usize| shape.load(axis);
         let mut change = shape.unchanged();
-        let scaled = |axes: &[usize]| {
-            let factor = |axis: usize| if axes.contains(&axis) { 1.0 + step[0] } else { 1.0 };
-            Mat::from_fn(n_axes, n_axes, |i, j| if i == j { factor(i) } else { 0.0 })
-        };
-        let mut gauge_from = |to: usize, from: usize, factor: f64, constant: f64| {
-            change[(shape.gauge(to), shape.gauge(to))] = 0.0;
-            change[(shape.gauge(to), shape.gauge(from))] = factor;
-            change[(shape.gauge(to), 0)] = constant;
-        };
-        let turn = match cause {
+        match cause {
             Cause::Gauge(gauge) => {
-                let factor = 1.0 / (1.0 + step[0]);
+                let (at, factor) = (shape.gauge(*gauge), 1.0 / (1.0 + step[0]));
                 let zero = match zeros {
                     Zeros::Scaled => -self.offset(*gauge),
                     _ => fit.map[(*gauge, 0)],
                 };
-                gauge_from(*gauge, *gauge, factor, zero * (1.0 - factor));
-                scaled(&[])
+                change[(at, at)] = factor;
+                change[(at, 0)] = zero * (1.0 - factor);
             }
             // A factor of all gauges is corrected in the loads, so that errors remain shares of the same full scale.
             Cause::AllGauges => {
                 for gauge in (0..shape.n_gauges).filter(|_| zeros == Zeros::Scaled) {
                     let zero = fit.map[(gauge, 0)] + self.offset(gauge);
-                    gauge_from(gauge, gauge, 1.0, -step[0] * zero);
+                    change[(shape.gauge(gauge), 0)] = -step[0] * zero;
                 }
-                scaled(&(0..n_axes).collect::<Vec<_>>())
+                (0..n_axes).map(load).for_each(|at| change[(at, at)] += step[0]);
             }
             Cause::SwappedGauges(a, b) => {
                 for (to, from) in [(*a, *b), (*b, *a)] {
                     let [own, other] = [to, from].map(|at| self.scales[at]);
-                    gauge_from(to, from, other.1 / own.1, (other.0 - own.0) / own.1);
+                    let [to, from] = [to, from].map(|at| shape.gauge(at));
+                    change[(to, to)] = 0.0;
+                    change[(to, from)] = other.1 / own.1;
+                    change[(to, 0)] = (other.0 - own.0) / own.1;
                 }
-                scaled(&[])
             }
-            Cause::Axes(own) => scaled(own),
-            Cause::SwappedAxes(a, b) => exchanged(shape, *a, *b),
-            Cause::Rotation => turned(shape, step),
-            _ => scaled(&[]),
-        };
-        let loads = shape.load(0);
-        change.submatrix_mut(loads, loads, n_axes, n_axes).copy_from(&turn);
+            Cause::Axes(own) => {
+                own.iter().for_each(|axis| change[(load(*axis), load(*axis))] += step[0]);
+            }
+            // Loads are shares of full scale, but the columns of the file are in N or N·m.
+            Cause::SwappedAxes(a, b) => {
+                for (to, from) in [(*a, *b), (*b, *a)] {
+                    let ratio = shape.full_scale[from] / shape.full_scale[to];
+                    change[(load(to), load(to))] = 0.0;
+                    change[(load(to), load(from))] = ratio;
+                }
+            }
+            Cause::Rotation => {
+                let turn = turned(shape, step);
+                change.submatrix_mut(load(0), load(0), n_axes, n_axes).copy_from(&turn);
+            }
+            _ => {}
+        }
         change
     }
 
@@ -680,16 +683,5 @@ fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     let series = (1..10).rev();
     series.fold(Mat::identity(n, n), |inner, k| {
         Mat::<f64>::identity(n, n) + faer::Scale(1.0 / f64::from(k)) * (&turn * inner)
-    })
-}
-
-/// Returns the matrix that exchanges two load axes. The loads are shares of full scale, but the columns of the file are in N
-/// or N·m. So the matrix contains the ratio of the two full scales.
-fn exchanged(shape: &Shape, a: usize, b: usize) -> Mat<f64> {
-    let n = shape.axes.len();
-    Mat::from_fn(n, n, |i, j| match (i, j) {
-        (i, j) if (i, j) == (a, b) || (i, j) == (b, a) => shape.full_scale[j] / shape.full_scale[i],
-        (i, j) if i == j && i != a && i != b => 1.0,
-        _ => 0.0,
     })
 }

@@ -3,9 +3,11 @@
 
 use faer::Mat;
 
+use crate::finding::{Finding, Id, Verdict};
 use crate::recording::median;
 use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward, Moments};
+use crate::shown::first_clauses;
 
 /// Maximum residual of a column that counts as computed from the loads, as a share of its standard deviation, if several axes
 /// move. Crosstalk, nonlinearity and noise of a real gauge leave a larger residual.
@@ -31,23 +33,13 @@ const SHOULD_MOVE: f64 = 0.1;
 /// Minimum number of samples with the same value for the report that a gauge is constant.
 const FEWEST_SAMPLES: f64 = 10.0;
 
-/// Column that is probably no gauge, with its index among the gauges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoGauge {
-    /// The column is computed from the reference loads.
-    Reference(usize),
-    /// The column increases steadily with time, like a clock.
-    Clock(usize),
-    /// The column repeats an earlier gauge, whose index follows.
-    Copy(usize, usize),
-    /// The column is constant in all runs (`None`), or in the run with this index.
-    Constant(usize, Option<usize>),
-}
+/// Maximum number of columns that the finding names.
+const NAMED: usize = 6;
 
 impl Rig {
-    /// Returns the columns that are probably no gauges. If all columns follow exactly from the reference, the gauges were
-    /// computed from the loads, and none is returned.
-    pub fn no_gauges(&self) -> Vec<NoGauge> {
+    /// Returns the finding that columns are probably no gauges. The names of the gauges and of the runs are given. If all
+    /// columns follow exactly from the reference, the gauges were computed from the loads, and there is no finding.
+    pub fn no_gauges(&self, gauges: &[String], runs: &[String]) -> Option<Finding> {
         let shape = &self.shape;
         let all = self.total(|_| true);
         let deviation = |sums: &Mat<f64>, at: usize| {
@@ -77,7 +69,7 @@ impl Rig {
             sums[(0, 0)] >= FEWEST_SAMPLES && deviation(sums, shape.gauge(gauge)) < MOVES
         };
         let mut found = Vec::new();
-        for gauge in 0..shape.n_gauges {
+        for (gauge, name) in gauges.iter().enumerate() {
             let stands = |run: &usize| {
                 let own = self.total(|of| of == *run);
                 let moments = Moments::about(&own, &fits::column_means(&own), &forward, shape);
@@ -86,7 +78,9 @@ impl Rig {
             };
             let run = (0..self.n_runs()).find(stands);
             if run.is_some() || is_constant(&all, gauge) {
-                found.push(NoGauge::Constant(gauge, run));
+                let place = run.map_or("all recordings", |run| &runs[run]);
+                found
+                    .push(format!("the gauge {name} has the same value in all samples of {place}"));
             }
         }
         let moving: Vec<usize> =
@@ -99,16 +93,21 @@ impl Rig {
                 !both_exact
                     && 1.0 - product(a, b).powi(2) / (product(a, a) * product(b, b)) < SAME * SAME
             };
+            let name = &gauges[gauge];
             if is_exact(gauge) && usual > OTHERS_LEAVE * left[gauge].max(exact / OTHERS_LEAVE) {
-                found.push(NoGauge::Reference(gauge));
+                found.push(format!(
+                    "the gauge column {name} equals a linear combination of the reference loads"
+                ));
             } else if loads_move && off_time(shape.gauge(gauge)) < CLOCK {
-                found.push(NoGauge::Clock(gauge));
-            } else if let Some(&other) =
-                moving.iter().filter(|own| **own < gauge).find(|own| same(own))
-            {
-                found.push(NoGauge::Copy(gauge, other));
+                found.push(format!("the gauge column {name} seems to be a clock"));
+            } else if let Some(other) = moving.iter().find(|own| **own < gauge && same(own)) {
+                let other = &gauges[*other];
+                found.push(format!(
+                    "the gauge {name} has the same values as the gauge {other}, apart from a factor and an offset"
+                ));
             }
         }
-        found
+        let seen = first_clauses(NAMED, &found);
+        (!found.is_empty()).then(|| Finding::new(Id::NoGauge, Verdict::Doubtful, seen))
     }
 }

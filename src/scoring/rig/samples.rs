@@ -94,8 +94,7 @@ impl Rig {
                         true => left(k).abs(),
                         false => bend([left(k), left(k + 1), left(k + 2)]),
                     };
-                    let last =
-                        own.n_samples() - if own.is_static() { 0 } else { 2.min(own.n_samples()) };
+                    let last = own.n_samples().saturating_sub(if own.is_static() { 0 } else { 2 });
                     (0..last).map(size)
                 });
                 deviation(sizes)
