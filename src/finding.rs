@@ -65,7 +65,7 @@ pub enum Way {
     Features,
     /// Sets the ridge, the penalty on coefficients of features.
     Ridge,
-    /// Chooses the regressor, which computes the load: linear, network or kernel.
+    /// Chooses the regressor, which computes the load: linear, a network, a kernel, or a linear part plus one of these.
     Regressor,
     /// Excludes faulty samples from the fit.
     Faulty,
@@ -94,7 +94,7 @@ impl Way {
             Self::Features => ["--polynomial, --play and other options for features", "Settings"],
             Self::Ridge => ["--ridge", "Settings, Ridge"],
             Self::Regressor => ["--regressor", "Settings, Regressor"],
-            Self::Faulty => ["--leave-out-faulty", "Leave out"],
+            Self::Faulty => ["--leave-out-faulty", "Leave out faulty samples"],
             Self::Tare => {
                 ["--tare auto, or --tare FROM:TO in seconds", "right-click the recording"]
             }
@@ -417,7 +417,7 @@ impl Id {
             ),
             Self::Rank => (
                 "undetermined",
-                "some gauges or features repeat each other, or the past sample never differs from the present one; remove these \
+                "some gauges or features repeat each other, or the earlier sample of the look-back never differs from the present one; remove these \
                  gauges or features",
                 &[Way::Features],
             ),
@@ -450,7 +450,7 @@ impl Id {
             Self::UnusedAuxiliary => ("undetermined", "", &[]),
             Self::NoAuxiliary => (
                 "undetermined",
-                "the fit uses no auxiliary channel; give their columns the role Auxiliary channel",
+                "the fit uses no auxiliary channel; give the columns of auxiliary channels the role Auxiliary channel",
                 &[Way::Columns],
             ),
             Self::AuxiliaryBeyond => (

@@ -24,8 +24,8 @@ pub struct AgedSums {
 }
 
 impl AgedSums {
-    /// Creates sums without samples, for `n_classes` classes of age and the columns of the first `n_look_backs` look-backs of
-    /// `design`.
+    /// Creates empty sums for the columns of the first `n_look_backs` look-backs of `design`. The age of a look-back's earlier
+    /// sample belongs to one of `n_classes` classes.
     pub fn new(design: &Design, n_axes: usize, n_look_backs: usize, n_classes: usize) -> Self {
         let (first, n_columns) = (design.n_gauges(), design.n_gauges() * n_look_backs);
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);

@@ -75,7 +75,7 @@ impl Input {
         let read = |folder: &PathBuf| import::read(folder, None, &[], &Progress::default()).err();
         match self.folder.as_ref().and_then(read) {
             Some(folder) => JobError::Usage(format!(
-                "{error}. The file is in {folder}, or skip unreadable files by --keep-going"
+                "{error}. The file is in {folder}; --keep-going skips unreadable files"
             )),
             None => error,
         }

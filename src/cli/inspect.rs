@@ -16,6 +16,7 @@ use crate::formats;
 use crate::formats::text::Decimal;
 use crate::import::estimate_weight;
 use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
+use crate::import::map::ColumnRole;
 use crate::import::pose::WeightEstimate;
 use crate::recording::Axis;
 use crate::report::Table;
@@ -129,6 +130,14 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     print_check(&inspection.check, out)?;
     for question in &inspection.questions {
         writeln!(out, "open question: {}", message(question))?;
+    }
+    if !inspection.questions.is_empty() {
+        let roles: Vec<&str> = ColumnRole::all().map(ColumnRole::name).collect();
+        writeln!(
+            out,
+            "Answer with a column map: --write-map MAP.json writes the proposal, in which \"is\" is the role of a column: {}",
+            roles.join(", ")
+        )?;
     }
     Ok(())
 }

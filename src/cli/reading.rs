@@ -138,7 +138,7 @@ impl ReadArgs {
         }
     }
 
-    /// With `--keep-going`, reports an error and returns the default value instead.
+    /// Returns the result of reading a file. With `--keep-going`, an error is printed, and an empty result is returned instead.
     pub fn or_left_out<T: Default>(
         &self,
         run: &Run,

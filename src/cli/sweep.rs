@@ -409,7 +409,7 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
 fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()> {
     let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
         [Some(half), Some(most)] => format!(
-            " (half of the past samples are at most {} s old, 95 % at most {} s)",
+            " (half of the earlier samples are at most {} s old, 95 % at most {} s)",
             significant(half, 3),
             significant(most, 3)
         ),
@@ -417,7 +417,7 @@ fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()>
     };
     writeln!(
         out,
-        "At these thresholds, {:.1} % of the training samples find a past sample{ages}; for {:.1} % the past sample is older than t_th",
+        "At these thresholds, {:.1} % of the training samples find an earlier sample{ages}; for {:.1} % the earlier sample is older than t_th",
         100.0 * past_ages.share_found(),
         100.0 * past_ages.share_beyond_t_th(),
     )

@@ -30,8 +30,8 @@ pub enum ModelChange {
 enum Origin {
     /// The model was fitted by a search: number of the search, and index of the model in it.
     Search(u64, usize),
-    /// The model was fitted by a comparison as in the paper of Koike et al. (2019): number of the comparison, and index of
-    /// the model in it.
+    /// The model was fitted when all models of the paper of Koike et al. (2019) were compared. Holds the number of this
+    /// comparison, counted from the start of the program, and the index of the model in it.
     Paper(u64, usize),
     Kept,
     Present,

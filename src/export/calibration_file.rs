@@ -179,9 +179,9 @@ mod tests {
         let calibration = calibration();
         let (_directory, path) = written(&calibration, "c.CSV");
         let comments = fs::read_to_string(&path).unwrap();
-        assert!(
-            comments.contains("\n# leaves out: settings of the blocks except in words, scales\n")
-        );
+        assert!(comments.contains(
+            "\n# leaves out: settings of the blocks (only described in words), scales\n"
+        ));
         assert!(comments.contains("(test): a.csv */ --> \\u{a}#, SHA-256 ba78\n"));
         let mut csv = csv::ReaderBuilder::new();
         let mut csv = csv.comment(Some(b'#')).from_path(path).unwrap();

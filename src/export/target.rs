@@ -37,7 +37,8 @@ pub struct Target {
 }
 
 impl Target {
-    /// Format that leaves nothing out, holds every calibration, and cannot be read back. The formats differ from it.
+    /// Defaults of an export format: it leaves nothing out, accepts every calibration, and cannot be read back. Each format
+    /// replaces what is different.
     pub(super) const PLAIN: Self = Self {
         name: "",
         endings: &[],

@@ -356,7 +356,7 @@ impl LiveTable {
             self.n_rows += f64::from(time.is_some());
             let why = match why {
                 Some(Cause::Cell { column, value, .. }) => format!("{} is {value:?}", column.name),
-                Some(cause) => cause.to_string().trim_end_matches("; row skipped").to_owned(),
+                Some(cause) => cause.to_string().trim_end_matches(". Row skipped").to_owned(),
                 None => "the line is blank or a comment".to_owned(),
             };
             Rejected { time: time.map(|time| time / self.per_second), why }
@@ -591,6 +591,8 @@ mod tests {
             assert_eq!(table.row(broken).unwrap_err().time, time, "{broken:?}");
         }
         assert_eq!(table.row("30,x,2,0").unwrap_err().why, "S1 is \"x\"");
+        let short = table.row("30,1").unwrap_err().why;
+        assert_eq!(short, "the row has 2 cells, but the table has 4 columns");
         assert_eq!(table.row("30,4,5,0.001"), Ok(Some(row(0.03, [4.0, 5.0], 1.0))));
     }
 

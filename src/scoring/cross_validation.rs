@@ -21,8 +21,8 @@ pub const BLOCKS: usize = 5;
 /// Division of the training recordings into parts that cross-validation leaves out in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Folds {
-    /// Pieces of each recording, each with the number of the part to which it belongs. A recording that is not used for
-    /// training is one piece.
+    /// Pieces of each recording, each with the number of the cross-validation part that contains it. A recording that is not
+    /// used for training is one piece.
     pub pieces: Vec<Vec<Piece>>,
     pub n_parts: usize,
     /// True if whole recordings are left out, false if blocks of samples are left out.
@@ -74,7 +74,7 @@ impl Folds {
 pub(crate) struct Fold {
     /// The recordings for the fit, with the role train, and the left-out recordings, with the role test.
     pub set: Arc<RecordingSet>,
-    /// For each recording with the role test, the number of the part to which it belongs.
+    /// For each left-out recording, the number of its cross-validation part. (Left-out recordings have the role test here.)
     pub parts: Vec<usize>,
 }
 

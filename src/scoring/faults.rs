@@ -110,6 +110,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let own: Vec<Own> = own.collect();
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
+    let held = own.iter().filter(moves).map(|own| own.held).max().unwrap_or(1);
     let of_channel = |own: &Own| {
         let mut found: Vec<Fault> = Vec::new();
         if !moves(&own) {
@@ -123,7 +124,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         };
         let by = others(!is_load(&own.channel) && moving.iter().any(is_load));
         let expected = Expected::of(recording, own, by);
-        let channel = Watched { recording, own, expected: expected.as_ref() };
+        let channel = Watched { recording, own, expected: expected.as_ref(), held };
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
         channel.stuck(&mut found);
         // Load cases have no order in time, so a jump from one to the next is no fault.
@@ -158,7 +159,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
 fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     let own = Own::of(recording, channel);
     let mut found = Vec::new();
-    Watched { recording, own: &own, expected: None }.jumps(&mut found);
+    Watched { recording, own: &own, expected: None, held: own.held }.jumps(&mut found);
     found.retain(|fault| fault.kind == FaultKind::Dropout);
     let n_away: usize = found.iter().map(|fault| fault.samples.len()).sum();
     if n_away as f64 > DROPOUT_SHARE * recording.n_samples() as f64 {
@@ -318,7 +319,10 @@ mod tests {
         }
         loads[2 * 1700 + 1] = -999.0; // a value that is missing
         let recording = recording(gauges.clone(), loads.clone());
-        assert_eq!(words(&recording), ["100 stuck (S1)", "3 dropped out (S2)", "2 spikes (S1 Fz)"]);
+        assert_eq!(
+            words(&recording),
+            ["100 stuck (S1)", "3 dropped out (S2)", "2 in spikes (S1 Fz)"]
+        );
     }
 
     #[test]
@@ -433,6 +437,21 @@ mod tests {
         assert_eq!(actual, expected);
         let left = found[expected[0]].left_out_of(&cases[expected[0]], &ValidRange::default());
         assert!(left.is_empty(), "nothing is left of that case");
+    }
+
+    /// A reference at rest flickers by one step of its converter, once. Its gauges show noise.
+    #[test]
+    fn a_single_flicker_of_the_converter_is_no_spike() {
+        for steps in [1.0, -3.0] {
+            let (mut gauges, _) = sensor(None);
+            let mut random = Random::new(5, &[]);
+            gauges.iter_mut().for_each(|gauge| *gauge = 3.4 + 0.001 * random.normal());
+            let mut loads = [2.9, 3.1].repeat(N);
+            loads[2 * 700 + 1] += 0.0102 * steps;
+            assert_eq!(words(&recording(gauges.clone(), loads.clone())), [""; 0]);
+            loads[2 * 700 + 1] = 0.0;
+            assert_eq!(words(&recording(gauges, loads)), ["1 dropped out (Fz)"]);
+        }
     }
 
     #[test]

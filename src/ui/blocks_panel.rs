@@ -88,7 +88,10 @@ pub fn list_field(
     let response = ui.add(field).labelled_by(label);
     let response = response.on_hover_text(match read {
         Some(_) => explanation,
-        None => "This is no valid list. Enter numbers above zero, separated by commas",
+        None if least > 0.0 => {
+            "This is no valid list. Enter numbers above zero, separated by commas"
+        }
+        None => "This is no valid list. Enter numbers from zero on, separated by commas",
     });
     if !response.has_focus() {
         ui.data_mut(|data| data.remove::<String>(id));

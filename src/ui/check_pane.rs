@@ -83,7 +83,9 @@ impl View {
             ui.warn(problem);
         }
         let Some(found) = found else {
-            ui.weak("No recordings are loaded, so there is nothing to check.");
+            if check.problem().is_none() {
+                ui.awaited("The result of the check", engine);
+            }
             return;
         };
         let width = ui.available_width();

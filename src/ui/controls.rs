@@ -7,6 +7,8 @@ use egui::{
     Button, PopupCloseBehavior, Response, RichText, ScrollArea, TextEdit, Ui, Widget, WidgetText,
 };
 
+use crate::engine::Engine;
+
 pub trait Controls {
     fn own(&mut self) -> &mut Ui;
 
@@ -129,6 +131,14 @@ pub trait Controls {
     fn fail(&mut self, text: impl Into<RichText>) -> Response {
         let ui = self.own();
         ui.colored_label(ui.visuals().error_fg_color, text)
+    }
+
+    /// Says why a result is not there yet: no recordings are loaded, or the result is still being computed.
+    fn awaited(&mut self, what: &str, engine: &Engine) {
+        self.own().weak(match engine.project().recordings.entries().is_empty() {
+            true => format!("{what} appears here as soon as recordings are loaded."),
+            false => format!("{what} is being computed."),
+        });
     }
 
     /// Draws contents in the free area of the pane, with scroll bars if they do not fit.

@@ -61,10 +61,10 @@ impl PaneView for View {
             cx.ask(ask);
         }
         let footprint = Footprint::of(calibration);
-        let about = "To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play";
+        let to_need_less = "To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play";
         let on_controller = format!("Needed on a controller, {footprint}");
         if footprint.is_large() {
-            ui.warn(&on_controller).on_hover_text(about);
+            ui.warn(&on_controller).on_hover_text(to_need_less);
         }
         if footprint.is_large()
             && let Some((of, _)) = cx.engine.exact()
@@ -75,8 +75,8 @@ impl PaneView for View {
                 && *asked == ask
             {
                 ui.horizontal_wrapped(|ui| {
-                    let about = "Stores fewer earlier samples: sets this history rate and fits the model again";
-                    if ui.press(format!("Set history rate to {} Hz", coarse.rate_hz), about) {
+                    let does = "Stores fewer earlier samples: sets this history rate and fits the model again";
+                    if ui.press(format!("Set history rate to {} Hz", coarse.rate_hz), does) {
                         let mut settings = of.settings.clone();
                         settings.history_rate_hz = coarse.rate_hz;
                         cx.out.send(Edit::Settings(settings));
@@ -100,7 +100,7 @@ impl PaneView for View {
                 }
                 ui.label(format!("This format holds {}", target.holds));
                 if target.on_controller {
-                    ui.weak(&on_controller).on_hover_text(about);
+                    ui.weak(&on_controller).on_hover_text(to_need_less);
                 }
                 match (target.leaves_out)(calibration) {
                     "nothing" => {}

@@ -94,7 +94,11 @@ impl MetrologyPane {
             ui.warn(problem);
         }
         let Some(table) = table else {
-            ui.weak("There are no recordings from which metrology figures could be computed.");
+            if engine.analysis().is_none() {
+                ui.weak("No calibration is fitted yet.");
+            } else if problem.is_none() {
+                ui.awaited("The table of metrology figures", engine);
+            }
             return;
         };
         let width = ui.available_width();

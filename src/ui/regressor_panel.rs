@@ -25,7 +25,7 @@ const LOSS_HEIGHT: f32 = 110.0;
 /// Draws the choice of the regressor and, for a network or kernel, its training.
 pub fn regressor(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Method");
+        let label = ui.label("Regressor");
         let button = ComboBox::from_id_salt("regressor");
         let described = |one: Regressor| (one.label(), one.explanation());
         choice(ui, button, &mut settings.regressor, Regressor::ALL, described)

@@ -71,7 +71,7 @@ impl PaneView for View {
         match study.answer().and_then(|study| Some((study, study.map.as_ref()?))) {
             Some((study, map)) => self.draw(ui, cx.engine, study, map, cx.out),
             None if study.problem().is_none() => {
-                ui.weak("The map appears here as soon as recordings are loaded.");
+                ui.awaited("The map", cx.engine);
             }
             None => {}
         }
@@ -292,7 +292,7 @@ fn blocks(ui: &mut Ui, engine: &Engine, measure: Measure, out: &mut Out) {
             busy(ui);
         } else if let Some(chosen) = choice.answer() {
             ui.label(format!(
-                "{}: {}; cross-validated error {}, without this feature {} ({} lists tried)",
+                "{}: {}; cross-validated error {}, without this feature {} ({} lists of values were tried)",
                 chosen.block.setting().label,
                 chosen.block.setting().in_words(&chosen.values),
                 significant(chosen.left_out, 4),

@@ -102,7 +102,7 @@ fn the_tables_contain_the_suggestion_and_its_basis() {
         "as good within the uncertainty",
         "mean hysteresis",
         "reversals (Fz",
-        "of the training samples find a past sample",
+        "of the training samples find an earlier sample",
         "Play radii",
         "Creep time constants",
     ] {

@@ -2,6 +2,7 @@
 //! false alarm.
 
 mod bouc_wen;
+mod laboratory;
 mod simulator;
 
 use std::sync::Arc;
@@ -158,6 +159,25 @@ fn faults_of_rigs_with_play_are_named_and_sound_ones_are_not_accused() {
 #[test]
 fn faults_of_rigs_with_bouc_wen_hysteresis_are_named_and_sound_ones_are_not_accused() {
     assert_most_are_named("Bouc-Wen", bouc_wen::sound);
+}
+
+/// To try more sets: `LAB_FROM=1000 LAB_SETS=400 cargo test --release --test rig procedures -- --nocapture`.
+#[test]
+fn sound_sets_of_common_procedures_are_not_accused() {
+    let (from, sets) = (number("LAB_FROM", 0), number("LAB_SETS", 32));
+    let accused = |seed: &u64| {
+        let set = laboratory::sound(*seed);
+        let found: Vec<String> = causes(&set).iter().map(ToString::to_string).collect();
+        let text = format!("{}: {}", described(&set), found.join("\n      "));
+        (!found.is_empty()).then_some(text)
+    };
+    let accused: Vec<String> = (from..from + sets).filter_map(|seed| accused(&seed)).collect();
+    println!(
+        "{} of {sets} sets of common procedures accused\n{}",
+        accused.len(),
+        accused.join("\n")
+    );
+    assert!(32 * accused.len() as u64 <= sets, "{accused:#?}");
 }
 
 /// Each set has one additional column: a copy of a gauge, a clock, or a copy of the reference.

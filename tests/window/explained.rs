@@ -89,7 +89,7 @@ fn every_control_of_every_pane_has_a_hover_text() {
     for title in ["Fixed lag", "Creep", "Play"] {
         click(&mut window, Role::CheckBox, title);
     }
-    click(&mut window, Role::ComboBox, "Method");
+    click(&mut window, Role::ComboBox, "Regressor");
     click(&mut window, Role::Button, "Kernel");
     window.get_by_label("Full scale").click();
     settle(&mut window);

@@ -191,11 +191,11 @@ fn no_key_of_a_list_is_lost_if_several_come_in_one_frame() {
 fn arrows_go_on_from_a_list_that_was_opened_by_a_click() {
     let files = Files::new();
     let mut window = window(files.three());
-    let button = window.get_by_role_and_label(Role::ComboBox, "Method");
+    let button = window.get_by_role_and_label(Role::ComboBox, "Regressor");
     button.click();
     window.run_steps(3);
     press(&mut window, &[Key::ArrowDown, Key::ArrowDown, Key::Enter]);
-    assert_eq!(chosen(&window, "Method"), Regressor::ALL[2].label());
+    assert_eq!(chosen(&window, "Regressor"), Regressor::ALL[2].label());
 }
 
 #[test]

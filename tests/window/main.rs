@@ -879,7 +879,7 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
 fn a_kernel_is_trained_in_the_background_and_becomes_stale_with_its_settings() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::ComboBox, "Method");
+    click(&mut window, Role::ComboBox, "Regressor");
     click(&mut window, Role::Button, "Kernel");
     assert_eq!(state(&window).project().settings.regressor, Regressor::Kernel);
     assert!(has(&window, "Not trained yet"));
@@ -902,7 +902,7 @@ fn a_kernel_is_trained_in_the_background_and_becomes_stale_with_its_settings() {
 fn a_training_that_cannot_begin_gives_the_reason() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::ComboBox, "Method");
+    click(&mut window, Role::ComboBox, "Regressor");
     click(&mut window, Role::Button, "Linear + kernel");
     type_number(&mut window, "Landmarks", "2000");
     click(&mut window, Role::Button, "Train the kernel");
@@ -995,7 +995,7 @@ fn play_radii_are_chosen_by_leave_one_out() {
     let chosen = state(&window).lane::<ChooseBlock>().answer().cloned().expect("a list was chosen");
     assert_eq!(analysis(&window).calibration.features.blocks.of(&Play), chosen.values);
     assert!(chosen.left_out <= chosen.left_out_without);
-    assert!(has(&window, "lists tried"));
+    assert!(has(&window, "lists of values were tried"));
 }
 
 /// Returns the number of labels on screen that contain a number.

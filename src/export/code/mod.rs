@@ -48,7 +48,7 @@ pub(in crate::export) struct Language {
 pub(in crate::export) const CODE: Target = Target {
     holds: "conventional and compensated load with all blocks",
     leaves_out: |calibration| match calibration.learned {
-        Some(Learned::Kernel(_)) => "the kernel's band",
+        Some(Learned::Kernel(_)) => "the uncertainty band of the kernel",
         _ => "nothing",
     },
     check: |outline| {

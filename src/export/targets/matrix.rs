@@ -7,7 +7,7 @@ use crate::recording::Axis;
 use crate::shown::joined;
 
 pub(super) const MATRIX: Target = Target {
-    leaves_out: |_| "all history (compensated load), the offset (take the unloaded gauges as bias), gauge names",
+    leaves_out: |_| "the compensation of hysteresis, the offset (take the unloaded gauges as bias), gauge names",
     caution,
     ..Target::PLAIN
 };

@@ -31,7 +31,7 @@ pub const T_TH: Setting = Setting {
     default: &[15.0],
     range: Range::NotNegative,
     step: 0.1,
-    explanation: "Time threshold of the look-back: maximum age of the past sample, whose gauge values it appends. With 0 s, \
+    explanation: "Time threshold of the look-back: maximum age of the earlier sample, whose gauge values it appends. With 0 s, \
                   Compensated equals Uncompensated",
     source: "Eq. 12",
 };

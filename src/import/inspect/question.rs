@@ -95,7 +95,7 @@ impl fmt::Display for Question {
             ),
             Self::LoadUnit(columns) => write!(
                 f,
-                "The file does not show the unit of the load in column {}. Enter the unit in the table below, for example N, kN, kgf, lbf, N·m or N·mm; if you tick this question instead, forces are read in N and moments in N·m.",
+                "The file does not show the unit of the load in column {}. Enter the unit, for example N, kN, kgf, lbf, N·m or N·mm. Without a unit, forces are read in N and moments in N·m.",
                 numbers(columns)
             ),
             Self::Gauges {

@@ -140,7 +140,7 @@ pub(crate) struct PosePlan {
     pub attitude: Attitude,
     /// Index of the first of the three numbers of the position. `None` if the position is unknown.
     pub position: Option<usize>,
-    /// Index of the number of the mount. `None` if no column names the mount.
+    /// Position, among the numbers of a pose, of the number that selects the mount. `None` if no column names the mount.
     pub mount: Option<usize>,
     pub mounts: Vec<String>,
     pub width: usize,

@@ -36,12 +36,11 @@ const COLORS: [[u8; 3]; 6] =
 /// Minimum share of the squared error that a time lag must explain to be reported. Without this share, the error would be a
 /// tenth smaller (√0.8).
 const LAG_SHARE: f64 = 0.2;
-/// The same minimum share if less than half of the gauges lag. It is larger, because on single gauges hysteresis alone
-/// explains up to 0.3.
+/// Minimum share of the squared error that a time lag must explain to be reported, if less than half of the gauges lag. It is
+/// larger than [`LAG_SHARE`], because on single gauges hysteresis alone can look like a lag that explains up to 0.3.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
 /// Smallest time lag that is reported (samples). It is twice the uncertainty of a lag, which is a tenth of a sample.
 const SMALLEST_LAG: f64 = 0.2;
-const LAG_SAMPLES: f64 = 0.2;
 /// Maximum number of samples in which time lags are measured. If the recordings have more samples, only the first recordings
 /// are used.
 const LAG_LONGEST: usize = 200_000;
@@ -334,7 +333,7 @@ pub(crate) fn lag(
     let differs = |own: &Lag| {
         let error = own.standard_error_secs.hypot(worst.standard_error_secs);
         let apart = (own.seconds - worst.seconds).abs();
-        apart > 4.0 * error && apart * worst.samples.abs() > LAG_SAMPLES * worst.seconds.abs()
+        apart > 4.0 * error && apart * worst.samples.abs() > SMALLEST_LAG * worst.seconds.abs()
     };
     let by_run = moving.iter().map(|own| own.name()).zip(by_run);
     let by_gauge = training[0].gauge_names().iter().map(String::as_str).zip(found.iter().cloned());

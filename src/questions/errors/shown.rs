@@ -65,7 +65,7 @@ pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> Strin
     match added.is_empty() {
         true => note.to_owned(),
         false => format!(
-            "{note} In place of a tare, offsets were added to its loads, which make their mean error on the training recordings zero: {}.",
+            "{note} An offset was added to the factory load of each axis, so that its mean error on the training recordings is zero: {}.",
             added.join(", ")
         ),
     }

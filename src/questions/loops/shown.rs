@@ -92,7 +92,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
             [
                 (at, name, unit, about, Line::Units),
                 (at, "", share, of_what, Line::Percent(scale)),
-                (at, "Change at ½, 2 × threshold", "%", MOVES, Line::Moves),
+                (at, "Change at half and twice the threshold", "%", MOVES, Line::Moves),
             ]
         });
     Table::of(rows)

@@ -466,7 +466,10 @@ fn figures_are_in_units_in_percent_and_as_a_change() {
     let rows = shown(Up::Load, 20.0, &[[1.0, 0.5, 8.0, 8.0], [0.5, 0.25, 2.0, -2.0]], ("", ""));
     assert_eq!(rows[0], ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]);
     assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
-    assert_eq!(rows[2], ["Change at ½, 2 × threshold", "%", "+10.0, –", "+120.0, –", ""]);
+    assert_eq!(
+        rows[2],
+        ["Change at half and twice the threshold", "%", "+10.0, –", "+120.0, –", ""]
+    );
     assert_eq!(rows[6], ["Area", "N²", "8.000", "2.000", "-75.0 %"]);
     assert_eq!(rows[7], ["", "% FS²", "2.00", "0.500", ""]);
     assert_eq!(rows[9], ["Dissipated work", "N²", "8.000", "-2.000", "–"]);

@@ -6,7 +6,7 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::scoring::metrics::root_mean;
 use crate::scoring::quantile::quantile;
 
-/// Share of the samples whose absolute error is at most the 95 % error.
+/// Share of the samples whose absolute error must not exceed the figure "95 % error".
 const COVERED: f64 = 0.95;
 
 pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {

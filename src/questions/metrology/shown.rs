@@ -70,7 +70,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     .columns(
         OUTPUTS,
         |(trace, _)| {
-            let name = format!("{} at ½, 2 × reversal threshold", trace.label());
+            let name = format!("{} at half and twice the reversal threshold", trace.label());
             Column::words(name).about(MOVES)
         },
         |(_, cell), (_, output)| {

@@ -118,7 +118,7 @@ pub(crate) struct Fitted {
     pub past: Vec<Past>,
     /// Fitted calibration. The output of its network or kernel is not multiplied by a share yet.
     pub calibration: Calibration,
-    /// Squared cross-validation errors of the linear fit on each left-out part.
+    /// Sums of the squared errors of the linear fit on each part that cross-validation leaves out.
     pub linear: Option<PartSquares>,
     /// Sums of each recording over the samples that were held out for early stopping.
     pub held_out: Vec<Moments>,

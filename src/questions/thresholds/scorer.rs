@@ -46,7 +46,8 @@ pub struct AgedRow {
 }
 
 impl Scorer {
-    /// Creates a scorer from sums in which the first look-back finds no earlier sample.
+    /// Creates a scorer from sums that were computed as if no sample had an earlier sample to look back to. The changes by each
+    /// pair of thresholds are added later.
     pub fn new(
         design: &Design,
         conventional: &LinearMap,

@@ -51,7 +51,7 @@ impl fmt::Display for FaultKind {
             Self::Saturated => "saturated",
             Self::Stuck => "stuck",
             Self::Dropout => "dropped out",
-            Self::Spike => "spikes",
+            Self::Spike => "in spikes",
             Self::Overload => "overloaded",
         })
     }

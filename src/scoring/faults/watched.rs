@@ -51,6 +51,8 @@ pub(super) struct Own {
     pub channel: Channel,
     pub low: f64,
     pub high: f64,
+    /// Value that 2 % of the samples lie below.
+    usual_low: f64,
     /// Range of the channel's values without the lowest and highest 2 %.
     pub span: f64,
     /// Median magnitude of the step from sample to sample.
@@ -64,6 +66,9 @@ pub(super) struct Own {
     piles_up: Vec<f64>,
     /// Ranges of samples in which the channel repeats one value.
     flat: Vec<Range<usize>>,
+    /// Median number of samples for which the channel keeps a value. It exceeds 1 if a logger repeats the values of a slower
+    /// instrument.
+    pub held: usize,
 }
 
 impl Own {
@@ -76,19 +81,21 @@ impl Own {
             true => STUCK_CASES,
             false => STUCK_SAMPLES,
         };
-        let (mut flat, mut start) = (Vec::new(), 0);
+        let mut runs: Vec<Range<usize>> = Vec::new();
         for k in 0..n {
-            let own = value(k);
-            if own != value(start) {
-                flat.extend((k - start >= least).then_some(start..k));
-                start = k;
-            }
-            let step = if k > 0 { (own - value(k - 1)).abs() } else { 0.0 };
+            let step = if k > 0 { (value(k) - value(k - 1)).abs() } else { 0.0 };
             if step > 0.0 {
                 resolution = resolution.min(step);
             }
+            match runs.last_mut().filter(|_| step == 0.0) {
+                Some(run) => run.end = k + 1,
+                None => runs.push(k..k + 1),
+            }
         }
-        flat.extend((n - start >= least).then_some(start..n));
+        let held = median(runs.iter().map(|run| run.len() as f64)).unwrap_or(1.0) as usize;
+        // A load that is set by hand keeps its value for longer.
+        let held = if held <= DROPOUT_SAMPLES { held } else { 1 };
+        let flat = runs.into_iter().filter(|run| run.len() >= least).collect();
         let looked_at = looked_at(n);
         let mut values: Vec<f64> = looked_at.clone().map(value).collect();
         let [low_share, high_share] =
@@ -96,8 +103,9 @@ impl Own {
         let bends = looked_at.clone().filter(|k| k + 2 < n);
         let noise =
             median(bends.map(|k| straight_lines::bend([value(k), value(k + 1), value(k + 2)])));
-        let steps = looked_at.filter(|k| *k > 0);
-        let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
+        // The step from one value to the next, even if the logger repeats each value.
+        let steps = looked_at.filter(|k| *k >= held);
+        let steps = median(steps.map(|k| (value(k) - value(k - held)).abs()));
         let piles_up = |extreme: &f64, inward: f64| {
             let mut counts = [0_usize; 4];
             for k in 0..n {
@@ -118,6 +126,8 @@ impl Own {
             high,
             piles_up: piles_up.map(|(extreme, _)| extreme).collect(),
             flat,
+            held,
+            usual_low: low_share,
             span: high_share - low_share,
             step: steps.unwrap_or(0.0),
             noise: noise.unwrap_or(0.0),
@@ -249,6 +259,8 @@ pub(super) struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
     pub expected: Option<&'a Expected>,
+    /// Largest number of samples by which a channel may be late, because its logger repeats the values of a slower instrument.
+    pub held: usize,
 }
 
 impl Watched<'_> {
@@ -264,7 +276,11 @@ impl Watched<'_> {
     /// not count, because a reference that is late may move there.
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
-        let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
+        let late = if self.held > 1 { self.held } else { 0 };
+        let outer = match self.recording.is_static() {
+            true => 0,
+            false => STUCK_SAMPLES.min(run.len() / 4).max(late).min(run.len() / 2),
+        };
         let samples = run.start + outer..run.end - outer;
         self.expected.is_some_and(|expected| {
             let least = (MOVES.0 * span).max(MOVES.1 * expected.sigma.max(*resolution));
@@ -359,9 +375,8 @@ impl Watched<'_> {
 
     /// Finds the samples at which this channel jumps away and back, while the other channels do not.
     pub fn jumps(&self, found: &mut Vec<Fault>) {
-        let Own { step, span, resolution, .. } = self.own;
+        let Own { step, span, usual_low, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
-        let resolution = if *span > 0.0 { 4.0 * resolution } else { 0.0 };
         // The usual step is at least that of the expected value. Otherwise, the noise of the other channels would hide that
         // these channels jump, too.
         let expected_step = self.expected.and_then(|expected| {
@@ -370,12 +385,14 @@ impl Watched<'_> {
             median(steps.map(|k| (at(k) - at(k - 1)).abs()))
         });
         let step = step.max(expected_step.unwrap_or(0.0));
-        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(resolution);
+        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
         let mut away: Vec<(Range<usize>, bool)> = Vec::new();
         let mut k = 1;
         while k < self.n() {
             let jump = self.value(k) - self.value(k - 1);
-            let end = match jump.abs() >= least {
+            // A channel that otherwise stays at one value may only flicker by a step of the converter. A jump to zero is more.
+            let is_lost = *span == 0.0 && *usual_low != 0.0 && jump != 0.0 && self.value(k) == 0.0;
+            let end = match jump.abs() >= least || is_lost {
                 true => self.back_again(k, jump),
                 false => None,
             };
@@ -386,8 +403,9 @@ impl Watched<'_> {
             let is_one_value = (k + 1..end).all(|at| self.value(at) == self.value(k));
             let is_short = end - k <= SPIKE_SAMPLES;
             let shown = self.expected.map_or(0.0, |expected| {
-                let at = |k: usize| expected.at(self.recording, k);
-                ((at(k) - at(k - 1)) / jump).max((at(end - 1) - at(end)) / jump)
+                let near = k.saturating_sub(self.held)..self.n().min(end + self.held);
+                let values: MinMax = near.map(|k| expected.at(self.recording, k)).collect();
+                values.span() / jump.abs()
             });
             if (is_one_value || is_short) && shown < SHOWN_BY_OTHERS {
                 away.push((k..end, is_one_value));

@@ -34,8 +34,9 @@ const REFITTED: usize = 40;
 const SMALL: f64 = 1e-7;
 /// Number of Gauss-Newton steps in the fit of a correction.
 const STEPS: usize = 6;
-/// Penalty for each parameter when corrections are compared by the logarithm of their error. It is half the logarithm of the
-/// number of units, divided by twice that number (Bayesian information criterion).
+/// Penalty for each parameter when corrections are compared by the logarithm of their error. The Bayesian information
+/// criterion gives `ln n / (2 n)` for n independent errors. This fixed value belongs to n = 60, such as 15 units (parts of
+/// recordings) with four axes each.
 const PARAMETER: f64 = 0.033;
 /// Minimum ratio of a gauge's noise in one run to its noise in each other run, from which the noise is reported. Suppose the
 /// noise of one of four runs increases the total error by a quarter. Then the mean square error of that run is 3.25 times as
@@ -111,7 +112,8 @@ struct Trial {
     place: Where,
     is_here: Vec<bool>,
     cause: Cause,
-    /// Reduction of the gauges' squared residuals, divided by their variances, by one linear step of the correction.
+    /// Amount by which one linear step of the correction reduces the sum of the gauges' squared residuals, each divided by
+    /// the variance of its gauge.
     gain: f64,
 }
 
@@ -227,17 +229,6 @@ impl Rig {
         fits::sum(own.map(|(own, _)| own), &self.shape)
     }
 
-    /// Returns the fit to the units that are not corrected. Axes that these units do not load are fitted to the corrected
-    /// units.
-    fn first_fit(&self, others: &Mat<f64>, own: &Mat<f64>) -> Forward {
-        let shape = &self.shape;
-        let loads = |sums: &Mat<f64>| -> f64 {
-            (0..shape.axes.len()).map(|axis| sums[(shape.load(axis), shape.load(axis))]).sum()
-        };
-        let share = 1e-6 * loads(others) / loads(own).max(f64::MIN_POSITIVE);
-        Forward::of(&(others + faer::Scale(share) * own), shape)
-    }
-
     fn trials(&self, place: Where) -> Vec<Trial> {
         let shape = &self.shape;
         let (is_here, _) = self.corrected(place);
@@ -246,7 +237,7 @@ impl Rig {
         if own[(0, 0)] < (shape.n_gauges + 2) as f64 {
             return Vec::new();
         }
-        let fit = self.first_fit(&others, &own);
+        let fit = Forward::of(&others, shape);
         let variances = fit.variances(&others, shape);
         let [centred, raw] = [column_means(&own), vec![0.0; shape.width()]]
             .map(|mean| Moments::about(&own, &mean, &fit, shape));
@@ -396,7 +387,7 @@ impl Rig {
     fn refit_gains<'a>(&self, trial: &'a Trial, zeros: Zeros) -> Option<Refit<'a>> {
         let (shape, Trial { is_here, cause, place, .. }) = (&self.shape, trial);
         let [own, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
-        let mut fit = self.first_fit(&others, &own);
+        let mut fit = Forward::of(&others, shape);
         let mut variances = fit.variances(&others, shape);
         let (mut factor, mut angles) = (1.0, vec![0.0; turns(&shape.axes).len()]);
         let steps = if cause.is_exchange() { 0 } else { STEPS };
@@ -429,6 +420,13 @@ impl Rig {
             let all = fits::changed(&own, &change) + &others;
             fit = Forward::of(&all, shape);
             variances = fit.variances(&all, shape);
+        }
+        // Gains and axes cannot be compared between runs that load different axes. Only another unit makes the loads of an axis
+        // much larger than those of the other runs: millimetres, or centimetres.
+        let is_loaded = |own: &Mat<f64>| fits::is_loaded(own, &others, shape);
+        let is_unit = [0.01, 0.001].iter().any(|unit| (factor.abs() / unit - 1.0).abs() < 0.1);
+        if !is_loaded(&fits::changed(&own, &change)) || !(is_loaded(&own) || is_unit) {
+            return None;
         }
         let corrected = self.units.iter().zip(is_here).map(|(own, here)| match here {
             true => own.changed(&change),

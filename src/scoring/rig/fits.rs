@@ -16,6 +16,11 @@ const EXACT: f64 = 1e-10;
 /// units (parts of recordings).
 pub(super) const FEWEST_RUNS: usize = 3;
 
+/// Maximum ratio of the summed squared loads of one run to those of the other runs, along any combination of axes, for which
+/// the run is compared with them. Above it, the others show only noise and rounding of a load that they do not have: less
+/// than a thirtieth of the load of the run.
+const UNJUDGED: f64 = 1000.0;
+
 /// Order of the columns in the sums of products: one, time, gauges, and loads divided by full scale.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
@@ -114,15 +119,26 @@ pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> M
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
 
-/// Returns for each unit the sum of squared held-out errors, as shares of full scale, averaged over the axes.
+/// Returns for each unit the sum of squared held-out errors, as shares of full scale, averaged over the axes. Runs are held
+/// out as a whole, or unit by unit if there are few runs, or if a run alone loads an axis.
 pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
     let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
-    let by_run = n_runs >= FEWEST_RUNS;
-    let part = |unit: usize| if by_run { units[unit].run } else { unit };
-    let n_parts = if by_run { n_runs } else { units.len() };
+    let by_run = |run: &usize| {
+        let [own, others] = [true, false]
+            .map(|is_own| sum(units.iter().filter(|unit| (unit.run == *run) == is_own), shape));
+        n_runs >= FEWEST_RUNS && is_loaded(&own, &others, shape)
+    };
+    let by_run: Vec<bool> = (0..n_runs).map(|run| by_run(&run)).collect();
+    let part = |unit: usize| {
+        let run = units[unit].run;
+        if by_run[run] { run } else { n_runs + unit }
+    };
     let mut errors = vec![0.0; units.len()];
-    for left_out in 0..n_parts {
+    for left_out in 0..n_runs + units.len() {
+        if (0..units.len()).all(|unit| part(unit) != left_out) {
+            continue;
+        }
         let others = (0..units.len()).filter(|unit| part(*unit) != left_out);
         let others = sum(others.map(|unit| &units[unit]), shape);
         let factors = solved(others.as_ref(), &inputs, outputs.clone());
@@ -134,6 +150,19 @@ pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
         }
     }
     errors
+}
+
+/// Returns true if the others have loads in all directions in which one run has loads; see [`UNJUDGED`].
+pub(super) fn is_loaded(own: &Mat<f64>, others: &Mat<f64>, shape: &Shape) -> bool {
+    let first = shape.load(0);
+    let loads = |sums: &Mat<f64>| -> Mat<f64> {
+        let n = shape.axes.len();
+        Mat::from_fn(n, n, |i, j| sums[(first + i, first + j)])
+    };
+    let left = faer::Scale(UNJUDGED) * loads(others) - loads(own);
+    let ends = left.self_adjoint_eigenvalues(Side::Lower);
+    // An axis without any load gives a zero, which is rounded.
+    ends.is_ok_and(|ends| ends[0] >= -1e-12 * ends[ends.len() - 1].abs())
 }
 
 fn with_one(columns: std::ops::Range<usize>) -> Vec<usize> {

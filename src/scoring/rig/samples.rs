@@ -28,7 +28,8 @@ const SPECTRA: usize = 4;
 /// Minimum share of a gauge's squared residual that is explained by a reported hum or nonlinearity. Removing this share makes
 /// the residual a tenth smaller (√0.8).
 const SHARE: f64 = 0.2;
-/// Share of a load's power below the highest frequency that the load is considered to have. A hum has a higher frequency.
+/// Share of a load's spectral power that lies below the load's highest frequency, which is defined by this share. A hum has a
+/// higher frequency.
 const OF_LOAD: f64 = 0.99;
 /// Minimum nonlinearity of a gauge that is reported, as a share of its range. Makers specify up to half a percent for
 /// ordinary sensors.
@@ -121,34 +122,42 @@ impl Rig {
     /// have.
     fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
-        let mut looked_at = 0;
         let mut lines: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new(); n_gauges];
-        for (own, rest) in recordings.iter().zip(rests) {
+        let long = recordings.iter().zip(rests);
+        let long = long.filter(|(own, _)| !own.is_static() && own.n_samples() >= FEWEST_SAMPLES);
+        for (own, rest) in long.take(SPECTRA) {
             let n = own.n_samples().min(SPECTRUM);
-            let (first, last) = (own.times()[0], own.times()[n - 1]);
-            if own.is_static() || n < FEWEST_SAMPLES || last <= first || looked_at == SPECTRA {
-                continue;
-            }
-            looked_at += 1;
-            let rate = (n - 1) as f64 / (last - first);
+            let rate = (n - 1) as f64 / (own.times()[n - 1] - own.times()[0]);
             let n_axes = own.axes().len();
             let highest = (0..n_axes)
-                .map(|axis| highest(&powers(n, |k| own.loads()[k * n_axes + axis])))
+                .map(|axis| highest(&powers(n, 0..n / 2, |k| own.loads()[k * n_axes + axis])))
                 .max()
                 .unwrap_or(0);
             for (gauge, lines) in lines.iter_mut().enumerate() {
-                let power = powers(n, |k| rest.left[k * n_gauges + gauge]);
+                let left = |k: usize| rest.left[k * n_gauges + gauge];
+                let fitted = |k: usize| rest.fitted[k * n_gauges + gauge];
+                let power = powers(n, 0..n / 2, left);
                 let all: f64 = power.iter().sum();
                 let Some(peak) = (HARMONIC * highest + 4..power.len())
                     .max_by(|a, b| power[*a].total_cmp(&power[*b]))
                 else {
                     continue;
                 };
-                let line: f64 = power[peak - 2..power.len().min(peak + 3)].iter().sum();
-                let squares: f64 =
-                    (0..n).map(|k| rest.left[k * n_gauges + gauge].powi(2)).sum::<f64>() / n as f64;
-                let share = line / all;
-                let amplitude = (2.0 * share * squares).sqrt() / self.spans[gauge];
+                let near = peak - 2..power.len().min(peak + 3);
+                let share = power[near.clone()].iter().sum::<f64>() / all;
+                let squares = (0..n).map(|k| left(k).powi(2)).sum::<f64>() / n as f64;
+                let amplitude = (2.0 * share * squares).sqrt();
+                let value = |k: usize| fitted(k) + left(k);
+                let line =
+                    |of: &dyn Fn(usize) -> f64| -> f64 { powers(n, near.clone(), of).iter().sum() };
+                let steps =
+                    (1..n).map(|k| (value(k) - value(k - 1)).abs()).filter(|own| *own > 1e-9);
+                // A reference that is held or rounded has the line itself. Under a steady ramp, a rounded gauge has a line of
+                // about one step of the converter.
+                let is_hum = line(&value) > line(&fitted)
+                    && amplitude > 2.0 * steps.fold(f64::INFINITY, f64::min);
+                let share = if is_hum { share } else { 0.0 };
+                let amplitude = amplitude / self.spans[gauge];
                 lines.push((share, peak as f64 * rate / n as f64, amplitude));
             }
         }
@@ -183,7 +192,7 @@ impl Rig {
             let (fitted, left) = (all(|own| &own.fitted), all(|own| &own.left));
             let n = left.len();
             if n < FEWEST_CASES {
-                return (0.0, 0.0);
+                return [0.0; 3];
             }
             let mean = fitted.iter().sum::<f64>() / n as f64;
             let scale =
@@ -203,13 +212,16 @@ impl Rig {
                 squares(first.clone(), &factors(second.clone())) + squares(second, &factors(first));
             let whole = factors(0..n);
             let bend = (whole[2].abs() + whole[3].abs()) / self.spans[gauge];
-            (1.0 - after / squares(0..n, &[]).max(f64::MIN_POSITIVE), bend)
+            let all = squares(0..n, &[]).max(f64::MIN_POSITIVE);
+            [1.0 - after / all, 1.0 - squares(0..n, &whole) / all, bend]
         };
-        let all: Vec<(f64, f64)> = (0..n_gauges).map(of_gauge).collect();
-        let most = (0..n_gauges).max_by(|a, b| all[*a].0.total_cmp(&all[*b].0))?;
-        let (share, bend) = all[most];
+        // Of each gauge: share explained in the other half, share explained in the fitted samples, nonlinearity.
+        let all: Vec<[f64; 3]> = (0..n_gauges).map(of_gauge).collect();
+        let most = (0..n_gauges).max_by(|a, b| all[*a][0].total_cmp(&all[*b][0]))?;
+        let [share, _, bend] = all[most];
+        // If the two halves load different axes, only the fitted samples show that another gauge is nonlinear, too.
         let others = (0..n_gauges).filter(|own| *own != most);
-        let others = others.map(|own| all[own].0).fold(0.0, f64::max);
+        let others = others.map(|own| all[own][1]).fold(0.0, f64::max);
         let is_bent = n_gauges > 2 && share > SHARE && bend > BENDS && share > OTHERS_BEND * others;
         let seen = format!("the gauge {} is nonlinear, but the other gauges are not", gauges[most]);
         let figures = format!("its nonlinearity is up to {} of its range", percent(bend));
@@ -303,7 +315,7 @@ struct Peak {
     shown: f64,
     /// True if the load stays at the peak for at least three samples, or is a static load case.
     stays: bool,
-    /// Rise of the predicted load while the recorded load stays.
+    /// Rise of the load that the gauges predict, while the recorded load stays at the peak.
     rise: f64,
 }
 
@@ -364,8 +376,8 @@ fn deviation(sizes: impl Iterator<Item = f64>) -> f64 {
     median(sizes).unwrap_or(0.0) / 0.6745
 }
 
-/// Returns the power spectrum of `n` samples under a Hann window. An index in it is the number of periods in all samples.
-fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
+/// Returns the power spectrum of `n` samples under a Hann window, for these numbers of periods in all samples.
+fn powers(n: usize, periods: Range<usize>, value: impl Fn(usize) -> f64) -> Vec<f64> {
     let mean = (0..n).map(&value).sum::<f64>() / n as f64;
     let windowed: Vec<f64> = (0..n)
         .map(|k| (value(k) - mean) * (0.5 - 0.5 * (TAU * k as f64 / n as f64).cos()))
@@ -378,7 +390,7 @@ fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
         });
         sin * sin + cos * cos
     };
-    (0..n / 2).map(power).collect()
+    periods.map(power).collect()
 }
 
 /// Returns the index in a spectrum below which nearly all power lies ([`OF_LOAD`]).

@@ -146,7 +146,7 @@ impl<'a> Shared<'a> {
         };
         Some(Found {
             number: at + 1,
-            // The count includes the cycle itself, which is subtracted.
+            // The cycle lies within itself, so it is not counted.
             n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
             samples: first + samples.start..first + samples.end,
         })

@@ -90,11 +90,12 @@ pub fn map(
                 map.nearest(Thresholds { f_th: at.x / shown_as, t_th_secs: 10_f64.powf(at.y) });
             let thresholds = map.thresholds(pair.0, pair.1);
             let value = map.value(set, measure, pair.0, pair.1);
-            let value = value
-                .map_or_else(|| "not yet computed, unit".to_owned(), |value| significant(value, 4));
-            let unit = measure.unit(&map.scale);
+            let value = value.map_or_else(
+                || "not computed yet".to_owned(),
+                |value| format!("{} {}", significant(value, 4), measure.unit(&map.scale)),
+            );
             response.response.clone().on_hover_text_at_pointer(format!(
-                "{}: {value} {unit}\nclick to set; ◆ minimum, ○ present pair",
+                "{}: {value}\nclick to set; ◆ minimum, ○ present pair",
                 pair_text(map.distance, thresholds)
             ));
             if pressed(&response.response) && thresholds != present {
