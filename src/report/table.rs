@@ -9,7 +9,10 @@ use crate::recording::Axis;
 use crate::report::trace::Trace;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
-use crate::shown::printable;
+use crate::shown::{first, printable};
+
+/// Maximum number of columns that are named with the reason for their missing numbers.
+const NAMED: usize = 6;
 
 /// Rows and columns of numbers, texts, and reasons for missing numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -373,10 +376,11 @@ impl Table {
             let texts =
                 texts.map(|(at, cell)| cell.reason().filter(|_| ends(at)).unwrap_or(&cell.text));
             lines.push(line(texts.collect()));
-            for (at, cell) in row.iter().enumerate().filter(|(at, _)| !ends(*at)) {
-                lines.extend(
-                    cell.reason().map(|reason| format!("    {}: {reason}", self.columns[at].name)),
-                );
+            let cells = row.iter().zip(&self.columns).enumerate().filter(|(at, _)| !ends(*at));
+            let reasons = cells.filter_map(|(_, (cell, column))| Some((cell.reason()?, column)));
+            for same in reasons.collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
+                let names = first(NAMED, same.iter().map(|own| &own.1.name));
+                lines.push(format!("    {names}: {}", same[0].0));
             }
         }
         lines.push(self.note.clone());
