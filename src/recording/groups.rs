@@ -40,7 +40,7 @@ const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("sequence", GroupedBy::Sequence),
     ("pattern", GroupedBy::Pattern),
 ];
-/// Words in these names that stand before the number or letter of a day or a mounting, as in `day2`.
+/// Words in the names of recordings and folders that stand before the number or letter of a day or a mounting, as in `day2`.
 const SESSIONS: [(&str, GroupedBy); 8] = [
     ("day", GroupedBy::Day),
     ("tag", GroupedBy::Day),
@@ -51,7 +51,7 @@ const SESSIONS: [(&str, GroupedBy); 8] = [
     ("setup", GroupedBy::Setup),
     ("batch", GroupedBy::Batch),
 ];
-/// Words in these names that stand before the number of a repetition, as in `run4`.
+/// Words in the names of recordings and folders that stand before the number of a repetition, as in `run4`.
 const REPETITIONS: [&str; 12] = [
     "run",
     "rep",
@@ -269,11 +269,13 @@ impl RecordingSet {
             if are_many && lone.is_none() {
                 return groups_from_keys(way.by, keys, None);
             }
-            unused.get_or_insert(UnusedGroups {
-                by: way.by,
-                n: n_groups,
-                lone: lone.filter(|_| are_many),
-            });
+            // Names with a running number, folders and files do not show that recordings repeat the same loads.
+            if are_many
+                || !matches!(way.by, GroupedBy::Series | GroupedBy::Folder | GroupedBy::File)
+            {
+                let lone = lone.filter(|_| are_many);
+                unused.get_or_insert(UnusedGroups { by: way.by, n: n_groups, lone });
+            }
         }
         let keys = keyed(None);
         let n_groups = distinct(&keys);
@@ -637,6 +639,8 @@ mod tests {
         assert_eq!(unused(&few), Some(not_used(2, None)));
         assert_eq!(unused(&few[..2]), Some(not_used(1, None)));
         assert_eq!(unused(&[("/a", "a"), ("/b", "b"), ("/c", "c")]), None);
+        let runs = [("/a/1", "run1"), ("/a/2", "run2"), ("/b/3", "run3"), ("/b/4", "other")];
+        assert_eq!(unused(&runs), None, "names and folders do not tell what was loaded");
         let names = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2"), ("/a", "path3")];
         let set = with_loads(&names, |at| vec![0.0, if at == 2 { 9.0 } else { 1.0 }]);
         let lone = LoneGroup { group: "path 2".to_owned(), axis: Axis::Fz };

@@ -111,12 +111,12 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
     let held = own.iter().filter(moves).map(|own| own.held).max().unwrap_or(1);
+    let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
     let of_channel = |own: &Own| {
         let mut found: Vec<Fault> = Vec::new();
         if !moves(&own) {
             return (found, (None, None));
         }
-        let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
         let others = |wanted: bool| -> Vec<Channel> {
             let others = moving.iter().filter(|other| is_load(other) == wanted);
             let others = others.copied().filter(|other| *other != own.channel);
@@ -151,6 +151,16 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     if unclipped.iter().all(|own| *own == (None, None)) {
         unclipped.clear();
     }
+    // While a gauge is faulty, the expected load is wrong.
+    let gauges: Vec<_> =
+        found.iter().filter(|own| matches!(own.channel, Channel::Gauge(_))).cloned().collect();
+    let meets = |own: &Fault| {
+        let both = |gauge: &Fault| {
+            gauge.samples.start < own.samples.end && own.samples.start < gauge.samples.end
+        };
+        gauges.iter().any(both)
+    };
+    found.retain(|own| !is_load(&own.channel) || own.kind != FaultKind::Stuck || !meets(own));
     found.sort_by_key(|fault| (fault.kind, fault.channel, fault.samples.start));
     Faults { found, unclipped }
 }

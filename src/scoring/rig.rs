@@ -4,6 +4,7 @@
 //! pass over the samples gives sums of products over contiguous parts of each recording, called units. Each possible fault is
 //! then corrected in these sums, and the model is fitted again.
 
+mod bent;
 mod cause;
 mod chance;
 mod columns;
@@ -17,7 +18,7 @@ use crate::calibration::NormalEquations;
 use crate::min_max::MinMax;
 use crate::recording::{Axis, Recording};
 use crate::scoring::faults::are_of_one_table;
-pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
+pub use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
 use crate::scoring::rig::fits::{Forward, Moments, Shape};
 
 /// Minimum number of units (contiguous parts of recordings) in all recordings together. The scatter between units shows which
@@ -87,45 +88,17 @@ impl Rig {
         let run_of = |at: usize| at * n_runs / order.len();
         let mut runs: Vec<Vec<usize>> = vec![Vec::new(); n_runs];
         order.iter().enumerate().for_each(|(at, own)| runs[run_of(at)].extend(own));
-        let of_each = UNITS.div_ceil(n_runs).max(2);
-        let mut units = Vec::new();
-        for (run, own) in runs.iter().enumerate() {
-            let n: usize = own.iter().map(|at| recordings[*at].n_samples()).sum();
-            let of_each = of_each.min(n);
-            let mut sums = vec![NormalEquations::new(shape.width(), 0); of_each];
-            let mut rows: Vec<Vec<f64>> = vec![Vec::new(); of_each];
-            let stride = sums[0].stride();
-            let samples = own.iter().flat_map(|at| {
-                let recording = recordings[*at];
-                let loads = recording.loads().chunks_exact(recording.axes().len());
-                recording.gauges().chunks_exact(n_gauges).zip(loads)
-            });
-            for (k, (gauges, loads)) in samples.enumerate() {
-                let unit = k * of_each / n;
-                let rows = &mut rows[unit];
-                let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
-                rows.extend([1.0, time]);
-                rows.extend(
-                    gauges.iter().zip(&scales).map(|(own, (mean, scale))| (own - mean) / scale),
-                );
-                rows.extend(axes.iter().map(|axis| loads[*axis] / full_scale[*axis]));
-                rows.resize(rows.len().next_multiple_of(stride), 0.0);
-                if rows.len() >= BLOCK * stride {
-                    sums[unit].add_rows(rows);
-                    rows.clear();
-                }
-            }
-            for (mut sums, rows) in sums.into_iter().zip(rows) {
-                sums.add_rows(&rows);
-                let width = shape.width();
-                let sums = Mat::from_fn(width, width, |i, j| sums.feature_product(i, j));
-                units.push(Unit { run, sums });
-            }
-        }
-        let mut rig = Self { units, shape, runs, scales, spans, noise: Vec::new() };
+        let mut rig = Self { units: Vec::new(), shape, runs, scales, spans, noise: Vec::new() };
+        let columns = |gauges: &[f64], row: &mut Vec<f64>| row.extend(rig.standard(gauges));
+        rig.units = units(recordings, &rig.runs, &rig.shape, columns, |_, _| true);
         let is_static = |run: &Vec<usize>| run.iter().any(|at| recordings[*at].is_static());
         rig.noise = rig.noise(recordings).into_iter().zip(rig.runs.iter().map(is_static)).collect();
         Some(rig)
+    }
+
+    /// Returns the gauges of a sample minus their means, divided by their scales.
+    fn standard(&self, gauges: &[f64]) -> impl Iterator<Item = f64> {
+        gauges.iter().zip(&self.scales).map(|(own, (mean, scale))| (own - mean) / scale)
     }
 
     /// Returns the indices of a run's recordings in the list given to [`Rig::of`].
@@ -219,6 +192,57 @@ impl Rig {
         });
         rows.collect()
     }
+}
+
+/// Returns the sums of products over the units of each run. `columns` adds the gauge columns of one sample to its row.
+/// Samples are omitted for which `is_used`, given the index of the recording and of the sample, is false.
+fn units(
+    recordings: &[&Recording],
+    runs: &[Vec<usize>],
+    shape: &Shape,
+    columns: impl Fn(&[f64], &mut Vec<f64>),
+    is_used: impl Fn(usize, usize) -> bool,
+) -> Vec<Unit> {
+    let (n_runs, axes) = (runs.len(), shape.axes_in(recordings[0]));
+    let of_each = UNITS.div_ceil(n_runs).max(2);
+    let mut units = Vec::new();
+    for (run, own) in runs.iter().enumerate() {
+        let n: usize = own.iter().map(|at| recordings[*at].n_samples()).sum();
+        let of_each = of_each.min(n);
+        let mut sums = vec![NormalEquations::new(shape.width(), 0); of_each];
+        let mut rows: Vec<Vec<f64>> = vec![Vec::new(); of_each];
+        let stride = sums[0].stride();
+        let samples = own.iter().flat_map(|at| {
+            let recording = recordings[*at];
+            let loads = recording.loads().chunks_exact(recording.axes().len());
+            let gauges = recording.gauges().chunks_exact(recording.n_gauges());
+            let used = (0..recording.n_samples()).map(|k| is_used(*at, k));
+            gauges.zip(loads).zip(used)
+        });
+        for (k, ((gauges, loads), used)) in samples.enumerate() {
+            if !used {
+                continue;
+            }
+            let unit = k * of_each / n;
+            let rows = &mut rows[unit];
+            let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
+            rows.extend([1.0, time]);
+            columns(gauges, rows);
+            rows.extend(axes.iter().zip(&shape.full_scale).map(|(axis, full)| loads[*axis] / full));
+            rows.resize(rows.len().next_multiple_of(stride), 0.0);
+            if rows.len() >= BLOCK * stride {
+                sums[unit].add_rows(rows);
+                rows.clear();
+            }
+        }
+        for (mut sums, rows) in sums.into_iter().zip(rows) {
+            sums.add_rows(&rows);
+            let width = shape.width();
+            let sums = Mat::from_fn(width, width, |i, j| sums.feature_product(i, j));
+            units.push(Unit { run, sums });
+        }
+    }
+    units
 }
 
 /// Returns the indices of recordings in order of their start times, or in the given order if a start time is unknown.

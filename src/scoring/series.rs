@@ -218,8 +218,8 @@ impl Series {
 
     /// Draws like [`Self::draw`], in columns that several traces can share. Panics if a sample of a column does not exist.
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
-        // `before` is the value of the last point. `open` is the time, minimum and maximum of the last column if it has many
-        // samples.
+        // `before` is the value of the point drawn last. `open` is the time, minimum and maximum of the pixel column drawn
+        // last, if that column holds more than one sample.
         let mut before = f64::NAN;
         let mut open: Option<(f64, MinMax)> = None;
         let mut finite = |at: f64, value: f64| {

@@ -48,7 +48,7 @@ fn size(fault: Fault, sound: &Set) -> Option<f64> {
 fn is_named(fault: Fault, set: &Set, causes: &[Finding]) -> bool {
     let has = |id: Id| causes.iter().any(|own| own.id == id);
     match fault {
-        Fault::SoftlyClipped => has(Id::Bent),
+        Fault::SoftlyClipped | Fault::SoftlyClippedAbove => has(Id::Bent),
         Fault::Clipped => has(Id::Faults),
         Fault::Hum => has(Id::Hum),
         Fault::ClippedReference => has(Id::ReferenceClipped) || has(Id::Faults),

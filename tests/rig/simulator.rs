@@ -232,13 +232,14 @@ pub enum Fault {
     MirroredGauge,
     NoiseOnce,
     SoftlyClipped,
+    SoftlyClippedAbove,
     Clipped,
     Hum,
     ClippedReference,
     Late,
 }
 
-pub const FAULTS: [Fault; 18] = [
+pub const FAULTS: [Fault; 19] = [
     Fault::Tare,
     Fault::Drift,
     Fault::GaugeFrom,
@@ -253,6 +254,7 @@ pub const FAULTS: [Fault; 18] = [
     Fault::MirroredGauge,
     Fault::NoiseOnce,
     Fault::SoftlyClipped,
+    Fault::SoftlyClippedAbove,
     Fault::Clipped,
     Fault::Hum,
     Fault::ClippedReference,
@@ -277,11 +279,7 @@ impl Fault {
     pub fn fewest_runs(self) -> usize {
         match self {
             Self::NoiseOnce => 4,
-            Self::SoftlyClipped
-            | Self::Clipped
-            | Self::Hum
-            | Self::ClippedReference
-            | Self::Late => 1,
+            Self::Clipped | Self::Hum | Self::ClippedReference | Self::Late => 1,
             _ => 2,
         }
     }
@@ -297,8 +295,8 @@ impl Fault {
             Self::SwappedAxes => set.axes.len() > 1,
             // Load cases have no order in time.
             Self::Hum | Self::Late => set.runs.iter().all(|run| run.programme != Programme::Poses),
-            // With two gauges, the nonlinear gauge cannot be identified.
-            Self::SoftlyClipped => set.n_gauges > 2,
+            // A single gauge cannot be compared with others.
+            Self::SoftlyClipped | Self::SoftlyClippedAbove => set.n_gauges > 1,
             _ => true,
         }
     }
@@ -365,6 +363,13 @@ impl Fault {
                         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
                         let bent = (size * (gauges[gauge] - middle) / half).tanh() / size;
                         gauges[gauge] = middle + half * bent;
+                    }
+                    // Above the knee, the gauge approaches a limit that is 0.3 of its half range higher.
+                    Self::SoftlyClippedAbove => {
+                        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+                        let (value, knee) = ((gauges[gauge] - middle) / half, 1.0 - 2.0 * size);
+                        let bent = knee + 0.3 * (1.0 - (-(value - knee) / 0.3).exp());
+                        gauges[gauge] = middle + half * if value > knee { bent } else { value };
                     }
                     Self::Clipped => gauges[gauge] = gauges[gauge].min(high - size * (high - low)),
                     Self::Hum => {

@@ -260,12 +260,18 @@ fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let before = quality.conventional.test_rmse.as_ref()?;
     let after = quality.compensated.test_rmse.as_ref()?;
     let worse = (0..calibration.axes.len()).filter(|at| after[*at] > before[*at]);
-    let worse: Vec<Axis> = worse.map(|at| calibration.axes[at]).collect();
+    let worse: Vec<usize> = worse.collect();
+    let axes: Vec<Axis> = worse.iter().map(|at| calibration.axes[*at]).collect();
     let seen = format!(
         "the test error of the compensated calibration exceeds that of the conventional one on {}",
-        symbols(&worse)
+        symbols(&axes)
     );
-    (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen))
+    let figures = worse.iter().zip(&axes).map(|(at, axis)| {
+        let [before, after] = [before[*at], after[*at]].map(|own| significant(own, 3));
+        format!("{}: {after} instead of {before} {}", axis.symbol(), axis.unit())
+    });
+    let figures = figures.collect::<Vec<_>>().join("; ");
+    (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen).with(figures))
 }
 
 fn symbols(axes: &[Axis]) -> String {

@@ -23,7 +23,7 @@ pub struct LoadCount {
     /// Number of different loads. If features use earlier gauge values, number of changes of the load.
     pub load_cases: usize,
     pub coefficients: usize,
-    /// Number of coefficients that the ridge leaves free, on the axis where this number is largest.
+    /// Number of coefficients that the data determine instead of the ridge, on the axis where this number is largest.
     pub free_coefficients: f64,
 }
 
@@ -43,7 +43,7 @@ impl LoadCount {
         let Self { load_cases, coefficients, free_coefficients } = self;
         let few = free_coefficients.ceil();
         let free = match few < *coefficients as f64 {
-            true => format!(" ({few:.0} of which the ridge leaves free)"),
+            true => format!(" ({few:.0} of which the data determine)"),
             false => String::new(),
         };
         let cases = counted(*load_cases, "load case");

@@ -1,5 +1,8 @@
 //! Checks whether training recordings suffice for a model. The check needs only sums from one pass over the samples.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use crate::calibration::{Calibration, NormalEquations, Regressor};
 use crate::features::{Column, FeatureStream};
 use crate::finding::{Finding, Id, Verdict};
@@ -17,17 +20,20 @@ use crate::questions::expected_error::rule::{
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
-use crate::recording::{Axis, Role, ValidRange, in_role};
+use crate::recording::{Axis, Recording, Role, ValidRange, in_role};
 use crate::scoring::coverage::Coverage;
+use crate::scoring::faults::{FaultKind, Faults};
 use crate::scoring::information::Information;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
+use crate::scoring::rig::{Rig, matters};
 use crate::shown::{counted, first_clauses};
 
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults whose names are shown.
 const FAULTY: usize = 3;
-/// Share of faulty training samples above which the finding makes the verdict doubtful.
+/// Share of faulty training samples above which the finding makes the verdict doubtful even if the error is not smaller
+/// without them.
 const FAULTY_SHARE: f64 = 0.05;
 /// Rotation matrix for the orientation in which the sensor's frame equals the world's.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -108,16 +114,14 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let mut reasons = data.findings(&calibration, true);
     let unusable = asked.unusable.iter();
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
-    reasons.extend(data.lag(progress)?.map(|own| lag_of_fit(own, &calibration)));
+    if let Some(lag) = data.lag(progress)? {
+        reasons.push(lag_of_fit(lag, &calibration));
+        // A recording with faster loads has a larger error of the same lag.
+        reasons.retain(|own| own.id != Id::Odd);
+    }
     reasons.extend(of_programmes(&data, axes_n));
     reasons.extend(data.worse_at_start(&calibration)?);
-    let (faults, share) = faulty(asked, progress)?;
-    if share > 0.0 {
-        let severity = if share > FAULTY_SHARE { Doubtful } else { Enough };
-        let seen = format!("{} of the training samples are faulty", percent(share));
-        let figures = first_clauses(FAULTY, &faults);
-        reasons.push(Finding::new(Id::Faults, severity, seen).with(figures).costing(share));
-    }
+    let faults = faulty(asked, &calibration.full_scale, &mut reasons, progress)?;
     if settings.regressor != Regressor::Linear {
         let seen = "this check judges the linear model of these features, not the network or kernel of the fit";
         reasons.push(Finding::new(Id::LinearOnly, Enough, seen));
@@ -146,22 +150,58 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     Ok(found.judged(how.as_deref()))
 }
 
-/// Returns, for each training recording with faults, a text about its faulty channels. Also returns the share of faulty
-/// samples.
-fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
+/// Returns for each training recording with faulty samples a text about its faulty channels. Adds the finding of these samples,
+/// with the held-out error with and without them.
+fn faulty(
+    asked: &CheckData,
+    full_scale: &[f64],
+    reasons: &mut Vec<Finding>,
+    progress: &Progress,
+) -> Result<Vec<String>, AnalysisError> {
     let found =
         (asked.request.datasets).faults(&asked.request.recordings, &asked.range, progress)?;
-    let all = asked.request.recordings.entries().iter().zip(&found);
-    let training = all.filter(|(entry, _)| entry.role == Role::Train);
-    let (mut words, mut spoiled, mut n) = (Vec::new(), 0, 0);
-    for (entry, found) in training {
-        let own = &entry.recording;
-        (spoiled, n) = (spoiled + found.n_samples(), n + own.n_samples());
-        if !found.found.is_empty() {
-            words.push(format!("{}: {}", own.name(), found.in_words(own).join(", ")));
-        }
+    let all = asked.request.recordings.entries().iter().zip(found.iter());
+    let (training, found): (Vec<&Recording>, Vec<&Arc<Faults>>) = all
+        .filter(|(entry, _)| entry.role == Role::Train)
+        .map(|(entry, found)| (&*entry.recording, found))
+        .unzip();
+    let words = training.iter().zip(&found).filter(|(_, faults)| !faults.found.is_empty());
+    let words =
+        words.map(|(own, faults)| format!("{}: {}", own.name(), faults.in_words(own).join(", ")));
+    let words: Vec<String> = words.collect();
+    let n: usize = training.iter().map(|own| own.n_samples()).sum();
+    let share = found.iter().map(|own| own.n_samples()).sum::<usize>() as f64 / n.max(1) as f64;
+    if share == 0.0 {
+        return Ok(words);
     }
-    Ok((words, spoiled as f64 / n.max(1) as f64))
+    let is_faulty: Vec<Vec<Range<usize>>> = found.iter().map(|own| own.samples()).collect();
+    let is_sound = |at: usize, k: usize| {
+        let next = is_faulty[at].partition_point(|own| own.end <= k);
+        is_faulty[at].get(next).is_none_or(|own| k < own.start)
+    };
+    let errors = Rig::of(&training, full_scale)
+        .map(|rig| [rig.left_out_error(), rig.error_of(&training, is_sound)]);
+    let matter = errors.is_some_and(|[with, without]| matters(with, without));
+    let severity = if matter || share > FAULTY_SHARE { Doubtful } else { Enough };
+    let seen = format!("{} of the training samples are faulty", percent(share));
+    let mut figures = first_clauses(FAULTY, &words);
+    let mut cost = share;
+    if let Some([with, without]) = errors.filter(|_| matter) {
+        let shown = [with, without].map(|own| significant(100.0 * own, 2));
+        figures += &format!(
+            "; the held-out error is {} % of full scale, and {} % without these samples",
+            shown[0], shown[1]
+        );
+        cost = with - without;
+    }
+    reasons.push(Finding::new(Id::Faults, severity, seen).with(figures).costing(cost));
+    // A saturated gauge also seems nonlinear.
+    let is_saturated =
+        |own: &&Arc<Faults>| own.found.iter().any(|own| own.kind == FaultKind::Saturated);
+    if found.iter().any(is_saturated) {
+        reasons.retain(|own| own.id != Id::Bent);
+    }
+    Ok(words)
 }
 
 /// Returns a text about the loads with which the calibration was tested, and about conditions that the recordings do not
@@ -225,7 +265,8 @@ fn of_programmes(data: &Dataset, n_axes: usize) -> impl Iterator<Item = Finding>
     });
     let repeated = is_one_programme(&training).then(|| {
         let n = training.len();
-        let seen = format!("all {n} training recordings repeat the same sequence of loads");
+        let all = if n == 2 { "both".to_owned() } else { format!("all {n}") };
+        let seen = format!("{all} training recordings repeat the same sequence of loads");
         Finding::new(Id::OneProgramme, Doubtful, seen)
     });
     separate.into_iter().chain(repeated)
@@ -313,8 +354,8 @@ fn proposals(
     (next, note, unreached)
 }
 
-/// Returns candidate loads: at the ends of the range of each moving axis, and halfway to zero, on one axis or on two axes at
-/// a time.
+/// Returns loads that could be recorded next: at the ends of the range of each axis that the recordings load, and halfway
+/// to zero, on one axis or on two axes at a time.
 fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     let none: Vec<f64> = axes.iter().map(|own| 0.0_f64.clamp(own.region.0, own.region.1)).collect();
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
@@ -342,7 +383,7 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     loads
 }
 
-/// Returns candidate loads: those of the available masses on the arms, with gravity along the axes of the sensor or halfway
+/// Returns loads that could be recorded next: those of the available masses on the arms, with gravity along the axes of the sensor or halfway
 /// between two. Loads that exceed the largest load of an axis are omitted.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
@@ -386,7 +427,6 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
 
     use crate::calibration::{FitSettings, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial};

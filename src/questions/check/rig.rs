@@ -100,8 +100,18 @@ impl RigReport {
         if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
+        let contradicts = findings.first().map(|own| own.cost).filter(|cost| *cost > 0.0);
         findings.extend(rig.channel_faults(training));
-        findings.extend(alternating::finding(training));
+        // A nonlinear gauge can look like recordings that contradict each other, and conversely, so only the finding that
+        // explains more of the error is kept.
+        let bent = findings.iter().position(|own| own.id == Id::Bent);
+        if let Some((cost, bent)) = contradicts.zip(bent) {
+            findings.remove(if cost > findings[bent].cost { bent } else { 0 });
+        }
+        // A hum near half the sample rate alternates, too.
+        if findings.iter().all(|own| own.id != Id::Hum) {
+            findings.extend(alternating::finding(training));
+        }
         progress.check()?;
         let (answers, axes) = (rig.answers(), rig.axes().to_vec());
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
@@ -203,6 +213,10 @@ impl Contradiction {
             Cause::Gauge(gauge) => {
                 (Id::GaugeChanged, by(format!("the sensitivity of {}", gauges[*gauge])))
             }
+            // Gauges do not all change their sign, so it is the sign of the only load.
+            Cause::AllGauges if value < 0.0 && rig.axes().len() == 1 => {
+                (Id::ReferenceScale, by(format!("the load on {} that the gauges show", axes(&[0]))))
+            }
             Cause::AllGauges => {
                 (Id::AllGaugesChanged, by("the sensitivity of all gauges".to_owned()))
             }
@@ -257,9 +271,9 @@ impl Contradiction {
         let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
         let near = |own: f64| (factor.abs() / own - 1.0).abs() < NEAR;
         let unit = UNITS.iter().find(|(own, _)| near(*own) || near(1.0 / own)).map(|own| own.1);
-        let is_mirrored =
-            factor < 0.0 && near(1.0) && (is_load || matches!(self.cause, Cause::Gauge(_)));
-        is_mirrored.then_some("").or(unit.filter(|_| factor > 0.0 && is_load))
+        let is_mirrored = (-1.25..-0.8).contains(&factor);
+        let is_gain = is_load || matches!(self.cause, Cause::Gauge(_));
+        (is_mirrored && is_gain).then_some("").or(unit.filter(|_| factor > 0.0 && is_load))
     }
 }
 

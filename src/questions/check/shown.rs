@@ -41,7 +41,7 @@ fn next(of: &Sufficiency) -> Table {
         )
         .digits("gain", 3, |(_, own)| Some(own.gain))
         .about("Increase of the logarithm of the determinant of the information matrix if this load is recorded")
-        .column(Column::numbers("remaining variance"), |(_, own)| {
+        .column(Column::numbers("remaining share of the variance"), |(_, own)| {
             Cell::number(own.variance_left, percent(own.variance_left))
         })
         .about("Share of the mean variance of predicted loads that remains after this load and the loads above it in the table are recorded")

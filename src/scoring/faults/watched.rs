@@ -2,6 +2,7 @@
 //! jumps.
 
 use crate::min_max::MinMax;
+use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::recording::{GaugeRange, Recording, median};
@@ -44,6 +45,8 @@ const DROPOUT_SAMPLES: usize = 50;
 /// Minimum ratio of the number of samples exactly at the extreme of a saturated channel to the number at each of the values
 /// next to it.
 const PILES_UP: usize = 3;
+/// A value to which the channel returns in one of this number of samples, or more often, does not count for its usual step.
+const OFTEN: usize = 20;
 
 /// Properties of a channel that follow from its own values alone.
 #[derive(Debug)]
@@ -103,8 +106,15 @@ impl Own {
         let bends = looked_at.clone().filter(|k| k + 2 < n);
         let noise =
             median(bends.map(|k| straight_lines::bend([value(k), value(k + 1), value(k + 2)])));
+        // A value to which the channel returns often may stand for a missing value. Steps to it are no usual steps.
+        let mut returns: HashMap<u64, usize> = HashMap::new();
+        let starts = looked_at.clone().filter(|k| *k > 0 && value(*k) != value(k - 1));
+        starts.for_each(|k| *returns.entry(value(k).to_bits()).or_default() += 1);
+        let often = returns.into_iter().max_by_key(|(_, count)| *count);
+        let often = often.filter(|(_, count)| OFTEN * count > looked_at.len());
+        let is_usual = |k: usize| often.is_none_or(|(bits, _)| value(k).to_bits() != bits);
         // The step from one value to the next, even if the logger repeats each value.
-        let steps = looked_at.filter(|k| *k >= held);
+        let steps = looked_at.filter(|k| *k >= held && is_usual(*k) && is_usual(k - held));
         let steps = median(steps.map(|k| (value(k) - value(k - held)).abs()));
         let piles_up = |extreme: &f64, inward: f64| {
             let mut counts = [0_usize; 4];
@@ -254,7 +264,7 @@ impl Expected {
     }
 }
 
-/// A channel of a recording, with its properties and its expected values.
+/// Channel of a recording, with the properties of its values and the values that other channels predict for it.
 pub(super) struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
@@ -416,7 +426,7 @@ impl Watched<'_> {
         // A value to which the channel jumps repeatedly stands for a missing value. If the channel never changes otherwise,
         // it may be a switch.
         let n_steps = (1..self.n()).filter(|k| self.value(*k) != self.value(k - 1)).count();
-        let is_switch = n_steps <= 2 * away.len();
+        let is_switch = n_steps <= 2 * away.len() && self.expected.is_none();
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
             let value = self.value(samples.start);
             let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {

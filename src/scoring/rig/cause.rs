@@ -5,9 +5,9 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::recording::Axis;
+use crate::recording::{Axis, Recording};
 use crate::scoring::rig::fits::{self, Forward, Moments, Shape, column_means};
-use crate::scoring::rig::{Rig, Unit, chance};
+use crate::scoring::rig::{Rig, Unit, chance, units};
 
 /// Maximum held-out error after the correction of a reported fault, as a share of the error before. If a fault adds a quarter
 /// to the error, its true correction leaves 1 / 1.25 = 0.8 of the error. An estimated correction leaves up to a twentieth
@@ -45,6 +45,8 @@ const NOISIER: f64 = 1.8;
 /// Maximum fitted factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
 /// weight in the fit.
 const MOST_OF_GAUGE: f64 = 20.0;
+/// Change of a sensitivity below which it must explain more than a tare.
+const SMALLEST_GAIN: f64 = 0.01;
 /// Range of an exchange's share in the data within which two exchanged columns are suspected. A share of 1 is a complete
 /// exchange.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
@@ -85,7 +87,7 @@ impl Cause {
 pub enum Where {
     /// The run with this index and all later runs.
     From(usize),
-    /// The run with this index alone.
+    /// Only the run with this index.
     One(usize),
     /// All runs.
     All,
@@ -159,12 +161,17 @@ impl Rig {
         order.truncate(REFITTED);
         let refits = order.par_iter().flat_map_iter(|own| self.refits(own));
         let refits: Vec<Refit<'_>> = refits.collect();
-        // A changed sensitivity with new zeros must explain more than new zeros alone, which are a tare.
+        // A changed sensitivity with new zeros must explain more than new zeros alone, which are a tare. A factor of nearly
+        // one must, too, because it mostly shifts large zeros.
         let exceeds_tare = |own: &Refit<'_>| {
             let is_tare =
                 |tried: &&Trial| tried.place == own.trial.place && tried.cause == Cause::Tare;
             let tare = trials.iter().find(is_tare).map(|tare| self.refit_zeros(tare));
             tare.is_some_and(|tare| matters(tare.error, own.error))
+        };
+        let is_small = |own: &Refit<'_>| {
+            let is_gain = matches!(own.trial.cause, Cause::Gauge(_) | Cause::AllGauges);
+            is_gain && (own.values[0].abs() - 1.0).abs() < SMALLEST_GAIN
         };
         let is_found = |own: &&Refit<'_>| {
             let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
@@ -172,7 +179,7 @@ impl Rig {
                 && self.is_shift(own)
                 && own.chances[0] < BY_CHANCE / trials.len() as f64
                 && own.chances[1] < BY_CHANCE_OF_RUNS / n_places as f64
-                && (!own.frees_zeros || exceeds_tare(own))
+                && (!(own.frees_zeros || is_small(own)) || exceeds_tare(own))
         };
         let score =
             |own: &&Refit<'_>| own.error.max(f64::MIN_POSITIVE).ln() + PARAMETER * own.parameters;
@@ -378,7 +385,7 @@ impl Rig {
             trial,
             parameters: shape.axes.len() as f64,
             values: loads_of(&back, &fit.drift),
-            error: self.error(&units),
+            error: error(&units, &self.shape),
             frees_zeros: false,
             chances: self.chances(self.units.iter().map(zeros).collect(), weights, x),
         }
@@ -468,7 +475,7 @@ impl Rig {
                 _ if is_before => vec![1.0 / factor],
                 _ => vec![factor],
             },
-            error: self.error(&units),
+            error: error(&units, &self.shape),
             frees_zeros: n_zeros > 0,
             chances: self.chances(
                 values,
@@ -547,7 +554,7 @@ impl Rig {
         let others = self.units.iter().filter(|unit| unit.run != run);
         let others = others
             .map(|own| Unit { run: own.run - usize::from(own.run > run), sums: own.sums.clone() });
-        self.error(&others.collect::<Vec<_>>())
+        error(&others.collect::<Vec<_>>(), &self.shape)
     }
 
     /// Returns the finding of a run with more noise than the others, or with an unusually large error under usual loads. With
@@ -596,12 +603,18 @@ impl Rig {
 
     /// Returns the held-out error over all axes, as a share of full scale.
     pub fn left_out_error(&self) -> f64 {
-        self.error(&self.units)
+        error(&self.units, &self.shape)
     }
 
-    fn error(&self, units: &[Unit]) -> f64 {
-        let errors = fits::left_out(units, &self.shape);
-        fits::mean_error(&errors, units, |_| true)
+    /// Returns the held-out error of the samples for which `is_used`, given the index of the recording and of the sample, is
+    /// true.
+    pub fn error_of(
+        &self,
+        recordings: &[&Recording],
+        is_used: impl Fn(usize, usize) -> bool,
+    ) -> f64 {
+        let columns = |gauges: &[f64], row: &mut Vec<f64>| row.extend(self.standard(gauges));
+        error(&units(recordings, &self.runs, &self.shape, columns, is_used), &self.shape)
     }
 
     fn by_run(&self, values: &[Vec<f64>], weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
@@ -632,8 +645,13 @@ impl Rig {
     }
 }
 
+/// Returns the held-out error over all axes, as a share of full scale.
+pub(super) fn error(units: &[Unit], shape: &Shape) -> f64 {
+    fits::mean_error(&fits::left_out(units, shape), units, |_| true)
+}
+
 /// Returns true if the correction of a fault reduces the held-out error by enough for a finding.
-fn matters(with: f64, without: f64) -> bool {
+pub fn matters(with: f64, without: f64) -> bool {
     without < MATTERS * with && with - without > FALLS
 }
 

@@ -4,7 +4,7 @@
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
 
-use crate::recording::Axis;
+use crate::recording::{Axis, Recording};
 use crate::scoring::rig::Unit;
 
 /// Number added to the diagonal of the normal equations of scaled columns. With it they can be solved even if a column is
@@ -53,6 +53,12 @@ impl Shape {
 
     fn gauges(&self) -> std::ops::Range<usize> {
         self.gauge(0)..self.load(0)
+    }
+
+    /// Returns the index of each axis among the axes of a recording.
+    pub fn axes_in(&self, recording: &Recording) -> Vec<usize> {
+        let at = |axis: &Axis| recording.axes().iter().position(|own| own == axis);
+        self.axes.iter().filter_map(at).collect()
     }
 
     /// Returns the matrix that leaves the columns of a sample unchanged.

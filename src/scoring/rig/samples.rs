@@ -1,5 +1,5 @@
-//! Finds faults of the measuring rig that sums of products do not show: hum, a nonlinear gauge, a clipped reference, and more
-//! noise in one recording.
+//! Finds faults of the measuring rig that sums of products do not show: hum, a clipped reference, and more noise in one
+//! recording.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use crate::scoring::faults::are_of_one_table;
 use crate::scoring::numbers::{percent, significant};
 use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward};
-use crate::scoring::straight_lines::{self, bend};
+use crate::scoring::straight_lines::bend;
 use crate::shown::{counted, first};
 
 use Verdict::Doubtful;
@@ -21,22 +21,14 @@ const NAMED: usize = 6;
 const SPECTRUM: usize = 1024;
 /// Minimum number of samples of a recording for a spectrum.
 const FEWEST_SAMPLES: usize = 128;
-/// Minimum number of samples from which a gauge's nonlinearity is judged.
-const FEWEST_CASES: usize = 16;
 /// Maximum number of recordings of which spectra are computed, to save time.
 const SPECTRA: usize = 4;
-/// Minimum share of a gauge's squared residual that is explained by a reported hum or nonlinearity. Removing this share makes
+/// Minimum share of a gauge's squared residual that is explained by a reported hum. Removing this share makes
 /// the residual a tenth smaller (√0.8).
 const SHARE: f64 = 0.2;
 /// Share of a load's spectral power that lies below the load's highest frequency, which is defined by this share. A hum has a
 /// higher frequency.
 const OF_LOAD: f64 = 0.99;
-/// Minimum nonlinearity of a gauge that is reported, as a share of its range. Makers specify up to half a percent for
-/// ordinary sensors.
-const BENDS: f64 = 0.005;
-/// Minimum ratio of the share of the squared residual that a nonlinearity explains on one gauge to that on any other gauge. A
-/// nonlinearity of all gauges is a property of the sensor and no fault.
-const OTHERS_BEND: f64 = 4.0;
 /// Minimum rise of the load that the gauges predict while the reference stays at its maximum, for a report that it is
 /// clipped. The mean rise is multiplied by the root of the number of such stays and divided by the error of the fit. Without
 /// clipping, this number has the mean −0.8 and the standard deviation 1.2, so it exceeds 3 once in a thousand cases.
@@ -53,18 +45,16 @@ const RECURS_BY_CHANCE: f64 = 1e-4;
 const HARMONIC: usize = 3;
 
 /// Gauges of one recording as predicted by the fit to all recordings, and their residuals, both divided by the gauge's scale.
-struct Rest {
+pub(super) struct Rest {
     /// Residuals, `n_samples × n_gauges`, row-major.
-    left: Vec<f64>,
-    fitted: Vec<f64>,
+    pub left: Vec<f64>,
+    pub fitted: Vec<f64>,
 }
 
 impl Rig {
     fn rest(&self, of: &Recording, fit: &Forward) -> Rest {
         let (n, shape) = (self.shape.n_gauges, &self.shape);
-        let columns: Vec<usize> = (shape.axes.iter())
-            .filter_map(|axis| of.axes().iter().position(|own| own == axis))
-            .collect();
+        let columns = shape.axes_in(of);
         let (mut left, mut fitted) = (Vec::new(), Vec::new());
         let loads = of.loads().chunks_exact(of.axes().len());
         for (gauges, loads) in of.gauges().chunks_exact(n).zip(loads) {
@@ -109,11 +99,10 @@ impl Rig {
     pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
-        let gauges = recordings[0].gauge_names();
         let mut found: Vec<Finding> = self.hum(recordings, &rests).into_iter().collect();
         let clipped = self.clipped_reference(recordings);
         // Against a clipped reference, all gauges seem nonlinear, so their nonlinearity is not judged.
-        found.extend(if clipped.is_empty() { self.bent(&rests, gauges) } else { None });
+        found.extend(if clipped.is_empty() { self.bent(recordings, &rests) } else { None });
         found.extend(clipped);
         found
     }
@@ -180,54 +169,6 @@ impl Rig {
         Some(Finding::new(Id::Hum, Doubtful, seen).with(figures).costing(amplitude))
     }
 
-    /// Returns the finding that a gauge is nonlinear while the other gauges are not. Its residuals follow the square and cube
-    /// of its prediction. They are fitted in one half of the samples and judged in the other.
-    fn bent(&self, rests: &[Rest], gauges: &[String]) -> Option<Finding> {
-        let n_gauges = self.shape.n_gauges;
-        let of_gauge = |gauge: usize| {
-            let all = |of: fn(&Rest) -> &[f64]| -> Vec<f64> {
-                let own = rests.iter().flat_map(|own| of(own)[gauge..].iter().step_by(n_gauges));
-                own.copied().collect()
-            };
-            let (fitted, left) = (all(|own| &own.fitted), all(|own| &own.left));
-            let n = left.len();
-            if n < FEWEST_CASES {
-                return [0.0; 3];
-            }
-            let mean = fitted.iter().sum::<f64>() / n as f64;
-            let scale =
-                fitted.iter().map(|own| (own - mean).abs()).fold(f64::MIN_POSITIVE, f64::max);
-            let power = |k: usize, i: usize| ((fitted[k] - mean) / scale).powi(i as i32);
-            let factors = |own: Range<usize>| {
-                let value = |row: usize, i: usize| power(own.start + row, i);
-                straight_lines::factors(own.len(), 4, (0, 0.0), value, |row| left[own.start + row])
-            };
-            let squares = |own: Range<usize>, by: &[f64]| -> f64 {
-                let said =
-                    |k: usize| by.iter().enumerate().map(|(i, by)| by * power(k, i)).sum::<f64>();
-                own.map(|k| (left[k] - said(k)).powi(2)).sum()
-            };
-            let [first, second] = [0..n / 2, n / 2..n];
-            let after =
-                squares(first.clone(), &factors(second.clone())) + squares(second, &factors(first));
-            let whole = factors(0..n);
-            let bend = (whole[2].abs() + whole[3].abs()) / self.spans[gauge];
-            let all = squares(0..n, &[]).max(f64::MIN_POSITIVE);
-            [1.0 - after / all, 1.0 - squares(0..n, &whole) / all, bend]
-        };
-        // Of each gauge: share explained in the other half, share explained in the fitted samples, nonlinearity.
-        let all: Vec<[f64; 3]> = (0..n_gauges).map(of_gauge).collect();
-        let most = (0..n_gauges).max_by(|a, b| all[*a][0].total_cmp(&all[*b][0]))?;
-        let [share, _, bend] = all[most];
-        // If the two halves load different axes, only the fitted samples show that another gauge is nonlinear, too.
-        let others = (0..n_gauges).filter(|own| *own != most);
-        let others = others.map(|own| all[own][1]).fold(0.0, f64::max);
-        let is_bent = n_gauges > 2 && share > SHARE && bend > BENDS && share > OTHERS_BEND * others;
-        let seen = format!("the gauge {} is nonlinear, but the other gauges are not", gauges[most]);
-        let figures = format!("its nonlinearity is up to {} of its range", percent(bend));
-        is_bent.then(|| Finding::new(Id::Bent, Doubtful, seen).with(figures).costing(bend))
-    }
-
     /// Returns findings of axes whose reference load is clipped. It stays at its maximum while the gauges rise and fall
     /// again, or it returns to exactly its maximum although all its other peaks differ.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<Finding> {
@@ -291,9 +232,9 @@ impl Rig {
         axis: usize,
         back: faer::RowRef<'_, f64>,
     ) -> impl Iterator<Item = (f64, f64)> {
-        let at = of.axes().iter().position(|own| *own == self.shape.axes[axis]);
+        let at = self.shape.axes_in(of)[axis];
         let rows = of.gauges().chunks_exact(self.shape.n_gauges);
-        let loads = at.into_iter().flat_map(|at| of.loads()[at..].iter().step_by(of.axes().len()));
+        let loads = of.loads()[at..].iter().step_by(of.axes().len());
         loads.zip(rows).map(move |(load, row)| {
             let gauges = row.iter().zip(&self.scales).enumerate();
             let shown = gauges.map(|(at, (own, (mean, scale)))| back[at] * (own - mean) / scale);
