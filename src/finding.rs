@@ -33,8 +33,10 @@ impl Verdict {
     pub fn words(self) -> &'static str {
         match self {
             Self::Enough => "Enough: the recordings determine the model",
-            Self::Doubtful => "Doubtful: the recordings determine the model only in part",
-            Self::Insufficient => "Not enough: the recordings do not determine the model",
+            Self::Doubtful => {
+                "Doubtful: the findings limit where the model holds, or how accurate it is"
+            }
+            Self::Insufficient => "Not enough: these recordings do not give a usable model",
         }
     }
 }
@@ -510,7 +512,7 @@ impl Id {
             ),
             Self::Alternates => (
                 "rig",
-                "alternating values are often those of two channels in one column, and the fit uses their mean; check the logger's channel order, or give the gauge the role Ignore",
+                "such values are those of two channels in one column, or hum at half the sample rate, and the fit uses their mean; check the logger's channel order, shields and grounds, or give the gauge the role Ignore",
                 &[Way::Columns],
             ),
             Self::Hum => (
@@ -536,7 +538,7 @@ impl Id {
             ),
             Self::SameSamples => (
                 "repeated",
-                "each recording is predicted by a fit to its copy, so the errors are too small; close one of the copies",
+                "each recording is predicted by a fit to its copy, so the errors are too small; keep only one of the copies",
                 &[Way::Roles],
             ),
             Self::OneSided => (
@@ -577,7 +579,7 @@ impl Id {
             ),
             Self::NoBetterThanMean => (
                 "error",
-                "the calibration is no more accurate on this axis than always reporting the mean load",
+                "the calibration is hardly more accurate, or even less accurate, than always reporting the mean load",
                 &[],
             ),
             Self::LargerLeftOut => ("error_ratio", "", &[]),

@@ -85,7 +85,7 @@ impl Work for CheckJob {
         match found.verdict {
             Verdict::Enough | Verdict::Doubtful => Ok(()),
             Verdict::Insufficient => {
-                Err(JobError::NotMet("the recordings do not determine the model".to_owned()))
+                Err(JobError::NotMet("the recordings do not give a usable model".to_owned()))
             }
         }
     }

@@ -32,8 +32,8 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         for root in old.ancestors().skip(1) {
             places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
         }
-        // If `folder` ends like the folder of another missing file, the whole folder was moved. So this missing file is
-        // expected there, too.
+        // If the last folder names of `folder` equal those of the old folder of another missing file, that folder was moved
+        // to `folder`. This missing file may have been moved with it.
         for other in &parents {
             let n_same = common_tail(other, folder);
             let roots = other.ancestors().nth(n_same);

@@ -295,7 +295,8 @@ impl Dataset {
         }
     }
 
-    /// Returns the dataset without stored conventional loads, as if the recordings had too many samples to store them.
+    /// Returns the dataset without the stored loads of the conventional calibration, as if the recordings had too many samples
+    /// to store them.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self { loads: None, ..self }

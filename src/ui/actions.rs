@@ -376,7 +376,7 @@ pub fn workspaces() -> Vec<Action> {
             Command::TogglePresenter,
         ),
         action(
-            "Reset this workspace",
+            "Reset arrangement of the panes",
             "Restores the default arrangement of the panes for this kind of work",
             None,
             Command::ResetWorkspace,

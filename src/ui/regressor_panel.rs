@@ -160,7 +160,7 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
             let of_epoch = report.elapsed.div_f64(report.epoch.max(1) as f64);
             duration(of_epoch.mul_f64(cost * settings.network.epochs as f64))
         }
-        None => format!("{cost:.1} times as long as the training alone"),
+        None => format!("{cost:.1} times the duration of the training alone"),
     };
     format!("Train and cross-validate the network (about {cost})")
 }

@@ -219,7 +219,7 @@ fn suggestion(
         let value = study.hysteresis.value;
         let is_taken = ui.press_if(
             value.is_some(),
-            "Take the mean hysteresis",
+            "Set F_th to the mean hysteresis",
             "Sets F_th near the mean hysteresis, by the rule of Koike et al. (2019), section 4.2. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
         );
         if let Some(f_th) = value.filter(|_| is_taken) {
@@ -231,8 +231,8 @@ fn suggestion(
                 let value = f_th_text(map.distance, value);
                 match study.hysteresis.n_reversals {
                     n if n >= FEWEST_REVERSALS => ui.label(format!("mean hysteresis {value}, from {n} reversals")),
-                    1 => ui.weak(format!("mean hysteresis {value}, from one reversal, which is too few for a mean")),
-                    n => ui.weak(format!("mean hysteresis {value}, from {n} reversals, which are too few for a mean")),
+                    1 => ui.weak(format!("mean hysteresis {value}, uncertain because it comes from one reversal")),
+                    n => ui.weak(format!("mean hysteresis {value}, uncertain because it comes from {n} reversals")),
                 }
             }
             None => ui.weak("Mean hysteresis not measured: the training recordings contain no full load cycle"),

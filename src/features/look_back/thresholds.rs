@@ -81,8 +81,8 @@ impl Thresholds {
     }
 }
 
-/// Norm of the load difference that is compared with the force threshold F_th. It uses conventional loads, because at run
-/// time no other loads are known.
+/// Norm of the load difference that is compared with the force threshold F_th. The loads are those of the conventional
+/// calibration (without look-back), because a robot knows no other loads.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
 )]

@@ -100,8 +100,8 @@ impl TextFile {
         let text_bytes = self.blocks.text.file_bytes / self.encoding().bytes_per_character();
         let share =
             text_bytes.saturating_sub(head.n_bytes as u64) as f64 / rows.len().max(1) as f64;
-        // If the first rows are the whole file, its length differs at most by a byte order mark, and the number of rows is
-        // exact.
+        // If the rows that were read are the whole file, its length exceeds theirs by a byte order mark at most. Their number
+        // is then the exact number of rows.
         let share = if share < 1.001 { 1.0 } else { share };
         (n_rows * share).round() as u64
     }

@@ -190,7 +190,7 @@ pub struct Metrology {
     pub axes: Vec<Axis>,
     /// Full scale of each axis (N or N·m); 0 without a full scale.
     pub full_scale: Vec<f64>,
-    /// Reversal threshold of each axis (N or N·m).
+    /// For each axis, the smallest change of the load that counts as a reversal (N or N·m).
     pub reversal_thresholds: Vec<f64>,
     /// Number of recordings that the table covers.
     pub n_recordings: usize,

@@ -153,7 +153,7 @@ impl AxisFigures {
     fn figures(&self, quantity: Quantity) -> [Figure; OUTPUTS] {
         self.outputs.each_ref().map(|all| match all.get(&quantity) {
             Some(found) => found.clone(),
-            None => Err(self.missing.clone().expect("missing figures have a reason")),
+            None => Err(self.missing.clone().expect("each missing figure states its reason")),
         })
     }
 }
@@ -218,8 +218,10 @@ fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
             let secs = significant(lag.seconds, 3);
             let seen =
                 format!("the uncompensated load of {axis} lags {secs} s behind the reference");
-            found(Id::LagInLoop, seen)
-                .with(format!("the lag makes {} of the mean width of its loop", percent(share)))
+            found(Id::LagInLoop, seen).with(format!(
+                "{} of the mean width of the hysteresis loop come from this lag",
+                percent(share)
+            ))
         });
         full_scale_finding(measured, at).into_iter().chain(small).chain(lag)
     });

@@ -44,7 +44,7 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label("Between reference samples");
+        ui.label("Reference load between two reference samples");
         for (method, label, explanation) in [
             (
                 JoinMethod::Interpolate,

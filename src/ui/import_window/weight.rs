@@ -43,13 +43,13 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
         ui.select_radio(
             &mut weight.angles,
             Angles::FixedXyz,
-            "fixed axes",
+            "angles about fixed axes",
             "Roll, pitch and yaw turn about the axes of the base, in this order",
         );
         ui.select_radio(
             &mut weight.angles,
             Angles::IntrinsicXyz,
-            "turned axes",
+            "angles about turned axes",
             "Each angle turns about an axis that the previous angles have turned",
         );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(

@@ -29,7 +29,7 @@ fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &
         ui.labelled("Group: recordings with the same load programme, day or mounting", field);
     let text = text.trim().to_owned();
     let entered = ui.entered(&field).then_some((!text.is_empty()).then_some(text));
-    let cleared = ui.button("As detected").clicked().then_some(None);
+    let cleared = ui.button("Group as detected").clicked().then_some(None);
     let mut chosen = cleared.or(entered).map(|group: Option<String>| {
         let mut groups: Vec<_> = entries.iter().map(|entry| entry.group.clone()).collect();
         groups[at] = group;
@@ -44,10 +44,10 @@ fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &
     let own = |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
     type GroupOf<'a> = &'a dyn Fn((usize, &Entry)) -> Option<String>;
     let all: [(&str, GroupOf<'_>); 4] = [
-        ("As detected", &|_| None),
+        ("Groups as detected", &|_| None),
         ("One group for each file", &by("{file}")),
         ("One group for each folder", &by("{folder}")),
-        ("Each recording on its own", &own),
+        ("One group for each recording", &own),
     ];
     for (label, group) in all {
         if ui.button(label).clicked() {

@@ -277,7 +277,7 @@ fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
             ui.separator();
             ui.horizontal(|ui| {
                 let about = [
-                    "Present folder of the files, or present path of one file; all files are found by their names and relative folders",
+                    "Folder in which the missing files are now; files in its subfolders are found by their names. The path of one moved file finds the others, too",
                     "Search folder",
                     "Reads the files found in this folder",
                 ];

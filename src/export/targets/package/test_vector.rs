@@ -27,13 +27,14 @@ pub(super) struct Answered {
 const USUAL_RATE_HZ: f64 = 20.0;
 /// Largest load in the test samples, as a share of full scale.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
-/// Largest motion of a gauge in the test samples, in standard deviations of the gauge.
+/// Largest difference of a gauge from its mean in the test samples, in standard deviations of that gauge in the training
+/// recordings.
 const DEVIATIONS: f64 = 2.0;
 /// Number of samples of each fast motion. One fast motion comes before the slow motion, and one after it.
 const FAST: usize = 100;
 const SLOW: usize = 500;
-/// Number of samples of the slow motion in the time that look-back, lags and creep need to settle after a start. It sets the
-/// sample interval of the slow motion.
+/// Number of samples of the slow load cycle that cover the time which look-back, lags and creep need after a start. It
+/// determines the sample interval of the slow load cycle.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
 pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
