@@ -45,8 +45,8 @@ const NOISIER: f64 = 1.8;
 /// Maximum fitted factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
 /// weight in the fit.
 const MOST_OF_GAUGE: f64 = 20.0;
-/// Change of a sensitivity below which it must explain more than a tare.
-const SMALLEST_GAIN: f64 = 0.01;
+/// Change of a sensitivity below which it must explain more than a tare. Amplifiers keep their gain to about this share.
+const SMALLEST_GAIN: f64 = 0.002;
 /// Range of an exchange's share in the data within which two exchanged columns are suspected. A share of 1 is a complete
 /// exchange.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
