@@ -1,4 +1,4 @@
-//! Finds a gauge that is nonlinear although the others are not, for example because its amplifier limits softly.
+//! Finds a gauge that is more nonlinear than the others, for example because its amplifier limits softly.
 
 use rayon::prelude::*;
 
@@ -68,7 +68,7 @@ impl Rig {
             && with - without > without - error_of(gauge, curve, true)
             && self.bends(rests, gauge, curve);
         let seen = format!(
-            "the gauge {} is nonlinear, but the other gauges are not",
+            "the gauge {} is more nonlinear than the other gauges",
             recordings[0].gauge_names()[gauge]
         );
         let figures = format!(
