@@ -180,7 +180,7 @@ struct Block {
     classes: Vec<usize>,
 }
 
-/// Class of a sample that is added to no sum.
+/// Marks a sample that is left out of all sums of products. Other samples have the index of their sum.
 const NONE: usize = usize::MAX;
 
 /// Returns the normal equations of each piece of the recording; see [`Pass::sums`]. Panics if the recording has no reference
@@ -200,8 +200,8 @@ pub fn recording_sums(
     pass.sums(pieces, empty, |_, _| Some(0))
 }
 
-/// Returns the index of the earlier sample of each sample, limited to its piece. A sample gets its own index if its earlier
-/// sample lies before its piece.
+/// Returns for each sample the index of its earlier sample (found by the look-back). A sample gets its own index if its
+/// earlier sample lies before the start of its piece of the recording.
 fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;

@@ -1387,7 +1387,7 @@ fn a_moved_file_is_asked_for_and_keeps_its_role() {
     assert_eq!(engine.project().lost.len(), 3);
     engine.act(Action::Forget(1));
     engine.act(Action::Forget(7));
-    // Both missing files are read at once, and also a file that was never missing.
+    // The two missing files are now in the folder, beside a file that was never missing.
     let [a, c, d] = ["a", "c", "d"].map(|name| write_recording(folder.path(), name, true));
     engine.act(Action::Open(vec![d]));
     engine.act(Action::Locate(folder.path().join("gone")));

@@ -57,7 +57,7 @@ pub(crate) struct Array {
     pub shape: Vec<usize>,
     /// True if the values are stored column by column, as MATLAB does; false if row by row.
     pub is_by_column: bool,
-    /// Number to be added to each value, so that large whole numbers keep all digits.
+    /// Number that was subtracted from each stored value, and must be added again. Large whole numbers keep all digits this way.
     pub since: i64,
     pub values: Vec<f64>,
 }

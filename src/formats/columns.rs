@@ -33,7 +33,8 @@ pub(crate) struct Columns {
 pub(crate) struct Column {
     pub name: String,
     pub unit: String,
-    /// Number to be added to each value, so that large whole numbers, such as nanoseconds since 1970, keep all digits.
+    /// Number that was subtracted from each stored value, and must be added again. Large whole numbers, such as nanoseconds
+    /// since 1970, keep all digits this way.
     pub since: i64,
     pub values: Vec<f64>,
 }

@@ -11,7 +11,7 @@ use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 use crate::shown::{first, printable};
 
-/// Maximum number of columns that are named with the reason for their missing numbers.
+/// Maximum number of columns that are named before a reason which their cells have instead of a number.
 const NAMED: usize = 6;
 
 /// Rows and columns of numbers, texts, and reasons for missing numbers.

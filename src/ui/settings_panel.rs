@@ -285,8 +285,8 @@ fn decimation(ui: &mut Ui, settings: &mut FitSettings) {
     ui.horizontal_wrapped(|ui| {
         number(ui, &DECIMATION, &mut settings.decimation);
         let chosen = &mut settings.decimation;
-        ui.select(chosen, 1, "A", "Pattern A of Koike et al. (2019): all samples");
-        ui.select(chosen, 10, "B", "Pattern B of Koike et al. (2019): every tenth sample");
+        ui.select(chosen, 1, "A", "Uses all samples (pattern A of Koike et al. 2019)");
+        ui.select(chosen, 10, "B", "Uses every tenth sample (pattern B of Koike et al. 2019)");
     });
 }
 

@@ -113,7 +113,8 @@ impl Tour {
     }
 }
 
-/// Returns the corner of the window in which a step covers the least of the explained pane.
+/// Returns the place of a tour step's box: the corner of the window where the box covers the least of the pane that the step
+/// explains.
 fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
     let room = window.shrink2(EDGE);
     let (left, right) = (room.left(), (room.right() - SIZE.x - EDGE.x).max(room.left()));

@@ -82,7 +82,7 @@ impl Language {
         out.write_all(self.source(export).1.as_bytes())
     }
 
-    /// Returns the name of the calibration in the code, and the code.
+    /// Returns the identifier of the calibration in the exported code, and this code.
     pub fn source(self, export: &Export<'_>) -> (String, String) {
         let mut name = identifier(export.name);
         let mut code = named_code(export, self, &name);

@@ -60,7 +60,7 @@ pub enum Decimal {
     Comma,
 }
 
-/// Lines before a table, whose units, counts per unit and sample rate are read from each file anew.
+/// Kind of header lines before a table. Units, counts per unit and sample rate are read from the header of each file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preamble {

@@ -23,7 +23,8 @@ pub struct LoadCount {
     /// Number of different loads. If features use earlier gauge values, number of changes of the load.
     pub load_cases: usize,
     pub coefficients: usize,
-    /// Number of coefficients that the data determine instead of the ridge, on the axis where this number is largest.
+    /// Effective number of coefficients: those that the data determine. The ridge determines the others. The axis with the largest
+    /// number counts.
     pub free_coefficients: f64,
 }
 
