@@ -23,8 +23,7 @@ pub struct LoadCount {
     /// Number of different loads. If features use earlier gauge values, number of changes of the load.
     pub load_cases: usize,
     pub coefficients: usize,
-    /// Effective number of coefficients: those that the data determine. The ridge determines the others. The axis with the largest
-    /// number counts.
+    /// Effective number of coefficients, which the data determine instead of the ridge, on the axis with the largest such number.
     pub free_coefficients: f64,
 }
 

@@ -12,17 +12,17 @@ use crate::scoring::rig::fits::FEWEST_RUNS;
 use crate::scoring::rig::samples::Rest;
 use crate::scoring::straight_lines;
 
-/// Values of a gauge from which a tried curve bends. The gauge's range is −1 to 1.
+/// Values of a gauge, scaled to the range −1 to 1, beyond which a tried curve bends.
 const KNEES: [f64; 5] = [0.0, 0.3, 0.5, 0.65, 0.8];
-/// Signs of the values on which a tried curve bends: large values, small values, or both.
+/// Ends of a gauge's range at which a tried curve bends: the upper end (1), the lower end (−1), or both.
 const ENDS: [&[f64]; 3] = [&[1.0], &[-1.0], &[1.0, -1.0]];
-/// Maximum number of samples that are used, to save time.
+/// Maximum number of samples from which held-out errors are computed, to save time.
 const MOST_SAMPLES: usize = 5_000;
 /// Minimum share of a gauge's squared residual, given the loads, that the curve of a reported gauge explains. Up to four
 /// coefficients explain this share by chance if the load changes its direction forty times.
 const EXPLAINED: f64 = 0.1;
 
-/// Curve of a gauge: knee and signs of [`ENDS`].
+/// Curve of a gauge: one of the [`KNEES`] and one entry of [`ENDS`].
 type Curve = (f64, &'static [f64]);
 
 /// Returns the columns of a curve for a value of the gauge within `ends`: on each bent end, the excess over the knee and its
@@ -47,11 +47,14 @@ impl Rig {
         let n_samples: usize = recordings.iter().map(|own| own.n_samples()).sum();
         let step = n_samples.div_ceil(MOST_SAMPLES);
         let is_used = |_, k: usize| k.is_multiple_of(step);
-        let error_of = |gauge: usize, curve: Curve, with_others: bool| {
+        let ends = |gauge: usize| -> MinMax {
             let values = recordings.iter().flat_map(|own| own.gauges()[gauge..].iter().step_by(n));
-            let ends: MinMax = values.copied().collect();
+            values.copied().collect()
+        };
+        let ends: Vec<MinMax> = (0..n).map(ends).collect();
+        let error_of = |gauge: usize, curve: Curve, with_others: bool| {
             let added = |gauges: &[f64], row: &mut Vec<f64>| {
-                row.extend(curved(gauges[gauge], ends, curve));
+                row.extend(curved(gauges[gauge], ends[gauge], curve));
                 let others = self.standard(gauges).enumerate();
                 let others = others.filter(|own| with_others && own.0 != gauge);
                 row.extend(others.flat_map(|(_, own)| [own.powi(2), own.powi(3)]));
