@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use strum::IntoStaticStr;
 
-use crate::shown::first_clauses;
+use crate::shown::{first, first_clauses};
 
 /// Maximum number of observations that are listed in one finding. Further observations are only counted.
 const LISTED: usize = 4;
@@ -195,6 +195,25 @@ impl Finding {
             key(a).cmp(&key(b)).then(b.cost.total_cmp(&a.cost))
         });
         merged
+    }
+
+    /// Joins findings that say the same about several files. The first finding then names the other files.
+    pub(crate) fn by_file(found: Vec<Self>) -> Vec<Self> {
+        let mut all: Vec<(Self, Vec<String>)> = Vec::new();
+        for own in found {
+            let is_same = |other: &&mut (Self, Vec<String>)| {
+                other.0.place.is_some() && (&other.0.seen, other.0.id) == (&own.seen, own.id)
+            };
+            match (all.iter_mut().find(is_same), &own.place) {
+                (Some((_, files)), Some(place)) => files.push(place.path.display().to_string()),
+                _ => all.push((own, Vec::new())),
+            }
+        }
+        let named = |(own, files): (Self, Vec<String>)| match files.is_empty() {
+            true => own,
+            false => own.with(format!("also in {}", first(LISTED, files))),
+        };
+        all.into_iter().map(named).collect()
     }
 
     /// Joins the observations of findings of one kind and severity in one finding. The observation with the largest effect
@@ -623,6 +642,18 @@ mod tests {
     const OF_THE_COMMAND_LINE: [&str; 2] = ["--", "column map"];
     const OF_THE_WINDOW: [&str; 6] =
         ["click", "press ", "window", "Settings", "File >", "Hanging mass"];
+
+    #[test]
+    fn equal_findings_about_several_files_are_joined() {
+        let of = |path: &str, seen: &str| {
+            let place = Place { path: path.into(), first_line: 3, last_line: 3, count: 1 };
+            Finding { place: Some(place), ..Finding::new(Id::Simulated, Verdict::Enough, seen) }
+        };
+        let found = [of("a.csv", "one"), of("b.csv", "one"), of("b.csv", "two")].to_vec();
+        let found = Finding::by_file(found);
+        let texts: Vec<String> = found.iter().map(ToString::to_string).collect();
+        assert_eq!(texts, ["a.csv, line 3: one (also in b.csv)", "b.csv, line 3: two"]);
+    }
 
     #[test]
     fn no_finding_mentions_controls_of_another_face() {

@@ -12,6 +12,7 @@ use super::values::{named_file, number_in};
 use crate::engine::Session;
 use crate::export::read_with_notes;
 use crate::features::Range;
+use crate::finding::Finding;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
@@ -183,7 +184,8 @@ impl ReadArgs {
         }
     }
 
-    /// Reads recordings, calls `check` on each of them, and prints warnings on standard error.
+    /// Reads recordings, calls `check` on each of them, and prints warnings on standard error. Equal warnings about
+    /// several files are joined.
     pub fn read(
         &self,
         run: &Run,
@@ -192,13 +194,13 @@ impl ReadArgs {
         check: fn(&Recording) -> Result<(), String>,
     ) -> Result<Vec<Recording>, JobError> {
         let map = self.map()?;
-        let mut all = Vec::new();
-        for input in inputs {
+        let (mut all, mut warnings) = (Vec::new(), Vec::new());
+        let read = inputs.iter().try_for_each(|input| {
             let path = &input.path;
-            let read = || {
+            let mut read = || {
                 let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
                 let loaded = loaded.map_err(|error| self.unread(input, error))?;
-                loaded.warnings.into_iter().for_each(|found| run.say.finding(found));
+                warnings.extend(loaded.warnings);
                 let checked = loaded.recordings.iter().try_for_each(check);
                 checked.map_err(|why| {
                     self.refused(input, JobError::other(format!("{}: {why}", path.display())))
@@ -206,8 +208,10 @@ impl ReadArgs {
                 self.prepared(run, loaded.recordings, rated)
             };
             all.extend(self.or_left_out(run, read())?);
-        }
-        Ok(all)
+            Ok(())
+        });
+        Finding::by_file(warnings).into_iter().for_each(|found| run.say.finding(found));
+        read.map(|()| all)
     }
 
     /// Tares the recordings of a file and removes faulty samples, if the user asked for it. Removing a long faulty interval
