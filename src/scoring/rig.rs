@@ -173,13 +173,13 @@ impl Rig {
             }
             estimates.push(lines);
         }
-        // Returns the zeros (`at` = 0) or sensitivities (`at` = 1) of a run with standard errors, divided by a scale for each
-        // gauge.
+        // Returns the zeros (`at` = 0) or sensitivities (`at` = 1) of a run with standard errors, divided by a scale for
+        // each gauge. A value is unknown if its confidence interval is wider than the gauge's range or sensitivity.
         let known = |lines: &[[(f64, f64); 2]], at: usize, scale: &dyn Fn(usize) -> f64| {
             let of_gauge = |(gauge, line): (usize, &[(f64, f64); 2])| {
                 let ((value, weight), (squares, freedom)) = (line[at], scatter[gauge][at]);
                 let error = (squares / freedom / weight).sqrt() / scale(gauge);
-                let is_known = weight > 0.0 && freedom > 0.5 && error.is_finite();
+                let is_known = weight > 0.0 && freedom > 0.5 && 2.0 * error < 1.0;
                 is_known.then_some((value / scale(gauge), error))
             };
             lines.iter().enumerate().map(of_gauge).collect()

@@ -12,9 +12,9 @@ use crate::questions::check::alternating;
 use crate::recording::{Axis, Recording};
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
-use crate::scoring::lag::{Lag, LagRun, lag_by_run, lags};
+use crate::scoring::lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags};
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Cause, Contradiction, Rig, Run, Where};
+use crate::scoring::rig::{Cause, Contradiction, Rig, Run, Where, matters};
 use crate::shown::first;
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
@@ -33,14 +33,9 @@ const NAMED: usize = 6;
 /// Colours (sRGB) of the gauges in figures, by Okabe and Ito (2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
-/// Minimum share of the squared error that a time lag must explain to be reported. Without this share, the error would be a
-/// tenth smaller (√0.8).
-const LAG_SHARE: f64 = 0.2;
-/// Minimum share of the squared error that a time lag must explain to be reported, if less than half of the gauges lag. It is
-/// larger than [`LAG_SHARE`], because on single gauges hysteresis alone can look like a lag that explains up to 0.3.
+/// Minimum share of the squared error that a time lag must explain to be reported, if less than half of the gauges lag. On
+/// single gauges, hysteresis alone can look like a lag that explains up to 0.3.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
-/// Smallest time lag that is reported (samples). It is twice the uncertainty of a lag, which is a tenth of a sample.
-const SMALLEST_LAG: f64 = 0.2;
 /// Maximum number of samples in which time lags are measured. If the recordings have more samples, only the first recordings
 /// are used.
 const LAG_LONGEST: usize = 200_000;
@@ -328,13 +323,11 @@ pub(crate) fn lag(
     if runs.is_empty() {
         return Ok(None);
     }
-    let matters = |own: &&Lag| {
-        let is_known = own.is_significant() && own.samples.abs() > SMALLEST_LAG;
-        is_known && own.explained_error_share > LAG_SHARE
-    };
+    let error_without = |own: &Lag| (1.0 - own.explained_error_share).max(0.0).sqrt();
+    let is_late = |own: &&Lag| own.is_significant() && matters(1.0, error_without(own));
     let found = lags(&runs, progress)?;
     let known: Vec<&Lag> = found.iter().flatten().collect();
-    let late: Vec<&Lag> = known.iter().copied().filter(matters).collect();
+    let late: Vec<&Lag> = known.iter().copied().filter(is_late).collect();
     let are_many = 2 * late.len() > known.len();
     let worst =
         late.iter().max_by(|a, b| a.explained_error_share.total_cmp(&b.explained_error_share));
@@ -347,7 +340,7 @@ pub(crate) fn lag(
     let differs = |own: &Lag| {
         let error = own.standard_error_secs.hypot(worst.standard_error_secs);
         let apart = (own.seconds - worst.seconds).abs();
-        apart > 4.0 * error && apart * worst.samples.abs() > SMALLEST_LAG * worst.seconds.abs()
+        apart > 4.0 * error && apart * worst.samples.abs() > UNRESOLVED * worst.seconds.abs()
     };
     let by_run = moving.iter().map(|own| own.name()).zip(by_run);
     let by_gauge = training[0].gauge_names().iter().map(String::as_str).zip(found.iter().cloned());
@@ -375,6 +368,6 @@ pub(crate) fn lag(
             first(NAMED, others.into_iter())
         );
     }
-    let cost = 1.0 - (1.0 - worst.explained_error_share).max(0.0).sqrt();
+    let cost = 1.0 - error_without(worst);
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures).costing(cost)))
 }

@@ -52,7 +52,7 @@ const JUMP_IN_NOISE: f64 = 8.0;
 /// Number of samples before and after a jump that are not used.
 pub(super) const AROUND_JUMP: usize = 30;
 
-/// Rows of the regression from an interval without pause, or from a part of the interval.
+/// Rows of the regression from an interval without a gap in the sample times, or from a part of the interval.
 pub(super) struct Grid {
     pub(super) run: usize,
     pub(super) times: Vec<f64>,

@@ -54,7 +54,7 @@ impl Widths {
         saved_share(self.mean)
     }
 
-    /// Returns true if the lag is too uncertain to determine the width of the loop without the lag.
+    /// Returns true if the lag is so uncertain that the width which the loop would have without the lag is unknown.
     pub fn is_uncertain(&self, full_scale: f64) -> bool {
         self.uncertainty > (MAX_SHARE * self.largest[1]).max(MAX_SHARE_FS * full_scale)
     }

@@ -44,6 +44,12 @@ const LEAST_SHARE: f64 = 0.02;
 /// limit, and 8 of them are wrong by more than a tenth of a sample and by more than 3 %. 25 lags are beyond both limits, and
 /// 24 of them are wrong by more than this.
 const MOST_SAMPLES: f64 = 0.25;
+/// Lag (samples) up to which it is significant only if the load moves steadily. It is twice the uncertainty of a lag, which
+/// is a tenth of a sample.
+pub const UNRESOLVED: f64 = 0.2;
+/// Minimum ratio of the time scale of a load that moves steadily to the time between two samples. A load that is different
+/// at every sample has a time scale of about three samples, because it is smoothed.
+const STEADY: f64 = 4.0;
 /// Maximum uncertainty of a reported lag (two standard errors), as a share of the lag.
 const MOST_SHARE: f64 = 0.07;
 
@@ -94,12 +100,17 @@ pub struct Lag {
     pub standard_error_secs: f64,
     /// Share of a conventional (linear) calibration's squared error that disappears if the lag is removed, from 0 to 1.
     pub explained_error_share: f64,
+    /// True if the load moves so steadily that even a lag of a small part of a sample changes the error.
+    #[serde(skip)]
+    is_steady: bool,
 }
 
 impl Lag {
-    /// Returns true if the lag differs from zero by more than twice its standard error.
+    /// Returns true if the lag differs from zero by more than twice its standard error. Between samples of a load that does
+    /// not move steadily, a lag below [`UNRESOLVED`] never does.
     pub fn is_significant(&self) -> bool {
         self.seconds.abs() > 2.0 * self.standard_error_secs
+            && (self.is_steady || self.samples.abs() > UNRESOLVED)
     }
 }
 
@@ -206,6 +217,7 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
         seconds: found.seconds,
         samples: found.seconds / grids.step_secs,
         standard_error_secs: found.standard_error_secs,
+        is_steady: grids.slow_secs > STEADY * grids.step_secs,
         explained_error_share: solve::explained_error_share(grids, output, kind, found.seconds),
     })
 }

@@ -14,7 +14,7 @@ use crate::scoring::rig::{Rig, Unit, chance, units};
 /// more.
 const MATTERS: f64 = 0.84;
 /// Minimum change of the load by a reported tare (changed zeros), as a share of the change that would reduce the error by
-/// [`MATTERS`]. An estimated change is smaller than the true one by chance, so the share is below one.
+/// [`MATTERS`]. The share is below one, because noise can make an estimated change smaller than the true one.
 const SHIFT: f64 = 0.8;
 /// Minimum reduction of the held-out error by the correction of a reported fault, as a share of full scale. It is one step of
 /// a reference with 16 bits.
@@ -45,7 +45,8 @@ const NOISIER: f64 = 1.8;
 /// Maximum fitted factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
 /// weight in the fit.
 const MOST_OF_GAUGE: f64 = 20.0;
-/// Change of a sensitivity below which it must explain more than a tare. Amplifiers keep their gain to about this share.
+/// Changes of a sensitivity that are smaller than this are reported only if they explain more of the error than a tare.
+/// Amplifiers keep their gain to about this share.
 const SMALLEST_GAIN: f64 = 0.002;
 /// Range of an exchange's share in the data within which two exchanged columns are suspected. A share of 1 is a complete
 /// exchange.
@@ -127,14 +128,15 @@ struct Refit<'a> {
     error: f64,
     /// True if the fault changes the sensitivity and the correction also fits new zeros.
     frees_zeros: bool,
-    /// Probabilities that the correction reduces the error by chance, from the scatter of units and from that of runs.
+    /// Probabilities that the correction reduces the error by chance, from the scatter of parts of recordings (units)
+    /// and from that of whole recordings (runs).
     chances: [f64; 2],
 }
 
 /// What the correction of a changed sensitivity assumes about the gauges' zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Zeros {
-    /// The zeros stay those of the other runs: the gain was changed around the zero, or the reference is wrong.
+    /// The zeros are those of the other runs: only the gain was changed, or the reference is wrong.
     Kept,
     /// The zeros are fitted anew, because the recording may have been tared again.
     Free,
@@ -173,17 +175,24 @@ impl Rig {
             let is_gain = matches!(own.trial.cause, Cause::Gauge(_) | Cause::AllGauges);
             is_gain && (own.values[0].abs() - 1.0).abs() < SMALLEST_GAIN
         };
-        let is_found = |own: &&Refit<'_>| {
-            let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
+        let explains = |own: &&Refit<'_>| {
             matters(with, own.error)
                 && self.is_shift(own)
-                && own.chances[0] < BY_CHANCE / trials.len() as f64
-                && own.chances[1] < BY_CHANCE_OF_RUNS / n_places as f64
                 && (!(own.frees_zeros || is_small(own)) || exceeds_tare(own))
         };
+        let explaining: Vec<&Refit<'_>> = refits.iter().filter(explains).collect();
+        let is_significant = |own: &&&Refit<'_>| {
+            let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
+            own.chances[0] < BY_CHANCE / trials.len() as f64
+                && own.chances[1] < BY_CHANCE_OF_RUNS / n_places as f64
+        };
+        // Chance decides whether something changes between these runs, and the error decides which fault it is.
+        let significant = explaining.iter().filter(is_significant);
+        let changed: Vec<Where> = significant.map(|own| own.trial.place).collect();
         let score =
-            |own: &&Refit<'_>| own.error.max(f64::MIN_POSITIVE).ln() + PARAMETER * own.parameters;
-        let best = refits.iter().filter(is_found).min_by(|a, b| score(a).total_cmp(&score(b)));
+            |own: &Refit<'_>| own.error.max(f64::MIN_POSITIVE).ln() + PARAMETER * own.parameters;
+        let possible = explaining.into_iter().filter(|own| changed.contains(&own.trial.place));
+        let best = possible.min_by(|a, b| score(a).total_cmp(&score(b)));
         let found = |own: &Refit<'_>| Contradiction {
             cause: own.trial.cause.clone(),
             place: own.trial.place,
@@ -274,7 +283,7 @@ impl Rig {
     }
 
     /// Returns the assumptions about zeros that are tried in the correction of a fault. With a single gauge whose zero is
-    /// larger than its range, a scaled zero looks like a tare and is not tried.
+    /// larger than its range, a gain that also scales the zero looks like a tare. [`Zeros::Scaled`] is then not tried.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
         let is_ambiguous = self.shape.n_gauges == 1 && self.offset(0).abs() > self.spans[0];
         match cause {
@@ -317,7 +326,7 @@ impl Rig {
     }
 
     /// Returns the change of the gauges by each parameter of a fault, as coefficients of a constant and of the loads. It is
-    /// the negative change of the residuals by the fault's correction, for gauges that follow the fit.
+    /// minus the change of the residuals when the fault is corrected, for gauges that follow the fit exactly.
     fn ways(&self, cause: &Cause, fit: &Forward, zeros: Zeros) -> Vec<Mat<f64>> {
         let (shape, n_gauges) = (&self.shape, self.shape.n_gauges);
         let n_parameters = match cause {
@@ -360,8 +369,8 @@ impl Rig {
         }
     }
 
-    /// Fits the correction of a drift of the zeros in time, or of a tare. For a tare, a step between the runs replaces the
-    /// time.
+    /// Fits the correction of a drift of the zeros in time, or of a tare. For a tare, the column of times
+    /// is replaced by a column that is 1 in the runs to be corrected and 0 in the others.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {

@@ -17,8 +17,8 @@ const EXACT: f64 = 1e-10;
 pub(super) const FEWEST_RUNS: usize = 3;
 
 /// Maximum ratio of the summed squared loads of one run to those of the other runs, along any combination of axes, for which
-/// the run is compared with them. Above it, the others show only noise and rounding of a load that they do not have: less
-/// than a thirtieth of the load of the run.
+/// the run is compared with them. Above this ratio, the loads of the other runs along that combination are below a thirtieth
+/// of this run's load, so they may be only noise and rounding.
 const UNJUDGED: f64 = 1000.0;
 
 /// Order of the columns in the sums of products: one, time, gauges, and loads divided by full scale.
@@ -186,6 +186,27 @@ pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) 
 pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
     let found = solved(sums.as_ref(), &with_one(shape.gauges()), shape.loads());
     Mat::from_fn(shape.axes.len(), shape.n_gauges, |axis, gauge| found[(1 + gauge, axis)])
+}
+
+/// Returns the mean excess of the predicted over the recorded load of an axis in `samples`, and the RMS error of the fit to
+/// `others`, by which the load is predicted. With too few samples for a prediction, the error is infinite.
+pub(super) fn excess(
+    others: &Mat<f64>,
+    samples: &Mat<f64>,
+    axis: usize,
+    shape: &Shape,
+) -> (f64, f64) {
+    let (inputs, output) = (with_one(shape.gauges()), shape.load(axis));
+    let found = solved(others.as_ref(), &inputs, output..output + 1);
+    let freedom = others[(0, 0)] - inputs.len() as f64;
+    if freedom < inputs.len() as f64 {
+        return (0.0, f64::INFINITY);
+    }
+    let squares = residual(others.as_ref(), &inputs, |at| found[(at, 0)], output);
+    let predicted =
+        inputs.iter().enumerate().map(|(at, input)| found[(at, 0)] * samples[(0, *input)]);
+    let excess = predicted.sum::<f64>() - samples[(0, output)];
+    (excess / samples[(0, 0)], (squares / freedom).sqrt())
 }
 
 /// Least-squares fit of the gauges to the loads: `gauge = map · [1, load]`.

@@ -8,8 +8,8 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::recording::{Recording, median};
 use crate::scoring::faults::are_of_one_table;
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::Rig;
-use crate::scoring::rig::fits::{self, Forward};
+use crate::scoring::rig::fits::{self, Forward, Shape};
+use crate::scoring::rig::{Rig, units};
 use crate::scoring::straight_lines::bend;
 use crate::shown::{counted, first};
 
@@ -26,18 +26,19 @@ const SPECTRA: usize = 4;
 /// Minimum share of a gauge's squared residual that is explained by a reported hum. Removing this share makes
 /// the residual a tenth smaller (√0.8).
 const SHARE: f64 = 0.2;
-/// Share of a load's spectral power that lies below the load's highest frequency, which is defined by this share. A hum has a
+/// The highest frequency of a load is taken as the frequency below which this share of its spectral power lies. A hum has a
 /// higher frequency.
 const OF_LOAD: f64 = 0.99;
 /// Minimum rise of the load that the gauges predict while the reference stays at its maximum, for a report that it is
 /// clipped. The mean rise is multiplied by the root of the number of such stays and divided by the error of the fit. Without
 /// clipping, this number has the mean −0.8 and the standard deviation 1.2, so it exceeds 3 once in a thousand cases.
 const RISES: f64 = 3.0;
-/// Minimum number of other peaks (reversals) in the outer half of a load's range, from which the peaks' scatter is estimated.
+/// Minimum number of other peaks (reversals) of a load, for a judgement on whether its peaks differ.
 const FEWEST_PEAKS: usize = 5;
-/// Minimum excess (RMS) of the predicted over the recorded load where the recorded load is at its maximum, for a report that
-/// it is clipped. It is divided by the error of the fit. Hysteresis at the largest load causes up to 1.4.
-const BEYOND: f64 = 2.0;
+/// Minimum mean excess of the predicted over the recorded load where the recorded load is at its maximum, for a report that
+/// it is clipped. It is divided by the RMS error of the other samples, from which the prediction is computed. A sensor whose
+/// error is a cubic of the load has an excess of √7 = 2.65 at the end of its range. Hysteresis alone causes up to 1.1.
+const BEYOND: f64 = 2.65;
 /// Maximum probability that an unclipped load returns to exactly its maximum as often as observed. Below it, the load is
 /// reported as clipped.
 const RECURS_BY_CHANCE: f64 = 1e-4;
@@ -141,8 +142,8 @@ impl Rig {
                     |of: &dyn Fn(usize) -> f64| -> f64 { powers(n, near.clone(), of).iter().sum() };
                 let steps =
                     (1..n).map(|k| (value(k) - value(k - 1)).abs()).filter(|own| *own > 1e-9);
-                // A reference that is held or rounded has the line itself. Under a steady ramp, a rounded gauge has a line of
-                // about one step of the converter.
+                // If the reference is held or rounded, its own spectrum has the same line. If a gauge is rounded, a steady
+                // ramp gives its spectrum a line with an amplitude of about one step of the converter.
                 let is_hum = line(&value) > line(&fitted)
                     && amplitude > 2.0 * steps.fold(f64::INFINITY, f64::min);
                 let share = if is_hum { share } else { 0.0 };
@@ -193,19 +194,18 @@ impl Rig {
             let resolution = steps.fold(f64::INFINITY, f64::min);
             for outward in [-1.0, 1.0] {
                 let end = all().map(|own| outward * own.0).fold(f64::NEG_INFINITY, f64::max);
-                let peaks: Vec<Vec<Peak>> =
-                    traces.iter().map(|own| own.peaks(outward, mean)).collect();
+                let peaks: Vec<Vec<Peak>> = traces.iter().map(|own| own.peaks(outward)).collect();
                 let visits: Vec<&Peak> =
-                    peaks.iter().flatten().filter(|own| own.stays && own.load == end).collect();
-                let over = |of: fn(&Peak) -> f64| {
-                    visits.iter().map(|own| of(own)).sum::<f64>() / visits.len().max(1) as f64
-                };
-                let rise = over(|own| own.rise);
-                let rises =
-                    rise * (visits.len() as f64).sqrt() > RISES * error && rise > resolution;
-                let beyond = over(|own| (own.shown - own.load).powi(2)).sqrt();
-                if rises || (beyond > BEYOND * error && recurs(&peaks, end, resolution)) {
-                    let rise = if rises { rise } else { beyond };
+                    peaks.iter().flatten().filter(|own| own.load == end).collect();
+                let rises: Vec<f64> = visits.iter().filter_map(|own| own.rise).collect();
+                let rise = rises.iter().sum::<f64>() / rises.len().max(1) as f64;
+                let is_risen =
+                    rise * (rises.len() as f64).sqrt() > RISES * error && rise > resolution;
+                if !is_risen && !recurs(&peaks, end, resolution) {
+                    continue;
+                }
+                let (excess, error) = self.excess(recordings, at, outward * end);
+                if outward * excess > BEYOND * error {
                     let load = significant(outward * end * shape.full_scale[at], 4);
                     let seen = format!(
                         "the reference of {} seems clipped: it stays at {load} {} while the gauges rise further",
@@ -215,14 +215,35 @@ impl Rig {
                     let figures = format!(
                         "this happens {}, and the gauges rise further by {} of full scale on average",
                         counted(visits.len(), "time"),
-                        percent(rise)
+                        percent(excess.abs())
                     );
                     let found_here = Finding::new(Id::ReferenceClipped, Doubtful, seen);
-                    found.push(found_here.with(figures).costing(rise));
+                    found.push(found_here.with(figures).costing(excess.abs()));
                 }
             }
         }
         found
+    }
+
+    /// Returns the mean excess of the predicted over the recorded load where the recorded load is `end`, and the RMS error
+    /// of the other samples. The prediction from the gauges, their squares and cubes is fitted to the other samples.
+    fn excess(&self, recordings: &[&Recording], axis: usize, end: f64) -> (f64, f64) {
+        let shape = Shape { n_gauges: 3 * self.shape.n_gauges, ..self.shape.clone() };
+        let column = shape.axes_in(recordings[0])[axis];
+        let sums_of = |wanted: bool| {
+            let is_used = |own: usize, k: usize| {
+                let own = recordings[own];
+                let load = own.loads()[k * own.axes().len() + column];
+                (load / shape.full_scale[axis] == end) == wanted
+            };
+            let powers = |gauges: &[f64], row: &mut Vec<f64>| {
+                let all =
+                    (1..=3).flat_map(|power| self.standard(gauges).map(move |own| own.powi(power)));
+                row.extend(all);
+            };
+            fits::sum(units(recordings, &self.runs, &shape, powers, is_used).iter(), &shape)
+        };
+        fits::excess(&sums_of(false), &sums_of(true), axis, &shape)
     }
 
     /// Returns for each sample the load of an axis and its prediction from the gauges, as shares of full scale.
@@ -252,17 +273,14 @@ struct Trace {
 /// Peak of a load: load at which an axis reverses its direction, or a static load case.
 struct Peak {
     load: f64,
-    /// Load that the gauges predict at the peak, as a share of full scale.
-    shown: f64,
-    /// True if the load stays at the peak for at least three samples, or is a static load case.
-    stays: bool,
-    /// Rise of the load that the gauges predict, while the recorded load stays at the peak.
-    rise: f64,
+    /// Rise of the load that the gauges predict, while the recorded load stays at the peak. `None` if it stays for less than
+    /// three samples.
+    rise: Option<f64>,
 }
 
 impl Trace {
-    /// Returns the upper peaks of the load (`outward` = 1) or the lower ones (−1). `mean` is subtracted from the predictions.
-    fn peaks(&self, outward: f64, mean: f64) -> Vec<Peak> {
+    /// Returns the upper peaks of the load (`outward` = 1) or the lower ones (−1).
+    fn peaks(&self, outward: f64) -> Vec<Peak> {
         let stays: Vec<&[(f64, f64)]> = match self.is_static {
             true => self.samples.chunks(1).collect(),
             false => self.samples.chunk_by(|a, b| a.0 == b.0).collect(),
@@ -272,14 +290,10 @@ impl Trace {
             let beside = [load(at + 1), at.checked_sub(1).and_then(load)];
             self.is_static || beside.into_iter().flatten().all(|own| Some(own) < load(*at))
         };
-        let peak = |at: usize| {
-            let shown: Vec<f64> = stays[at].iter().map(|own| outward * (own.1 - mean)).collect();
-            Peak {
-                load: outward * stays[at][0].0,
-                shown: shown.iter().sum::<f64>() / shown.len() as f64,
-                stays: self.is_static || shown.len() > 2,
-                rise: if shown.len() > 2 { rise(shown) } else { 0.0 },
-            }
+        let peak = |at: usize| Peak {
+            load: outward * stays[at][0].0,
+            rise: (stays[at].len() > 2)
+                .then(|| rise(stays[at].iter().map(|own| outward * own.1).collect())),
         };
         (0..stays.len()).filter(is_peak).map(peak).collect()
     }
@@ -288,23 +302,24 @@ impl Trace {
 /// Returns true if a load returns to exactly its maximum more often than chance explains, although its other peaks all
 /// differ. Loads that are set to nominal values are excluded, because they also repeat their smaller values.
 fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
-    let again = peaks
-        .iter()
-        .map(|own| own.iter().filter(|own| own.stays && own.load == end).count().saturating_sub(1));
-    let again: usize = again.sum();
+    let again =
+        |own: &Vec<Peak>| own.iter().filter(|own| own.load == end).count().saturating_sub(1);
+    let again: usize = peaks.iter().map(again).sum();
     let others = peaks.iter().flatten().map(|own| own.load);
-    let mut others: Vec<f64> = others.filter(|load| *load > 0.5 * end && *load < end).collect();
+    let mut others: Vec<f64> = others.filter(|load| *load < end).collect();
     let n = others.len();
     others.sort_by(f64::total_cmp);
+    let least = others.first().copied().unwrap_or(end);
     others.dedup();
-    let expected = n as f64 * resolution / (0.5 * end);
-    again > 1
-        && n >= again.max(FEWEST_PEAKS)
+    let expected = n as f64 * resolution / (end - least);
+    again > 0
+        && n >= FEWEST_PEAKS
         && 10 * others.len() > 9 * n
         && expected.powi(again as i32) < RECURS_BY_CHANCE
 }
 
-/// Returns the mean of the middle half of the values minus the larger end value. For noise alone, this is negative.
+/// Returns the mean of the middle half of these values in time, minus the larger of the first and the last value. For noise
+/// alone, this is negative.
 fn rise(values: Vec<f64>) -> f64 {
     let n = values.len();
     let skipped = (n / 4).max(1);
