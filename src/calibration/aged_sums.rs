@@ -19,7 +19,8 @@ pub struct AgedSums {
     first: usize,
     n_columns: usize,
     stride: usize,
-    /// One row-major `rows × stride` matrix of sums per class of age. Rows from `n_columns` on fill it up and are not valid.
+    /// For each class of the earlier sample's age, one row-major `rows × stride` matrix of sums. Rows from `n_columns` on
+    /// fill it up and are not valid.
     products: Vec<f64>,
 }
 

@@ -403,8 +403,8 @@ impl Calibration {
         }
     }
 
-    /// Returns the recording with the zero of the gauges and the auxiliary channels that the calibration needs. The error is
-    /// [`CalibrationError`] if the recording has other gauges or lacks a channel.
+    /// Returns the recording as the calibration needs it: with tared or untared gauges, and with its auxiliary channels. The
+    /// error is [`CalibrationError`] if the recording has other gauges or lacks a channel.
     pub fn prepared<'a>(
         &self,
         recording: &'a Recording,
@@ -463,7 +463,7 @@ impl Calibration {
         loads
     }
 
-    /// Returns true if the compensated load of any sample is a fast computation that does not need all samples before it.
+    /// Returns true if the compensated load of a single sample can be computed fast, without all samples before it.
     pub(crate) fn is_quick_anywhere(&self) -> bool {
         self.learned.is_none() && !self.features.has_memory()
     }

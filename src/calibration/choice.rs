@@ -145,9 +145,9 @@ impl Blocks {
     /// Returns the group of recordings with the largest ratio of the fit's error to the conventional error, if a group
     /// exceeds [`HARM`].
     ///
-    /// A group of at least [`FEWEST_OF_GROUP`] blocks must exceed the limit with 90 % confidence. In a group of fewer blocks,
-    /// the conventional error may be low by chance. If it is below the mean over all groups, the fit's error is compared with
-    /// this mean.
+    /// A group of at least [`FEWEST_OF_GROUP`] blocks must exceed the limit with 90 % confidence. In a group of fewer
+    /// blocks, the conventional error may be low by chance. If the conventional error of the group is below the mean of all
+    /// groups, the fit's error is compared with this mean.
     fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
         let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
         let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);

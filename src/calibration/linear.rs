@@ -161,7 +161,8 @@ impl Terms<'_> {
         strengths.iter().map(|one| self.shares(*one)).collect()
     }
 
-    /// Returns the columns to fit whose ridge share is finite. A column with an infinite share is left out.
+    /// Returns the columns that the fit uses: those whose relative ridge strength is finite. An infinite ridge excludes a
+    /// column.
     pub fn kept(&self, shares: &[f64]) -> Vec<usize> {
         let used = self.used.iter().copied();
         used.filter(|column| shares[*column].is_finite()).collect()

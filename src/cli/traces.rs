@@ -38,7 +38,7 @@ impl TraceArgs {
         };
         if FileFormat::for_path(TRACE_FORMATS, path).is_none() {
             return usage(format!(
-                "{}: this file name ending is no format of traces; use {}",
+                "{}: traces cannot be written in the format of this file name ending; use {}",
                 path.display(),
                 FileFormat::listed(TRACE_FORMATS)
             ));

@@ -42,7 +42,7 @@ pub struct Recovery {
 struct Own {
     session: PathBuf,
     lock: PathBuf,
-    /// Open lock file. Its lock ends with the process of this window.
+    /// Open lock file. The operating system releases the lock when the process ends.
     _held: File,
 }
 

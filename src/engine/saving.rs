@@ -19,7 +19,7 @@ use crate::report::Table;
 /// Content of a file to be written. If there are several formats, the file name ending selects the format.
 #[derive(Clone, Debug)]
 pub enum FileContent {
-    /// Calibration, with the request of its fit; `None` if it was read from a file.
+    /// Calibration, and the request by which it was fitted (`None` if the calibration was read from a file).
     Calibration(Arc<Calibration>, Option<Box<Request>>),
     /// HTML report.
     Report(Box<ReportRequest>),

@@ -180,7 +180,7 @@ mod tests {
         let (_directory, path) = written(&calibration, "c.CSV");
         let comments = fs::read_to_string(&path).unwrap();
         assert!(comments.contains(
-            "\n# leaves out: settings of the blocks (only described in words), scales\n"
+            "\n# leaves out: settings of the feature blocks (only described in words), scales\n"
         ));
         assert!(comments.contains("(test): a.csv */ --> \\u{a}#, SHA-256 ba78\n"));
         let mut csv = csv::ReaderBuilder::new();

@@ -1,4 +1,5 @@
-//! Facts that every exported file states: its origin, its contents, the parts that are left out, and its errors.
+//! Facts that every exported file states: its origin and contents, the parts of the calibration that it leaves out, and the
+//! errors of the calibration.
 
 use std::borrow::Cow;
 

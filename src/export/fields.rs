@@ -102,7 +102,7 @@ fn of_features(calibration: &Calibration) -> Vec<Field> {
         let look_backs = features.look_backs.iter();
         field("blocks", name, "", Numbers(look_backs.map(number).collect()))
     };
-    let weights = "weight of each axis in the look-back: d is the norm of the difference of conventional loads times the weights";
+    let weights = "weight of each axis in the look-back: F_th is compared with the norm of the difference of conventional loads times the weights";
     let mut fields = vec![
         look_backs("f_th", |look_back| look_back.f_th),
         look_backs("t_th_secs", |look_back| look_back.t_th_secs),

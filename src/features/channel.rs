@@ -31,8 +31,8 @@ pub struct AuxiliaryChannel {
 }
 
 impl AuxiliaryChannel {
-    /// Determines reference value, scale and range of a channel from the training recordings. The error is the reason why its
-    /// effect on the load cannot be determined.
+    /// Determines reference value, scale and range of a channel from the training recordings. The error is the reason why
+    /// the effect of the channel on the load cannot be determined.
     pub fn measure(training: &[&Recording], name: &str) -> Result<Self, String> {
         let tables = training.iter().map(|recording| recording.auxiliary());
         let placed = tables.filter_map(|table| {

@@ -279,8 +279,8 @@ impl FeatureSettings {
         self.longest(|block, values| block.window_secs(values))
     }
 
-    /// Returns the time after a start until the states of all feature blocks are determined (s), as far as time alone decides
-    /// that.
+    /// Returns the time after a start until the states of all feature blocks are determined (s). Blocks whose state depends
+    /// on the range of the load, and not on time, are not included.
     pub fn settling_secs(&self) -> f64 {
         self.longest(|block, values| block.settling_secs(values))
     }

@@ -116,7 +116,7 @@ pub struct Memory {
     /// Name of the array in the exported code, in lower case.
     pub name: &'static str,
     pub precision: Precision,
-    /// Number of entries of the array, such as the number of values of the block's setting.
+    /// Number of entries of the array. For many feature blocks, it is the number of values of their setting, such as radii.
     pub sets: usize,
     /// True if each entry is an array with one number per gauge.
     pub of_gauges: bool,

@@ -318,8 +318,8 @@ fn structs(
     Ok(elements)
 }
 
-/// Adds a variable of a file, or a field of a struct, to `into`. `field` is the name and depth of the struct's field, or
-/// `None`. A struct is not added: its name and the fields of each of its elements are returned.
+/// Adds a variable of a file, or a field of a struct, to `into`. For a field of a struct, `field` is its name and the number
+/// of structs around it. A struct is not added: its name and the fields of each of its elements are returned.
 fn variable(
     bytes: &[u8],
     is_big_endian: bool,

@@ -28,7 +28,7 @@ use crate::recording::{Axis, places};
 
 /// Maximum number of lines at the start of a live source in which the columns must be found.
 const MAX_HEAD_LINES: usize = 200;
-/// Number of rows at the start of a live source. The unit of time is derived from their median time step.
+/// Number of rows, at the start of a live source, from whose median time step the unit of time is derived.
 const ROWS_FOR_A_STEP: usize = 5;
 
 /// Columns of a live source, and the rows in the lines by which the columns were found.

@@ -23,8 +23,8 @@ pub(super) struct Guess {
     pub rules: Vec<(usize, ColumnRule)>,
     /// Warnings about what was assumed, and about columns without a role.
     pub notes: Vec<Cause>,
-    /// Indices of columns whose unit or name is that of a load, but does not say of which axis. Empty if other columns are
-    /// loads.
+    /// Indices of columns whose unit or name is that of a load, but does not say of which axis. Empty if the loads were
+    /// found in columns whose axis is known.
     pub unnamed_loads: Vec<usize>,
 }
 

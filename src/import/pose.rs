@@ -17,7 +17,7 @@ const ROTATION_TOLERANCE: f64 = 0.02;
 const FEWEST_POSES: usize = 5;
 /// Minimum variance of the direction of gravity in the sensor's frame for which a weight can be estimated.
 const MIN_TURNING: f64 = 1e-3;
-/// Minimum product of the variances of this direction along two axes for which a centre of mass can be estimated.
+/// Minimum product of the variances of the direction of gravity along two axes, for which a centre of mass can be estimated.
 const MIN_TURNING_TWICE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

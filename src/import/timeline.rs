@@ -20,10 +20,10 @@ const SLOWEST_STEP_SECS: f64 = 60.0;
 
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// Median time step from which whole numbers are taken for microseconds. For example, steps of 1000 are taken for 1000 µs (1
-/// kHz), not for 1000 ms (1 Hz).
+/// Minimum median time step at which whole numbers are read as microseconds. For example, steps of 1000 are read as 1000 µs
+/// (1 kHz), not for 1000 ms (1 Hz).
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// Median time step from which times are taken for nanoseconds. For example, steps of 333,000 are taken for nanoseconds (3
+/// Minimum median time step at which times are read as nanoseconds. For example, steps of 333,000 are read as nanoseconds (3
 /// kHz), not for microseconds (3 Hz).
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
@@ -79,9 +79,9 @@ pub(super) fn sort(rows: &mut Rows) {
     rows.arrange(&order);
 }
 
-/// Spreads rows with the same time stamp evenly up to the next stamp. Three kinds of rows are spaced by the median time step
-/// of the file instead: rows with the first stamp, which then end at the second stamp, rows with the last stamp, and rows
-/// before a pause.
+/// Spreads rows with the same time stamp evenly up to the next stamp. Rows with the first stamp, with the last stamp, and
+/// before a pause are spaced by the median time step of the file instead. The rows with the first stamp are placed so that
+/// the next step reaches the second stamp.
 pub(super) fn spread(times: &mut [f64]) {
     let stamps: Vec<(f64, usize)> =
         (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();

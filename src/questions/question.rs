@@ -57,7 +57,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
 pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
 
 pub struct Work<'a, Q: Query> {
-    /// Data that earlier questions of the same type have kept.
+    /// Data that earlier requests of the same type have stored.
     pub cache: &'a mut Q::Cache,
     pub progress: &'a Progress,
     pub show: &'a (dyn Fn(Q::Answer) + Sync),

@@ -25,7 +25,7 @@ use crate::recording::shared::join;
 /// missing in each fit of a cross-validation.
 const FEWEST_FOUND: usize = 3;
 /// Minimum share of its load range that each axis must keep when cross-validation leaves out a group. Below this share, the
-/// fit without the group would be for smaller loads than those of the group.
+/// fit without the group would be tested far outside the loads of its training data.
 const KEPT_RANGE: f64 = 0.5;
 
 /// Words in the names of recordings and folders that stand before the number or letter of a load programme, as in `path3`. If

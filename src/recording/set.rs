@@ -178,7 +178,7 @@ impl RecordingSet {
         Ok(())
     }
 
-    /// Sets the role of a recording. A recording without a reference stays off. An unknown index changes nothing.
+    /// Sets the role of a recording. A recording without a reference keeps the role "off". An unknown index changes nothing.
     pub fn set_role(&mut self, index: usize, role: Role) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.has_reference()

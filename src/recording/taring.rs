@@ -12,7 +12,7 @@ use crate::recording::axis::Axis;
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
-/// Length of the intervals among which taring searches a quiet one (s). The mean of a shorter interval is too noisy.
+/// Length of the intervals among which taring searches for a quiet one (s). The mean of a shorter interval is too noisy.
 const QUIET_SECS: f64 = 0.5;
 /// Minimum number of samples in such an interval. The range of fewer samples does not show whether the gauges are quiet.
 const FEWEST_SAMPLES: usize = 4;

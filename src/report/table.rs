@@ -185,7 +185,8 @@ impl Cell {
 pub struct Rows<R> {
     of: Vec<R>,
     table: Table,
-    /// For each row, the cell that takes the place of all columns not yet added; `None` for a row with its own cells.
+    /// For each row, the cell that is repeated in every column that is added from now on. `None` if the row computes its
+    /// cells.
     instead: Vec<Option<Cell>>,
 }
 

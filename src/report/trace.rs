@@ -1,6 +1,6 @@
 //! Loads that the program compares (reference, uncompensated, compensated, factory), and the units of their errors.
 
-/// A course of the load that is compared with others.
+/// Origin of a load over time: the reference, or one of the calculations that are compared with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
     /// Reference load.

@@ -151,7 +151,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     if unclipped.iter().all(|own| *own == (None, None)) {
         unclipped.clear();
     }
-    // While a gauge is faulty, the expected load is wrong.
+    // While a gauge is faulty, the load computed from the gauges is wrong.
     let gauges: Vec<_> =
         found.iter().filter(|own| matches!(own.channel, Channel::Gauge(_))).cloned().collect();
     let meets = |own: &Fault| {

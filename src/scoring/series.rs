@@ -1,8 +1,9 @@
 //! Trace that can be drawn fast at any zoom, because minima and maxima over runs of consecutive samples are stored.
 //!
-//! Guarantees: a plot is divided into columns. No drawn point is farther than a column's width from the measured trace, and no
-//! sample is farther than this from the drawing. A peak of one sample is always visible. The time of drawing depends on the
-//! number of columns, not on the number of samples.
+//! Guarantees: the drawing has one vertical line for each column of the plot, from the minimum to the maximum of the samples
+//! there. So no drawn point is farther than a column's width from the measured trace, and no sample is farther than this
+//! from the drawing. A peak of one sample is always visible. The time of drawing depends on the number of columns, not on
+//! the number of samples.
 
 use crate::min_max::MinMax;
 use std::fmt;
@@ -160,7 +161,7 @@ impl Series {
         assert_eq!(
             values.len(),
             n.div_ceil(each),
-            "there is one value for each change of the trace"
+            "one value is needed for every `each` samples of the trace"
         );
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
         let level = level.collect();

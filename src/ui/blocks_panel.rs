@@ -1,5 +1,5 @@
-//! Controls of all features of the model except the look-back (earlier gauge values). Each feature has a switch with a list
-//! of numbers, or a choice.
+//! Controls of all features of the model except the look-back (earlier gauge values). Each feature has a switch and a list
+//! of numbers, or a menu.
 
 use egui::{Id, TextEdit, Ui};
 

@@ -74,7 +74,7 @@ fn list<T: PartialEq + Copy, N: Into<String>>(
         if item.clicked() || (takes && keys.target == Some(at)) {
             *chosen = value;
             is_taken = true;
-            ui.close(); // a press by a key does not close the list
+            ui.close(); // egui closes the list only after a click with the mouse
         }
     }
     if keys.focused == keys.target {

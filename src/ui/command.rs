@@ -45,7 +45,7 @@ impl PaneMove {
     const EDGE: &'static str = "Moves the pane to this edge of the window, beside all other panes";
     const SIZE: &'static str = "Changes the size of the pane; its neighbours shrink or grow";
 
-    /// All changes of place and size, each with the end of its menu label and with its explanation.
+    /// All ways to move or resize a pane, each with the menu label that follows the name of the pane, and its explanation.
     pub const ALL: [(Self, &'static str, &'static str); 9] = [
         (Self::Left, "move to the left", Self::EDGE),
         (Self::Right, "move to the right", Self::EDGE),
@@ -77,7 +77,7 @@ pub enum Workspace {
     Thresholds,
     /// List of the models that were tried.
     Models,
-    /// Data check of the recordings, and a log file that is still being written.
+    /// Check of the recordings, and the loads of a log file to which rows are still being added.
     Check,
     /// Calibration matrices and their export.
     Export,
@@ -201,7 +201,7 @@ pub enum Command {
     ChooseExport,
     /// Asks where to write the report.
     ChooseReport,
-    /// Asks where to write the traces on screen.
+    /// Asks for the file to which the shown traces are written.
     ChooseTraces,
     /// Saves the session to its file; asks for a path if the session has no file.
     SaveSession,

@@ -124,7 +124,7 @@ impl CommandPalette {
 }
 
 fn field_id() -> Id {
-    Id::unique("what the palette finds")
+    Id::unique("command palette search")
 }
 
 fn is_press(event: &Event, key: Key, held: Modifiers) -> bool {

@@ -41,7 +41,7 @@ const FRAMES_TO_FIND: u32 = 8;
 type Sought = (Setting, u32);
 
 fn sought_id() -> Id {
-    Id::unique("the setting that is looked for")
+    Id::unique("setting to scroll to")
 }
 
 /// Scrolls to the control of this setting and gives it the focus, as soon as the control is drawn.

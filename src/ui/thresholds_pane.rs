@@ -199,7 +199,7 @@ fn suggestion(
         if ui.press_if(
             is_complete,
             "Take the cross-validation minimum",
-            "Sets the pair of thresholds F_th and t_th with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error is not larger than the minimum with 90 % confidence",
+            "Sets the pair of thresholds F_th and t_th with the smallest cross-validated error; test recordings are not used. The text beside the button gives the range of F_th whose error is not significantly larger than the minimum (90 % confidence)",
         ) {
             out.send(match &found {
                 Ok(found) => Edit::Thresholds(found.thresholds).into(),

@@ -160,7 +160,7 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
         for trace in traces.filter(|trace| *trace != Trace::Factory || factory.is_some()) {
             let mut shown = panes.is_shown(trace);
             if ui.available_size_before_wrap().x < LEGEND_ENTRY_WIDTH {
-                ui.end_row(); // keeps the line beside its name
+                ui.end_row(); // starts a new row, so that line and name stay together
             }
             line_sample(ui, trace);
             if trace_tick(ui, &mut shown, trace) {

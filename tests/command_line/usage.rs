@@ -30,7 +30,7 @@ fn each_wrong_argument_is_answered_with_a_correction() {
         ("metrology a.csv a.csv", &["same recording"]),
         ("fit --test test.csv", &["--train <FILE>"]),
         ("fit --train a.csv --export c.xyz", &["is no export format"]),
-        ("fit --train a.csv --traces t.xyz", &["is no format of traces"]),
+        ("fit --train a.csv --traces t.xyz", &["traces cannot be written"]),
         ("fit --train a.csv --split 1", &["--split is 1"]),
         ("best --train a.csv --minutes=-1", &["--minutes", "zero or a number above zero"]),
         ("sweep --train a.csv --measure mx", &["no Mx"]),

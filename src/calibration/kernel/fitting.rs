@@ -24,7 +24,7 @@ const JITTER: f64 = 1e-6;
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 /// Powers to try: each input column is divided by this power of its standard deviation. With 1, all columns vary alike. With
 /// 0.5, a column that varies little counts less, because much of its variation may be noise. If the user gives a length
-/// scale, only the last power is used.
+/// scale, only the power 1 is used.
 const POWERS: [f64; 2] = [0.5, 1.0];
 /// Ridge strengths to try: ratios of the noise variance to the prior variance of the fitted function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];

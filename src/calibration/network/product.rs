@@ -1,4 +1,4 @@
-//! Matrix products on the calling thread, by the crate faer, and by code of this file for the last rows.
+//! Matrix products on the calling thread. The crate faer computes most rows, and this file computes the last up to 15 rows.
 //!
 //! Guarantees: the results are repeatable on the same kind of processor.
 //!
@@ -94,7 +94,8 @@ impl<'a, T: Real> View<'a, T> {
     }
 }
 
-/// Matrix to write. Consecutive columns are `stride` numbers apart in memory. Numbers between columns are not written.
+/// Matrix to write. Consecutive columns are `stride` numbers apart in memory. If `stride` is larger than the length of a
+/// column, the numbers between columns stay unchanged.
 pub(super) struct Out<'a, T> {
     values: &'a mut [T],
     n_rows: usize,

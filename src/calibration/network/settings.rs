@@ -16,7 +16,7 @@ pub const UNITS: Setting = Setting {
     what: "the number of units of a hidden layer",
     default: &[100.0, 100.0, 100.0],
     range: Range::Whole(1, 2048),
-    explanation: "More units fit more strongly curved loads, but are slower and need more recordings",
+    explanation: "More units describe stronger nonlinearity, but are slower and need more recordings",
     ..EPOCHS
 };
 

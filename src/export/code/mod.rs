@@ -46,7 +46,7 @@ pub(in crate::export) struct Language {
 }
 
 pub(in crate::export) const CODE: Target = Target {
-    holds: "conventional and compensated load with all blocks",
+    holds: "conventional and compensated load with all feature blocks",
     leaves_out: |calibration| match calibration.learned {
         Some(Learned::Kernel(_)) => "the uncertainty band of the kernel",
         _ => "nothing",

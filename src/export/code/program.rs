@@ -1,9 +1,9 @@
 //! Calibration in the form that exported code runs. Constants are combined beforehand, so that the update for a sample needs
 //! few steps.
 //!
-//! Guarantees: exported code gives the loads of the calibration, except for rounding. A centre near the mean, exact in single
-//! precision, is subtracted from each gauge. Past gauges are taken relative to the present gauges. So large raw offsets cost
-//! no digits in single precision.
+//! Guarantees: exported code gives the loads of the calibration, except for rounding. A centre near the mean, exact in
+//! single precision, is subtracted from each gauge. Past gauges are taken relative to the present gauges. Therefore even
+//! large raw offsets cost no digits in single precision.
 
 use serde::Serialize;
 

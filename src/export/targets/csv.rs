@@ -13,9 +13,9 @@ pub(super) static CSV: Target = Target {
     holds: "matrices",
     leaves_out: |calibration| match calibration.learned {
         Some(_) => {
-            "the network or kernel, so the compensated load is incomplete; settings of the blocks (only described in words), scales"
+            "the network or kernel, so the compensated load is incomplete; settings of the feature blocks (only described in words), scales"
         }
-        None => "settings of the blocks (only described in words), scales",
+        None => "settings of the feature blocks (only described in words), scales",
     },
     write,
     ..Target::PLAIN

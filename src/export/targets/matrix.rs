@@ -35,8 +35,8 @@ pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
     calibration.conventional.matrix.iter().map(move |row| &row[..n_gauges])
 }
 
-/// Returns the facts about the calibration, each as a line escaped by `comment`. A last line gives the omitted offsets; `how`
-/// is their unit or order.
+/// Returns the facts about the calibration, each as a line escaped by `comment`. A last line gives the offsets, which the
+/// matrix does not contain. `how` is the text about the unit or the order of the offsets.
 pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
     let offsets = export.calibration.conventional.matrix.iter().filter_map(|row| row.last());
     let offsets = (export.calibration.offset)

@@ -8,7 +8,7 @@ use crate::formats::npz;
 pub(super) const NUMPY: Target = Target {
     name: "NumPy arrays",
     endings: &["npz"],
-    holds: "matrices, settings of the blocks, scales, rule for gaps, network or kernel",
+    holds: "matrices, settings of the feature blocks, scales, rule for gaps, network or kernel",
     write: |export, out| npz::write(&arrays(export), out),
     ..Target::PLAIN
 };

@@ -13,7 +13,7 @@ use crate::export::text::for_yaml;
 pub(super) static YAML: Target = Target {
     name: "ROS 2 parameters (YAML)",
     endings: &["yaml", "yml"],
-    holds: "matrices, settings of the blocks, scales, rule for gaps",
+    holds: "matrices, settings of the feature blocks, scales, rule for gaps",
     leaves_out: |calibration| match calibration.learned {
         Some(_) => "the network or kernel, so the compensated load is incomplete",
         None => "nothing",

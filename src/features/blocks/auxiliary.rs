@@ -1,4 +1,4 @@
-//! Feature block of auxiliary channels: each channel and its product with each gauge, at present or through a low-pass.
+//! Feature block of auxiliary channels: the present or low-passed value of each channel, and its product with each gauge.
 //!
 //! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`. Here a is the channel, a₀ its reference value, σ its standard deviation, and u
 //! the output of the low-pass. At the first sample, u is the present value `(a − a₀)/σ`; with τ = 0 it always is. For each τ

@@ -74,7 +74,7 @@ impl Block for Creep {
                 Memory::of_gauges("creep_rest", sets)
                     .about("rounding error of the last step, in single precision"),
                 Memory::single("creep_share", sets)
-                    .about("for the length of the last step (s), stored next"),
+                    .about("computed for the time step `creep_step` (s)"),
                 Memory::single("creep_step", sets),
                 Memory::single("creep_weight", sets).about("from 0 at the start to 1"),
             ],

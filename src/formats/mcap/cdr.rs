@@ -1,7 +1,7 @@
 //! Messages of ROS 2 in their usual serialisation: plain CDR, little-endian.
 //!
-//! **Source** OMG DDSI-RTPS: four bytes of encapsulation, then the values. Each value is aligned to its size, counted from
-//! the end of the encapsulation. Texts and sequences start with their length.
+//! **Source** OMG DDSI-RTPS: an encapsulation header of four bytes, then the values. Each value is aligned to a multiple of
+//! its size, counted from the end of the header. Texts and sequences start with their length.
 
 use super::super::number::Number;
 

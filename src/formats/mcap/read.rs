@@ -340,7 +340,8 @@ impl Topics {
             if topic.is_wrench() && (is_second || wanted.len() < 2) {
                 topic.add_to(&mut table, time, axis);
             } else if is_second || topic.is_wrench() {
-                // Whether this topic holds gauges or the reference is unknown, so its columns are named by topic and index.
+                // It is unknown whether this topic holds gauges or the reference, so its columns are named by topic and
+                // index.
                 topic.add_to(&mut table, time, |column| format!("{path}[{column}]"));
             } else {
                 topic.add_to(&mut table, time, |column| format!("S{}", column + 1));

@@ -19,8 +19,8 @@ pub(in crate::formats) struct Blocks {
     /// Start of a line whose end has not been read yet.
     carry: Vec<u8>,
     is_at_end: bool,
-    /// Arrows that a serial terminal writes behind the time in front of each line. `Some(None)` if the file has no arrows,
-    /// `None` until the first block is read.
+    /// Kind of the arrows (`->`) that a serial terminal writes behind the time in front of each line. `Some(None)` if the
+    /// file has no arrows, `None` until the first block is read.
     arrows: Option<Option<Arrows>>,
 }
 

@@ -1,5 +1,5 @@
 //! Converts a file of any supported encoding to UTF-8 text without byte order mark, whose lines end with `\n` or `\r\n`. The
-//! error for a file without text names the kind of the file.
+//! error for a file that holds no text, such as an image, names the kind of the file.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};

@@ -21,7 +21,8 @@ impl Arrows {
         Some(Self { replacement })
     }
 
-    /// Turns the times in front of whole lines into a column. In the first lines of a file, the column gets the name `time`.
+    /// Turns the times in front of whole lines into a column. If the first line of the file is a header, the name `time` is
+    /// added to it.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = arrow_position(line) else {

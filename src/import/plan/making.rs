@@ -168,7 +168,7 @@ impl<'a> Making<'a> {
         Ok(TimeScale::PerSecond(per_second))
     }
 
-    /// Sets the use of the column with dates, which are added to times of day.
+    /// Sets that the values of the date column are added to the times of day.
     fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
         if let Some((index, rule)) = self.single(ColumnRole::Date)? {
             let form = match self.unit(index, rule) {

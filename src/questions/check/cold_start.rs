@@ -15,8 +15,8 @@ use crate::scoring::numbers::significant;
 
 /// Number of simulated cold starts in each training recording, evenly distributed.
 const STARTS: usize = 8;
-/// Maximum number of times that the time after a cold start is halved to find a time in which the calibration is worse than
-/// the conventional one.
+/// The calibration is compared with the conventional one in an interval after a cold start, which is halved until the
+/// calibration is worse there. This is the maximum number of halvings.
 const HALVINGS: i32 = 6;
 
 impl Dataset {

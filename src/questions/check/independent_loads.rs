@@ -14,7 +14,7 @@ pub struct Sufficiency {
     pub verdict: Verdict,
     /// Text with the numbers of coefficients, load cases and samples.
     pub summary: String,
-    /// Findings: faults of recordings first, then by severity, then by cost.
+    /// Findings: faults of recordings first, then by severity, then by the error that they cause.
     pub reasons: Vec<Finding>,
     pub n_samples: u64,
     #[serde(flatten)]

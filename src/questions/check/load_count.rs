@@ -60,7 +60,10 @@ impl LoadCount {
         // For random loads, p free coefficients and n load cases: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
         let times = (n > p + 1.0).then(|| ((n - 1.0) / (n - p - 1.0) * n / (n - p)).sqrt());
         let figures = match times {
-            _ if n <= p.ceil() => "there are no more load cases than free coefficients".to_owned(),
+            _ if n <= p.ceil() => {
+                "the number of load cases must be larger than the number of free coefficients"
+                    .to_owned()
+            }
             Some(times) if times < TIMES => format!(
                 "with so few loads, errors on other loads are expected to be about {} times those of the fit",
                 significant(times, 2)

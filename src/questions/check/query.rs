@@ -52,7 +52,7 @@ pub struct HangingMass {
 /// Request to check training recordings: faults of the test rig, and whether the loads determine the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckData {
-    /// Request for the fit whose recordings and features are checked.
+    /// Request for a fit. Its recordings and features are to be checked.
     pub request: Request,
     /// Limits of the gauges and loads that the user entered. Samples outside them are faulty.
     pub range: ValidRange,

@@ -85,8 +85,8 @@ impl Analyst {
         self.analyse_showing(request, progress, None)
     }
 
-    /// Analyses like [`Self::analyse`]. If recordings with many samples were analysed before, `show` first receives a preview
-    /// that uses every n-th sample.
+    /// Analyses like [`Self::analyse`]. If there are many samples, and the same samples were analysed before, `show` first
+    /// receives a preview that uses every n-th sample.
     ///
     /// # Errors
     /// As [`Self::analyse`].

@@ -1,7 +1,7 @@
 //! Limits that the user sets for a calibration: the maximum expected error, RMSE and loop width, for all axes or for each axis.
 //!
-//! Guarantees: a limited figure whose value is unknown fails its limit. A misspelt name in the file of limits is an error
-//! that lists the valid names.
+//! Guarantees: a figure that has a limit, but no known value, fails its limit. A misspelt name in the file of limits is an
+//! error that lists the valid names.
 
 use std::collections::BTreeMap;
 use std::path::Path;

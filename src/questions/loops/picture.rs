@@ -66,7 +66,7 @@ pub struct LoopFigures {
 
 impl LoopFigures {
     /// Computes the width, area and work of a loop. `others` are the loops with half and twice the reversal threshold.
-    /// Returns `None` if a figure is too large for a number.
+    /// Returns `None` if the width, area or work overflows to infinity.
     fn of(
         shape: &Loop,
         n_cycles: usize,

@@ -21,7 +21,7 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let samples = significant(lag.samples, 3);
     if !lag.is_significant() {
         return format!(
-            "No significant time lag of the uncompensated load: {late} ± {error} s ({samples} samples)."
+            "No significant time lag of the uncompensated load: {late} ± {error} s, which is {samples} samples."
         );
     }
     let kind = match lag.kind_is_known {

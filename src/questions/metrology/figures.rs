@@ -12,8 +12,8 @@ use crate::recording::{Axis, Recording};
 
 /// One recording, with the loads that a calibration computes from it.
 ///
-/// **Shapes** reference `n × reference_axes` row-major, conventional and compensated `n × n_axes` row-major, with the axes
-/// of the table.
+/// **Shapes** reference `n × reference_axes` row-major, conventional and compensated `n × n_axes` row-major, where the
+/// `n_axes` axes are those of the metrology table.
 ///
 /// **Units** times in s, forces in N, moments in N·m.
 #[derive(Clone, Copy, Debug)]

@@ -7,10 +7,11 @@
 //! makers. Each row gives its own source. Full scale is the rated load that the user entered, else the range of the
 //! recordings (see [`full_scale_of`](crate::recording::full_scale_of)).
 //!
-//! **Conditions that a free-running recording does not meet** Standards load one axis alone, from zero to the rated load and
-//! back, in steps, after preloading, and read at set times at constant temperature. A recording of a moving robot loads
-//! several axes at once, at varying speed, turns at any load, and seldom dwells. So hysteresis contains the effect of other
-//! axes at equal load, creep and viscosity increase the width, and nonlinearity describes a branch between two reversals.
+//! **Conditions that a free-running recording does not meet** Standards prescribe that one axis alone is loaded, in steps
+//! from zero to the rated load and back, after preloading, and that the output is read at set times at constant temperature.
+//! A recording of a moving robot loads several axes at once, at varying speed, turns at any load, and seldom dwells. So the
+//! hysteresis contains the effect of other axes, whose loads differ although the load of this axis is equal. Creep and
+//! viscosity increase the width of a loop. Nonlinearity is that of a branch between two reversals.
 //!
 //! Each loop figure gives its number of cycles (counted by rainflow), the share of the load range, and the figure with half
 //! and twice the reversal threshold ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not replace

@@ -105,7 +105,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over neighbouring loads, up to 12 on each side, until its noise is at most a fiftieth of the largest difference",
+            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Both branches, of which smaller cycles are left out, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over neighbouring loads, up to 12 on each side, until its noise is at most a fiftieth of the largest difference",
             "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
             ONE_AXIS_AT_REST,
         ],
@@ -135,7 +135,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "nonlinearity_terminal",
             "Nonlinearity, terminal line",
-            "largest deviation of the rising branch of the largest cycle from the straight line through its ends (averages over the outer hundredths of its range, extrapolated to the ends)",
+            "largest deviation of the rising branch of the largest cycle from the straight line through the two ends of this branch. Each end is the average over the outermost hundredth of the range, extrapolated to the end",
             "load-cell makers' glossaries: from no load to rated load, rising only",
             "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and the hysteresis of earlier loads affects its start",
         ],
@@ -186,7 +186,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "hysteresis of the mean loop (without a mean loop, of the largest cycle) after the reference is delayed by the lag of the output. Gains and crosstalk of the output are fitted again to the delayed reference by least squares on these recordings. The figure is given if the lag explains more than a tenth of the mean width, and if two standard errors of the lag change the hysteresis by at most a tenth, or by 0.3 % of full scale",
+            "hysteresis of the mean loop (without a mean loop, of the largest cycle) after the reference is delayed by the lag of the output. Gains and crosstalk of the output are fitted again to the delayed reference by least squares on these recordings. The figure is given if the lag explains more than a tenth of the mean loop width, and if the hysteresis changes by at most a tenth, or by 0.3 % of full scale, when the lag is changed by two standard errors",
             "as for Hysteresis",
             ONE_AXIS_AT_REST,
         ],

@@ -138,7 +138,7 @@ impl Reason {
     }
 }
 
-/// Returns a number as text with three digits, without trailing zeros.
+/// Returns a number as text with three significant digits, without trailing zeros.
 fn short(value: f64) -> String {
     let digits = significant(value, 3);
     if digits.contains('.') && !digits.contains('e') {

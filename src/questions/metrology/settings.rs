@@ -110,8 +110,8 @@ impl MetrologySettings {
         for (what, value) in [
             ("the stability tolerance of a dwell", self.still_share),
             ("the largest load that counts as zero", self.zero_share),
-            ("the smallest load of a loaded axis", self.loaded_share),
-            ("the largest load of an unloaded axis", self.alone_share),
+            ("the smallest load at which an axis counts as loaded", self.loaded_share),
+            ("the largest load at which an axis counts as unloaded", self.alone_share),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(MetrologyError::Share { what, value });

@@ -168,8 +168,8 @@ impl Best {
         };
         if proposed.name == self.tried[0].name {
             return vec![format!(
-                "Proposed: {}. None of the {} other models is better with 90 % confidence over {} blocks of left-out samples and without \
-                 a much larger error on one of the groups",
+                "Proposed: {}. Each of the {} other models is not better with 90 % confidence ({} blocks of left-out samples), or has a \
+                 much larger error on one of the groups",
                 proposed.name,
                 self.tried.len() - 1,
                 self.cut.blocks.samples.len()

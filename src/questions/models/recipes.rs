@@ -87,7 +87,8 @@ fn sentence(words: &str) -> String {
     format!("{first}{}", rest.to_lowercase())
 }
 
-/// Returns the linear candidates: first the conventional calibration, then from quick to slow.
+/// Returns the linear candidates: first the conventional calibration, then the others, from the fastest fit to
+/// the slowest.
 pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
     let pasts = pasts();
     let (alone, pairs) = (alone(&pasts), pairs(&pasts));

@@ -160,7 +160,7 @@ pub const RELATIVE: &str = "relative RMSE";
 pub struct ModelRow<'a> {
     pub mark: Cell,
     pub name: &'a str,
-    /// Amount of training data as named in the paper of Koike et al. (2019); empty if it follows from the decimation.
+    /// Name that Koike et al. (2019) give to the amount of training data; empty if the decimation alone states the amount.
     pub data: &'a str,
     pub model: &'a Model,
 }

@@ -324,8 +324,7 @@ fn curves(
         let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
         about.push_str(&format!(" {}", sentence(&found.in_words(map, measure, &f_th))));
         if !found.beats_conventional {
-            let seen =
-                "no look-back is better than the conventional calibration with 90 % confidence";
+            let seen = "none of the tried look-backs is better than the conventional calibration with 90 % confidence";
             warnings.push(Finding::new(Id::NoLookBack, Verdict::Enough, seen));
         }
     }

@@ -20,8 +20,8 @@ pub struct PointScores {
 
 /// Sums over the samples of a fit. The errors of fits with other thresholds of the first look-back follow from these sums.
 pub struct Scorer {
-    /// Sums for a first look-back that finds no earlier sample. The targets of the fit are the residuals of the conventional
-    /// calibration.
+    /// Sums for the case that the first of the look-backs finds no earlier sample. The targets of the fit are the residuals
+    /// of the conventional calibration.
     pub sums: Sums,
     /// Sums of each recording if there are exactly two training recordings. An automatic ridge then leaves out recordings,
     /// while cross-validation leaves out blocks of samples.

@@ -49,10 +49,10 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Creates path number `path` of a seed. Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly
-    /// every direction. Pitch lags roll by 30° to 150° of phase on odd paths, and leads roll on even paths. With equal
-    /// phases, a path would go back the way it came. With one sign on all paths, the load of one axis would predict another
-    /// axis's hysteresis.
+    /// Creates the random path with this index and seed. Roll covers up to ±170° and pitch up to ±86°, so that gravity
+    /// reaches nearly every direction. Pitch lags roll by 30° to 150° of phase on odd paths, and leads roll on even paths.
+    /// With equal phases, a path would go back the way it came. With one sign on all paths, the load of one axis would
+    /// predict another axis's hysteresis.
     pub fn new(seed: u64, path: u64) -> Self {
         let mut random = Random::new(seed, &[path]);
         let phase = random.between(0.0, TAU);

@@ -84,8 +84,7 @@ pub struct Arrow {
 pub struct HeatMap {
     /// Label and range of the colour scale.
     pub shades: Scale,
-    /// Numbers of the cells, `n_across × n_up`, row-major: all vertical cells of the first column come first. Unknown numbers
-    /// are grey.
+    /// Numbers of the cells, column by column: first the `n_up` cells of the first column. Cells without a number are grey.
     pub values: Vec<Option<f64>>,
     /// Marked cell, by its horizontal and vertical index.
     pub marked: Option<(usize, usize)>,

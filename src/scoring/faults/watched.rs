@@ -106,7 +106,8 @@ impl Own {
         let bends = looked_at.clone().filter(|k| k + 2 < n);
         let noise =
             median(bends.map(|k| straight_lines::bend([value(k), value(k + 1), value(k + 2)])));
-        // A value to which the channel returns often may stand for a missing value. Steps to it are no usual steps.
+        // A value to which the channel returns often may stand for a missing value. Steps to this value do not count as
+        // usual steps.
         let mut returns: HashMap<u64, usize> = HashMap::new();
         let starts = looked_at.clone().filter(|k| *k > 0 && value(*k) != value(k - 1));
         starts.for_each(|k| *returns.entry(value(k).to_bits()).or_default() += 1);

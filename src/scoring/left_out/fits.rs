@@ -41,7 +41,8 @@ impl<'a> LeftOut<'a> {
         Self { scored: scored.unwrap_or(self.scored), ..self }
     }
 
-    /// Returns the coefficients of each fit without one part. `shares` holds the ridge penalties for each target.
+    /// Returns the coefficients of each cross-validation fit, which leaves out one part of the data. `shares` holds the
+    /// ridge penalties for each target.
     pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
         let fits = NormalEquations::each_without(self.parts, |_| true, fit).into_iter();

@@ -44,7 +44,7 @@ pub(crate) struct Work {
     inverse_root: Vec<Lanes>,
     coefficients: Vec<Lanes>,
     least_pivot: Lanes,
-    /// Smallest share of any column's squared length that remains after subtraction of the left-out part.
+    /// Share of a column's squared length that remains without the left-out part of the data, the smallest of all columns.
     least_remains: Lanes,
     squares: Vec<Lanes>,
 }
@@ -121,7 +121,8 @@ impl pulp::WithSimd for Group<'_> {
     }
 }
 
-/// Returns a number of each part of the data, one in each SIMD lane. Lanes without a part get the number of the last part.
+/// Returns one number of each part of the data, each in its own SIMD lane. If there are fewer parts than lanes, the
+/// remaining lanes repeat the number of the last part.
 #[inline(always)]
 fn gathered(parts: &[NormalEquations], number: impl Fn(&NormalEquations) -> f64) -> Lanes {
     std::array::from_fn(|lane| number(&parts[lane.min(parts.len() - 1)]))

@@ -2,7 +2,7 @@
 //! their density.
 //!
 //! Guarantees: no drawn point is farther than a pixel from the measured path, and no measured sample is farther than a pixel
-//! from the drawing. The size of the drawing is limited by its pixels, not by the number of samples.
+//! from the drawing. The number of drawn points is limited by the width and height in pixels, not by the number of samples.
 
 use crate::scoring::loops::raster::Raster;
 

@@ -17,9 +17,9 @@ pub(crate) struct Counted {
 
 /// Counts the cycles of a recording from its branches.
 ///
-/// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle of three ranges is a cycle if neither neighbour
-/// is smaller. The half cycles that are left over are those of the standard. If three ranges are equal, the middle one is not
-/// taken as a cycle. Equal half cycles are later paired in the order of time, so the counts are the same.
+/// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle of three ranges is a cycle if neither
+/// neighbour is smaller. The half cycles that are left over are the same as in the standard. If three ranges are equal, the
+/// middle one is not taken as a cycle. Equal half cycles are later paired in the order of time, so the counts are the same.
 pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     let mut counted = Counted::default();
     let residue = &mut counted.residue;

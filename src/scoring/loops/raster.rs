@@ -91,8 +91,8 @@ impl Raster {
         squares.sum::<usize>() - self.n_beyond
     }
 
-    /// Marks all blocks of a level that a part of a line touches. `limits` are the first and last block in each direction;
-    /// the last argument is the start and end of the part, as shares of the line.
+    /// Marks all blocks of a level that a part of a line touches. `limits` are the indices of the first and last block,
+    /// horizontally and vertically. The last argument is the start and end of the part, as shares of the line.
     fn walk(
         &mut self,
         level: usize,

@@ -61,7 +61,7 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
                         ("Scale factor", SCALE),
                         ("Missing value", MISSING),
                         (
-                            "First values, min to max",
+                            "First values; range",
                             "First values of the column, and its smallest and largest value in rows from the whole file",
                         ),
                     ] {

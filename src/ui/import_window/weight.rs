@@ -49,7 +49,7 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
         ui.select_radio(
             &mut weight.angles,
             Angles::IntrinsicXyz,
-            "angles about turned axes",
+            "angles about the axes of the turned sensor",
             "Each angle turns about an axis that the previous angles have turned",
         );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(

@@ -146,7 +146,7 @@ impl<'a> Shared<'a> {
         };
         Some(Found {
             number: at + 1,
-            // The cycle lies within itself, so it is not counted.
+            // One is subtracted, because the cycle itself is among the counted ones.
             n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
             samples: first + samples.start..first + samples.end,
         })

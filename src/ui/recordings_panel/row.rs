@@ -158,7 +158,7 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
         }
         if let Some(left_out) = recording.left_out() {
             let (n, of) = (left_out.n_samples, printable(&left_out.of));
-            ui.label(format!("{n} faulty samples left out of {of}"));
+            ui.label(format!("{n} of {of} samples left out as faulty"));
         }
         if let Some(faults) = engine.faults_of(at) {
             for words in &faults.words {

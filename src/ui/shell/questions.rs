@@ -144,7 +144,7 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
     let Some(leaving) = &engine.leaving else {
         return;
     };
-    // While a path or a replacement is being confirmed, the session is already being saved.
+    // The user has already chosen to save, and is now choosing the path, or confirming that a file is replaced.
     if is_naming || engine.replacing.is_some() {
         return;
     }

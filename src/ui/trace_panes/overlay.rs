@@ -186,8 +186,8 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
     let now = traces.times[k];
     let oldest = first + traces.times[first..=k].partition_point(|time| now - time > t_th_secs);
     let n = k - oldest + 1;
-    // If there are very many samples, only the newest samples of each column are read, because samples close in time have
-    // similar loads.
+    // If there are very many samples, only the newest samples of each pixel column are read, to save time. Samples that are
+    // close in time have similar loads, so the largest distance hardly differs.
     let width = n.div_ceil(STRIP.x as usize).max(1);
     let looked_at = width.min(STRIP_SAMPLES / STRIP.x as usize);
     let mut points = Vec::new();

@@ -1,5 +1,5 @@
 //! Chooses the values of a feature block, such as its time constants. One pass over the samples sums the columns of all
-//! candidate values. The error of each list of values follows from these sums.
+//! candidate values. The error with any of these values, or several of them, follows from the sums.
 
 use std::ops::RangeInclusive;
 
@@ -36,7 +36,7 @@ pub struct BlockSuggestion {
     /// Chosen values of the feature block, ascending. Empty if no list of values reduces the cross-validation error with 90 %
     /// confidence.
     pub values: Vec<f64>,
-    /// Cross-validation error with the chosen values of the block.
+    /// Cross-validation error with the chosen values of the feature block.
     pub left_out: f64,
     /// Cross-validation error without the feature block, with all other settings unchanged.
     pub left_out_without: f64,
