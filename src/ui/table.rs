@@ -39,7 +39,11 @@ pub fn show(ui: &mut Ui, table: &Table) {
             }
         });
     if !table.note.is_empty() {
-        ui.weak(&table.note);
+        ui.vertical(|ui| {
+            // A wide table extends beyond the pane, but its note does not.
+            ui.set_max_width(ui.clip_rect().width());
+            ui.weak(&table.note);
+        });
     }
 }
 
