@@ -108,7 +108,7 @@ fn described(set: &Set) -> String {
 }
 
 /// Checks the detection rates. To print the table of the guide:
-/// `RIG_FROM=900 RIG_SETS=14 cargo test --release --test rig named -- --nocapture`.
+/// `RIG_FROM=7000 RIG_SETS=14 cargo test --release --test rig named -- --nocapture`.
 fn assert_most_are_named(kind: &str, sound: Sound) {
     let (from, sets) = (number("RIG_FROM", 6), number("RIG_SETS", 4));
     let text = |found: &[Finding]| {
