@@ -123,7 +123,7 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
         && let Some(ContextValue::String(bare)) = error.get(ContextKind::InvalidArg)
         && !bare.starts_with('-')
     {
-        let tip = format!("recordings are named after --train: {} --train {bare}", job.get_name());
+        let tip = format!("write --train before the recordings: {} --train {bare}", job.get_name());
         let tips = ContextValue::StyledStrs(vec![tip.into()]);
         error.insert(ContextKind::Suggested, tips);
     }

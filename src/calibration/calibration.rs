@@ -62,7 +62,7 @@ pub struct Quality {
     pub condition: Option<f64>,
     /// Ridge strength of the linear fit per axis; empty if each feature block has a strength of its own.
     pub ridge: Vec<f64>,
-    /// End of the range of tried ridge strengths at which the chosen strength of the kernel lies; `None` if it lies inside
+    /// Which end of the range of tried ridge strengths was chosen for the kernel; `None` if the chosen strength is inside
     /// the range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel_ridge_edge: Option<GridEdge>,

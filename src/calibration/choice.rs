@@ -94,8 +94,8 @@ pub struct Choice {
 }
 
 impl Blocks {
-    /// Creates one block for each part of the cross-validation, given its number of samples. Each block is a group of its
-    /// own.
+    /// Creates one block for each part that cross-validation leaves out, given the number of samples of each part. Each
+    /// block is a group of its own.
     pub fn of_parts(samples: &[u64]) -> Self {
         let samples: Vec<f64> = samples.iter().map(|n| *n as f64).collect();
         Self { groups: (0..samples.len()).collect(), samples }

@@ -31,8 +31,8 @@ pub struct Terms<'a> {
     /// Kind of each column of the normal equations: offset, gauge, or appended feature.
     pub kinds: &'a [ColumnKind],
     /// Coefficients whose contribution was subtracted from the loads to give the targets, `n_columns × n_targets` row-major;
-    /// empty if there are none. For a column that is a linear combination of others, the fit returns minus its known
-    /// coefficient, so that the sum of both is zero.
+    /// empty if there are none. The fitted coefficients are added to them. For a column that is a linear combination of
+    /// others, the fit returns minus its known coefficient, so that the sum is zero.
     pub known: &'a [f64],
 }
 

@@ -23,7 +23,7 @@ use crate::recording::Axis;
 use crate::report::{Cell, Table};
 
 const DECIMATE_HELP: &str = "Use every N-th sample: 1 is pattern A of the paper of Koike et al. (2019), 10 its pattern B [default: both]. \
-    If the recordings repeat several load programmes, further rows use only the first one (pattern C)";
+    If the recordings repeat several load programmes, the table has further rows for fits to the first programme alone (pattern C)";
 
 /// Print the table of the paper of Koike et al. (2019): the errors of each regressor with and without look-back, fitted to
 /// all samples and to every tenth.

@@ -25,7 +25,7 @@ const BACKGROUND_PRIORITY: u8 = 25;
 pub fn let_window_go_first() {
     let pool = rayon::ThreadPoolBuilder::new().start_handler(|_| stand_back());
     if let Err(error) = pool.build_global() {
-        log::debug!("the pool of threads was there already: {error}");
+        log::debug!("the thread pool had already been created: {error}");
     }
 }
 

@@ -93,7 +93,7 @@ pub(crate) struct Derived {
     /// Paths for the look-back of the newest request, with the axis weights and the history step for which they were
     /// computed.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
-    /// Sums for the newest fit as if the look-back found no earlier sample, with the design of the features. They are the
+    /// Design of the features of the newest fit, and its sums as if the look-back found no earlier sample. Such sums are the
     /// same at all thresholds.
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }

@@ -2,8 +2,8 @@
 
 use crate::recording::axis::Axis;
 
-/// Maximum difference between two equal loads on an axis, as a share of the largest force (for a moment axis: the largest
-/// moment) in the table.
+/// Two loads on an axis count as equal if they differ by at most this share of the largest force (for a moment axis: the
+/// largest moment) in the table.
 pub const SAME_LOAD_SHARE: f64 = 0.005;
 
 /// Returns for each row the number of its load case, counted from 0. Rows with equal loads on every axis have the same

@@ -72,7 +72,7 @@ impl Block for Creep {
             vec![
                 Memory::of_gauges("creep", sets),
                 Memory::of_gauges("creep_rest", sets)
-                    .about("rounding error of the last step, in single precision"),
+                    .about("rounding error of the last update, in single precision"),
                 Memory::single("creep_share", sets)
                     .about("computed for the time step `creep_step` (s)"),
                 Memory::single("creep_step", sets),

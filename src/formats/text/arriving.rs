@@ -33,7 +33,8 @@ impl ArrivingLines {
 
     fn decode(&mut self) {
         let encoding = *self.encoding.get_or_insert_with(|| {
-            // Bytes that are not text are decoded as UTF-8. They make no table, so that they are refused later.
+            // Bytes that are not text are decoded as UTF-8. The file is refused later, because such lines are no rows of a
+            // table.
             let (encoding, mark_bytes) = encoding_of(&self.raw).unwrap_or((Encoding::Utf8, 0));
             self.raw.drain(..mark_bytes);
             encoding

@@ -126,7 +126,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
             "mean |falling − rising| of the output at equal load, across the load range of the mean loop",
-            "as for Hysteresis, mean loop; noise is averaged as for Hysteresis, so noise hardly increases the mean width",
+            "the loop is that of the row \"Hysteresis, mean loop\"; noise is averaged out as in the row \"Hysteresis\", so noise hardly increases the mean width",
             ONE_AXIS_AT_REST,
         ],
     ),

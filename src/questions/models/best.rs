@@ -333,7 +333,8 @@ impl Cut {
     fn words(&self, refused: Refusal) -> String {
         match refused {
             Refusal::NotBetter => {
-                "its error is not below the conventional error with 90 % confidence".to_owned()
+                "it is not certain (90 % confidence) that its error is below the conventional error"
+                    .to_owned()
             }
             Refusal::Harms { group, ratio } => {
                 let (group, ratio) = (&self.groups[group], significant(ratio, 2));

@@ -160,7 +160,7 @@ pub const RELATIVE: &str = "relative RMSE";
 pub struct ModelRow<'a> {
     pub mark: Cell,
     pub name: &'a str,
-    /// Name that Koike et al. (2019) give to the amount of training data; empty if the decimation alone states the amount.
+    /// Name of this amount of training data in the paper of Koike et al. (2019); empty if the paper has no name for it.
     pub data: &'a str,
     pub model: &'a Model,
 }

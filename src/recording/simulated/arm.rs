@@ -22,7 +22,8 @@ pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
 /// Length of a path in cycles of roll and pitch: 95 s at 0.05 Hz, as in the fast run.
 pub(super) const CYCLES: f64 = 4.75;
 
-/// Number of random amplitudes of an angle: one for the start of each cycle, and one for the end of the last whole cycle.
+/// Number of random amplitudes of an angle: one for the start of each cycle, and one for the end of
+/// the last complete cycle.
 const N_KNOTS: usize = 6;
 
 /// Course of roll or pitch: a sinusoid whose amplitude changes smoothly from cycle to cycle.

@@ -8,7 +8,7 @@ use crate::scoring::loops::{Density, Frame};
 /// Opacity of a cell that a curve only crosses without a sample, and of a cell with the fewest samples.
 const WEAKEST: (f32, f32) = (0.2, 0.35);
 
-/// Density of the samples along a curve, and the colour of the curve.
+/// A curve with so many samples that their density is drawn, and the colour of the curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
     /// Number of samples in each cell of the plot, on a logarithmic scale.

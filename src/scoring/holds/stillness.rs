@@ -17,9 +17,9 @@ pub struct Hold {
 
 /// Returns the intervals of at least `shortest_secs` in which no axis spans more than its band (in the unit of the axis).
 ///
-/// An interval grows until an axis spans more than its band. If the interval is then long enough, it is a dwell, and the next
-/// interval begins at its end. Otherwise its first samples are dropped until the band is kept again. Panics if an axis and
-/// `times` differ in length.
+/// An interval grows until an axis spans more than its band. If the interval is then long enough, it is a dwell, and the
+/// next interval begins at its end. Otherwise its first samples are dropped until the rest lies within the band. Panics if
+/// an axis and `times` differ in length.
 pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
     assert_eq!(axes.len(), bands.len(), "one band for each axis");
     assert!(axes.iter().all(|axis| axis.len() == times.len()), "one load for each time");

@@ -12,8 +12,8 @@
 //! no harm. τ minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
 //!
 //! **Assumptions** All loads on which an output depends have the same lag. Hysteresis does not depend on the rate and is a
-//! mixture of play operators. Creep is slower than three times the time scale on which the load changes. If faster creep
-//! without a lag leaves a smaller residual, the lag is unknown.
+//! mixture of play operators. The time constant of creep is at least three times the time scale on which the load changes.
+//! If faster creep without a lag leaves a smaller residual, the lag is unknown.
 //!
 //! **Uncertainty** The standard error follows from the differences between contiguous blocks of the recordings, and from the
 //! change of τ if hysteresis is described by fewer radii. If this error is too large, the lag is unknown ([`NoLag`]).

@@ -162,8 +162,8 @@ pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
-/// Returns the smallest number of samples that remain when one part is left out, and the number of coefficients without a
-/// ridge penalty. Returns `None` if there are enough samples for these coefficients.
+/// Returns the smallest number of samples that remain when one part is left out, and the number of coefficients that the
+/// ridge does not penalise. Returns `None` if there are enough samples for these coefficients.
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,

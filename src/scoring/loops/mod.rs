@@ -63,7 +63,7 @@ pub struct Loops {
 pub struct TooFew {
     /// Number of full cycles.
     pub count: usize,
-    /// Share of the range of all loads that the full cycles have in common.
+    /// Range of loads that is covered by every full cycle, as a share of the range of all loads.
     pub share: f64,
 }
 

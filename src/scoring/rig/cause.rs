@@ -48,8 +48,8 @@ const MOST_OF_GAUGE: f64 = 20.0;
 /// Changes of a sensitivity that are smaller than this are reported only if they explain more of the error than a tare.
 /// Amplifiers keep their gain to about this share.
 const SMALLEST_GAIN: f64 = 0.002;
-/// Range of an exchange's share in the data within which two exchanged columns are suspected. A share of 1 is a complete
-/// exchange.
+/// Two columns are suspected of being exchanged if each consists of the other column by a share within this range. If they
+/// are exchanged completely, the share is 1.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
 /// Kind of a fault of the measuring rig.
@@ -63,7 +63,8 @@ pub enum Cause {
     Gauge(usize),
     /// The sensitivity of all gauges differs by one factor, or the reference has another scale.
     AllGauges,
-    /// These axes of the reference load have another scale. The numbers are indices among the axes on which the load moves.
+    /// On these axes, the scale of the reference load differs from that in the other runs. The numbers are indices among the
+    /// axes on which the load moves.
     Axes(Vec<usize>),
     /// The coordinate frame of the reference loads is turned.
     Rotation,

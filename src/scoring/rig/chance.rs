@@ -1,4 +1,5 @@
-//! Probability that two groups of data parts differ by chance, given the scatter of the parts within each group.
+//! Probability that two groups of data parts differ at least this much by chance, given the scatter of the parts within
+//! each group.
 
 use statrs::function::beta::checked_beta_reg;
 
