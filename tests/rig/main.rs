@@ -180,6 +180,25 @@ fn sound_sets_of_common_procedures_are_not_accused() {
     assert!(32 * accused.len() as u64 <= sets, "{accused:#?}");
 }
 
+/// The loads are limited by their controller, so they return to exactly their maximum, but the reference measures them correctly.
+#[test]
+fn a_limited_load_of_curved_gauges_is_not_called_a_clipped_reference() {
+    let is_limited = |set: &Set| {
+        set.runs.iter().all(|run| run.programme == Programme::Random) && set.axes.len() > 1
+    };
+    let sets: Vec<Set> =
+        (0..200).map(|seed| Set::sound(seed, 3)).filter(is_limited).take(8).collect();
+    assert_eq!(sets.len(), 8);
+    for mut set in sets {
+        let spans = set.span.clone();
+        for row in set.runs.iter_mut().flat_map(|run| &mut run.gauges) {
+            row.iter_mut().zip(&spans).for_each(|(own, span)| *own += 0.03 * *own * *own / span);
+        }
+        let found = causes(&set);
+        assert!(found.iter().all(|own| own.id != Id::ReferenceClipped), "{found:?}");
+    }
+}
+
 /// Each set has one additional column: a copy of a gauge, a clock, or a copy of the reference.
 #[test]
 fn columns_that_are_no_gauges_are_named() {

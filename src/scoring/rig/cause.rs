@@ -370,8 +370,8 @@ impl Rig {
         }
     }
 
-    /// Fits the correction of a drift of the zeros in time, or of a tare. For a tare, the column of times
-    /// is replaced by a column that is 1 in the runs to be corrected and 0 in the others.
+    /// Fits the correction of a drift of the zeros in time, or of a tare. For a tare, the column of times is
+    /// replaced by a column that is 1 in the runs to be corrected and 0 in the others.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {

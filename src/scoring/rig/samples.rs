@@ -36,8 +36,8 @@ const RISES: f64 = 3.0;
 /// Minimum number of other peaks (reversals) of a load, for a judgement on whether its peaks differ.
 const FEWEST_PEAKS: usize = 5;
 /// Minimum mean excess of the predicted over the recorded load where the recorded load is at its maximum, for a report that
-/// it is clipped. It is divided by the RMS error of the other samples, from which the prediction is computed. A sensor whose
-/// error is a cubic of the load has an excess of √7 = 2.65 at the end of its range. Hysteresis alone causes up to 1.1.
+/// it is clipped. It is divided by the RMS error of the other samples. An error that is a cubic of the load is √7 = 2.65
+/// times its RMS at the end of the range. Hysteresis causes up to 1.1.
 const BEYOND: f64 = 2.65;
 /// Maximum probability that an unclipped load returns to exactly its maximum as often as observed. Below it, the load is
 /// reported as clipped.
