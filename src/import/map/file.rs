@@ -4,9 +4,6 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use serde::Serialize as _;
-
-use super::line_per_item::LinePerItem;
 use crate::import::map::column_map::{ColumnMap, FORMAT, VERSION};
 use crate::import::map::error::{FINITE, MapError, MapFileError, NOT_NEGATIVE, POSITIVE, must};
 use crate::import::map::header::{Header, KeyError};
@@ -47,8 +44,22 @@ impl ColumnMap {
 
     /// Writes the map as JSON, with one line for each column.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
-        let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
-        self.serialize(&mut writer)?;
+        let pretty = serde_json::to_string_pretty(self)?;
+        let mut depth = 0;
+        for (at, line) in pretty.lines().enumerate() {
+            // The outermost lists begin a line for each item, whose own lines are joined.
+            match depth {
+                _ if at == 0 => write!(out, "{line}")?,
+                0 | 1 => write!(out, "\n{line}")?,
+                _ => write!(out, " {}", line.trim_start())?,
+            }
+            if line.trim_start().starts_with([']', '}']) {
+                depth = usize::saturating_sub(depth, 1);
+            }
+            if line.ends_with('[') || (depth > 0 && line.ends_with('{')) {
+                depth += 1;
+            }
+        }
         writeln!(out)
     }
 
@@ -168,7 +179,11 @@ mod tests {
     #[test]
     fn a_written_map_reads_back_the_same() {
         let map = two_files();
-        assert_eq!(ColumnMap::from_json(json(&map).as_bytes()).unwrap(), map);
+        let text = json(&map);
+        assert_eq!(ColumnMap::from_json(text.as_bytes()).unwrap(), map);
+        let of_column =
+            "\"is\": \"Fz\", \"unit\": \"kN\", \"scale\": -1.0, \"dropouts\": [ -1.0 ] }";
+        assert!(text.lines().any(|line| line.contains(of_column)), "{text}");
     }
 
     #[test]

@@ -9,7 +9,6 @@ mod column_map;
 mod error;
 mod file;
 mod header;
-mod line_per_item;
 mod role;
 mod table;
 mod weight;
