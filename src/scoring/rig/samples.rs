@@ -37,7 +37,7 @@ const RISES: f64 = 3.0;
 const FEWEST_PEAKS: usize = 5;
 /// Minimum mean excess of the predicted over the recorded load where the recorded load is at its maximum, for a report that
 /// it is clipped. It is divided by the RMS error of the other samples. An error that is a cubic of the load is √7 = 2.65
-/// times its RMS at the end of the range. Hysteresis causes up to 1.1.
+/// times its RMS at the end of the range. Hysteresis causes up to 0.9.
 const BEYOND: f64 = 2.65;
 /// Maximum probability that an unclipped load returns to exactly its maximum as often as observed. Below it, the load is
 /// reported as clipped.
