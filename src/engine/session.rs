@@ -482,7 +482,7 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let as_judged = as_judged.collect::<Result<Vec<_>, _>>()?;
     let all: Vec<&Recording> = as_judged.iter().collect();
     let mut recordings = Vec::new();
-    // Recordings with the same limits are searched for faulty samples together, which is faster.
+    // All recordings are searched for faulty samples once for each set of limits. Most recordings have the same limits.
     let ranges = file.left_out.values().map(|judged| &judged.range);
     let mut ranges: Vec<&ValidRange> = ranges.collect();
     ranges.dedup();

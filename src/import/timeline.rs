@@ -21,10 +21,10 @@ const SLOWEST_STEP_SECS: f64 = 60.0;
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
 /// Minimum median time step at which whole numbers are read as microseconds. For example, steps of 1000 are read as 1000 µs
-/// (1 kHz), not for 1000 ms (1 Hz).
+/// (1 kHz), not as 1000 ms (1 Hz).
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
 /// Minimum median time step at which times are read as nanoseconds. For example, steps of 333,000 are read as nanoseconds (3
-/// kHz), not for microseconds (3 Hz).
+/// kHz), not as microseconds (3 Hz).
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Rows of a file at which recordings start, and rows that repeat a time.

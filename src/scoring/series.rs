@@ -1,7 +1,7 @@
 //! Trace that can be drawn fast at any zoom, because minima and maxima over runs of consecutive samples are stored.
 //!
-//! Guarantees: the drawing has one vertical line for each column of the plot, from the minimum to the maximum of the samples
-//! there. So no drawn point is farther than a column's width from the measured trace, and no sample is farther than this
+//! Guarantees: the plot is divided into columns, and each is drawn from its own samples, at least by their minimum and
+//! maximum. So no drawn point is farther than a column's width from the measured trace, and no sample is farther than this
 //! from the drawing. A peak of one sample is always visible. The time of drawing depends on the number of columns, not on
 //! the number of samples.
 

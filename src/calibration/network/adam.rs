@@ -1,7 +1,8 @@
 //! Adam optimiser.
 //!
-//! Guarantees: the results are the same with every instruction set, because each parameter is updated on its own. Mean
-//! gradients that have decayed nearly to zero become exactly zero, because calculations with subnormal numbers are slow.
+//! Guarantees: the results are the same with every instruction set, because each parameter is updated on its own. Means
+//! of gradients and of their squares that have decayed nearly to zero become exactly zero, because calculations with
+//! subnormal numbers are slow.
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;

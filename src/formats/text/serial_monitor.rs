@@ -21,8 +21,8 @@ impl Arrows {
         Some(Self { replacement })
     }
 
-    /// Turns the times in front of whole lines into a column. If the first line of the file is a header, the name `time` is
-    /// added to it.
+    /// Turns the times in front of whole lines into a column. If the first line of the file is a header, the name `time`
+    /// replaces its time.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = arrow_position(line) else {

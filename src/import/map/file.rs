@@ -45,7 +45,7 @@ impl ColumnMap {
     /// Writes the map as JSON, with one line for each column.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         let pretty = serde_json::to_string_pretty(self)?;
-        let mut depth = 0;
+        let mut depth = 0_usize;
         for (at, line) in pretty.lines().enumerate() {
             // The outermost lists begin a line for each item, whose own lines are joined.
             match depth {
@@ -54,7 +54,7 @@ impl ColumnMap {
                 _ => write!(out, " {}", line.trim_start())?,
             }
             if line.trim_start().starts_with([']', '}']) {
-                depth = usize::saturating_sub(depth, 1);
+                depth = depth.saturating_sub(1);
             }
             if line.ends_with('[') || (depth > 0 && line.ends_with('{')) {
                 depth += 1;

@@ -66,7 +66,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
-    .about("Number of load cycles from which the figure is computed, and the share of the load range that each of these cycles covers")
+    .about("Number of load cycles from which the figure is computed, and the share of the load range that all these cycles have in common")
     .columns(
         OUTPUTS,
         |(trace, _)| {
@@ -113,7 +113,7 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     }
     if let Some(basis) = &value.basis {
         about.push_str(&format!(
-            "\nNumber of cycles, and the share of the load range that they cover: {}. Change of this figure if the reversal threshold is halved or doubled: {}",
+            "\nNumber of cycles, and the share of the load range that all have in common: {}. Change of this figure if the reversal threshold is halved or doubled: {}",
             cycles(basis),
             basis.moves(value.value)
         ));

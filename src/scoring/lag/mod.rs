@@ -106,8 +106,8 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// Returns true if the lag differs from zero by more than twice its standard error. Between samples of a load that does
-    /// not move steadily, a lag below [`UNRESOLVED`] never does.
+    /// Returns true if the lag differs from zero by more than twice its standard error. If the load does not move steadily, a
+    /// lag below [`UNRESOLVED`] is never significant.
     pub fn is_significant(&self) -> bool {
         self.seconds.abs() > 2.0 * self.standard_error_secs
             && (self.is_steady || self.samples.abs() > UNRESOLVED)

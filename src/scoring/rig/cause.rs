@@ -48,8 +48,8 @@ const MOST_OF_GAUGE: f64 = 20.0;
 /// Changes of a sensitivity that are smaller than this are reported only if they explain more of the error than a tare.
 /// Amplifiers keep their gain to about this share.
 const SMALLEST_GAIN: f64 = 0.002;
-/// Two columns are suspected of being exchanged if each consists of the other column by a share within this range. If they
-/// are exchanged completely, the share is 1.
+/// Two columns are suspected of being exchanged if the estimated share of the exchange is within this range. If they are
+/// exchanged completely, the share is 1.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
 /// Kind of a fault of the measuring rig.

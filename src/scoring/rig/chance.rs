@@ -6,9 +6,9 @@ use statrs::function::beta::checked_beta_reg;
 /// Minimum number of parts of the data for a test of the difference between two groups.
 const FEWEST: usize = 3;
 
-/// Returns the probability that values follow a straight line in `x` this closely by chance, or 1 if there are fewer
-/// than [`FEWEST`] values. If each `x` is 0 or 1, this is the
-/// probability that the weighted means of the two groups differ this much by chance.
+/// Returns the probability that values follow a straight line in `x` this closely by chance, or 1 if there are fewer than
+/// [`FEWEST`] values. If each `x` is 0 or 1, this is the probability that the weighted means of the two groups differ this
+/// much by chance.
 ///
 /// It is an F test whose degrees of freedom allow for values that scatter together (Satterthwaite).
 ///

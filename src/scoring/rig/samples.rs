@@ -195,9 +195,8 @@ impl Rig {
             for outward in [-1.0, 1.0] {
                 let end = all().map(|own| outward * own.0).fold(f64::NEG_INFINITY, f64::max);
                 let peaks: Vec<Vec<Peak>> = traces.iter().map(|own| own.peaks(outward)).collect();
-                let visits: Vec<&Peak> =
-                    peaks.iter().flatten().filter(|own| own.load == end).collect();
-                let rises: Vec<f64> = visits.iter().filter_map(|own| own.rise).collect();
+                let visits = || peaks.iter().flatten().filter(|own| own.load == end);
+                let rises: Vec<f64> = visits().filter_map(|own| own.rise).collect();
                 let rise = rises.iter().sum::<f64>() / rises.len().max(1) as f64;
                 let is_risen =
                     rise * (rises.len() as f64).sqrt() > RISES * error && rise > resolution;
@@ -214,7 +213,7 @@ impl Rig {
                     );
                     let figures = format!(
                         "this happens {}, and the gauges rise further by {} of full scale on average",
-                        counted(visits.len(), "time"),
+                        counted(visits().count(), "time"),
                         percent(excess.abs())
                     );
                     let found_here = Finding::new(Id::ReferenceClipped, Doubtful, seen);
@@ -257,8 +256,7 @@ impl Rig {
         let rows = of.gauges().chunks_exact(self.shape.n_gauges);
         let loads = of.loads()[at..].iter().step_by(of.axes().len());
         loads.zip(rows).map(move |(load, row)| {
-            let gauges = row.iter().zip(&self.scales).enumerate();
-            let shown = gauges.map(|(at, (own, (mean, scale)))| back[at] * (own - mean) / scale);
+            let shown = self.standard(row).enumerate().map(|(at, own)| back[at] * own);
             (load / self.shape.full_scale[axis], shown.sum())
         })
     }
