@@ -5,7 +5,7 @@ use egui::Ui;
 
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
-use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
+use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{
     Metrology, MetrologySettings, crosstalk, figure_records, overview,
@@ -43,31 +43,21 @@ impl PaneView for MetrologyPane {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
-        let (of, usual) = self.of(cx.engine);
-        if let Some(look) = cx.engine.look(None, Question::Table(of)) {
-            match of == usual {
-                true => cx.ask::<AskVerdict>(LookAt(look)),
-                false => cx.ask::<AskFigures>(LookAt(look)),
-            }
+        if let Some(look) = cx.engine.look(None, Question::Table(self.of(cx.engine))) {
+            cx.ask::<AskFigures>(LookAt(look));
         }
     }
 }
 
 impl MetrologyPane {
-    /// Returns the recordings that this table covers, and the recordings that the strip of errors under the menus covers. If
-    /// both are equal, the pane shows the result that the engine computed for the strip.
-    fn of(&self, engine: &Engine) -> (TableOf, TableOf) {
-        let usual = TableOf::usual(&engine.project().recordings);
-        (self.of.unwrap_or(usual), usual)
+    /// Returns the recordings that this table covers.
+    fn of(&self, engine: &Engine) -> TableOf {
+        self.of.unwrap_or_else(|| TableOf::usual(&engine.project().recordings))
     }
 
     fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
-        let (of, usual) = self.of(engine);
-        let (verdict, figures) = (engine.lane::<AskVerdict>(), engine.lane::<AskFigures>());
-        let (answer, problem) = match of == usual {
-            true => (verdict.answer(), verdict.problem()),
-            false => (figures.answer(), figures.problem()),
-        };
+        let (answer, problem) =
+            (engine.lane::<AskFigures>().answer(), engine.lane::<AskFigures>().problem());
         let table = match answer.filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,
@@ -116,7 +106,7 @@ impl MetrologyPane {
     }
 
     fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
-        let (before, _) = self.of(engine);
+        let before = self.of(engine);
         let mut of = before;
         let not_fitted = "Computes the metrology figures from the recordings that the fit does not use: those with the role test or off";
         let all = [

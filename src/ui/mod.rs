@@ -46,7 +46,6 @@ mod thresholds_pane;
 mod time_view;
 mod tour;
 mod trace_panes;
-mod verdict;
 mod welcome;
 mod workspace;
 

@@ -27,7 +27,7 @@ use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspaces;
 use crate::ui::{
-    actions, appearance, live_pane, menu, setting, settings_panel, status_line, verdict, welcome,
+    actions, appearance, live_pane, menu, setting, settings_panel, status_line, welcome,
 };
 use questions::Questions;
 
@@ -352,12 +352,6 @@ impl Shell {
         }
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
-        if !is_empty && !self.presents {
-            Panel::top("verdict").show(ui, |ui| {
-                let (engine, time, asked) = (&self.engine, &mut self.time, &mut asked);
-                verdict::verdict_strip(ui, &mut Cx { engine, time, out, asked });
-            });
-        }
         Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });

@@ -12,11 +12,8 @@ pub struct LookAt<const PANE: char>(pub LookRequest);
 
 /// Request for the contents of the loop pane.
 pub type AskLoops = LookAt<'l'>;
-/// Request for the table of the metrology pane, made only if the verdict strip covers other recordings.
+/// Request for the table of the metrology pane.
 pub type AskFigures = LookAt<'m'>;
-/// Request for the metrology table behind the verdict strip at the top of the window. The metrology pane shows the same table
-/// if both cover the same recordings.
-pub type AskVerdict = LookAt<'v'>;
 /// Request for the plot of predicted against reference load, for the model on screen.
 pub type AskPredicted = LookAt<'p'>;
 /// Request for the plot of residual against reference load, for the model on screen.

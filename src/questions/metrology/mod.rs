@@ -33,7 +33,6 @@ mod reason;
 mod settings;
 pub(crate) mod shown;
 mod table;
-mod verdict;
 
 pub(crate) use cycles::Cycles;
 pub(crate) use dwells::{Dwell, dwells};
@@ -47,7 +46,6 @@ pub use settings::{MetrologySettings, Rules};
 pub use shown::crosstalk;
 pub(crate) use shown::{axis_figures, figure_records, overview};
 pub use table::table_by;
-pub use verdict::{Verdict, VerdictFigure};
 
 #[cfg(test)]
 pub(crate) mod tests;
