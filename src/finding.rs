@@ -73,8 +73,6 @@ pub enum Way {
     Faulty,
     /// Tares a recording: subtracts the gauge values without load.
     Tare,
-    /// Proposes loads that a mass on an arm can apply.
-    Arm,
     /// Corrects the offset between the clocks of two files.
     ClockOffset,
     /// Overwrites an existing file.
@@ -100,7 +98,6 @@ impl Way {
             Self::Tare => {
                 ["--tare auto, or --tare FROM:TO in seconds", "right-click the recording"]
             }
-            Self::Arm => ["--arm", "Hanging mass"],
             Self::ClockOffset => [
                 "`loopscope inspect FILE` estimates it; \"clock_offset_secs\" under \"join\" in the column map",
                 "File > Import estimates it",
@@ -318,11 +315,9 @@ pub enum Id {
     ReferenceScale,
     FrameTurned,
     ColumnsSwapped,
-    Odd,
     Noisy,
     Hum,
     Alternates,
-    Bent,
     ReferenceClipped,
     Lag,
     SameSamples,
@@ -337,7 +332,6 @@ pub enum Id {
     MovesTogether,
     NotReached,
     LinearOnly,
-    Unreached,
     Simulated,
     NoLookBack,
     TaredUnderLoad,
@@ -347,10 +341,7 @@ impl Id {
     /// Returns true if this kind of finding is a fault of recordings, and false if it is about errors, coefficients or
     /// figures.
     pub fn is_cause(self) -> bool {
-        matches!(
-            self.words().0,
-            "files" | "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated"
-        )
+        matches!(self.words().0, "files" | "rig" | "lag" | "no_gauge" | "faults" | "repeated")
     }
 
     /// Returns the category of this kind of finding for JSON, its text of effect and remedy, and the ways to apply the
@@ -539,12 +530,6 @@ impl Id {
                 "the hum adds to all errors; check shields, grounds and the logger's filter, and record again",
                 &[],
             ),
-            Self::Bent => (
-                "rig",
-                "a calibration matrix is linear and cannot describe this curvature, so the error grows with the load; check the amplifier and the mounting, \
-                 use a smaller gain, or add a polynomial",
-                &[Way::Features],
-            ),
             Self::ReferenceClipped => (
                 "rig",
                 "the fit underestimates loads beyond the limit of the reference; use a reference with a larger range, or exclude these samples",
@@ -574,12 +559,6 @@ impl Id {
                 "reach",
                 "the expected error does not apply to other sequences of loads, especially with features that have memory; record another sequence of loads",
                 &[],
-            ),
-            Self::Odd => (
-                "odd",
-                "possible causes: another mounting or sensor, a wrong or late reference, a changed gauge, or loads of another kind; check \
-                 the recording, or exclude it from training",
-                &[Way::Roles],
             ),
             Self::Faults => (
                 "faults",
@@ -623,11 +602,6 @@ impl Id {
                 "the tare subtracts the effect of this load on the gauges; tare over a time without load",
                 &[Way::Tare],
             ),
-            Self::Unreached => (
-                "next",
-                "no load that this check proposes determines the coefficients of these axes; use other masses, or a mass on an arm",
-                &[Way::Arm],
-            ),
         }
     }
 }
@@ -640,8 +614,7 @@ mod tests {
 
     /// Words that belong to only one of command line and window.
     const OF_THE_COMMAND_LINE: [&str; 2] = ["--", "column map"];
-    const OF_THE_WINDOW: [&str; 6] =
-        ["click", "press ", "window", "Settings", "File >", "Hanging mass"];
+    const OF_THE_WINDOW: [&str; 5] = ["click", "press ", "window", "Settings", "File >"];
 
     #[test]
     fn equal_findings_about_several_files_are_joined() {

@@ -202,7 +202,7 @@ pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> 
 
 /// Returns the Gram matrix of these columns, scaled to unit length, and the factor that scales each column; zero for a zero
 /// column.
-pub(crate) fn unit_gram(sums: &NormalEquations, columns: &[usize]) -> (Mat<f64>, Vec<f64>) {
+fn unit_gram(sums: &NormalEquations, columns: &[usize]) -> (Mat<f64>, Vec<f64>) {
     let product = |i: usize, j: usize| sums.feature_product(columns[i], columns[j]);
     let n = columns.len();
     let factors: Vec<f64> = (0..n).map(|i| inverse_length(product(i, i))).collect();

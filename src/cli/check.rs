@@ -12,19 +12,17 @@ use super::error::JobError;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
-use super::values::{named_file, number_in};
-use crate::features::Range;
+use super::values::named_file;
 use crate::finding::{Face, Verdict};
+use crate::questions::Request;
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::check::sufficiency_tables;
-use crate::questions::{HangingMass, Request};
 
-/// Check the recordings: faults of the test rig, the range of the loads, whether the recordings determine the model, and which
-/// loads to record next.
+/// Check the recordings: faults of the test rig, the range of the loads, and whether the recordings determine the model.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope check day1.csv day2.csv --mass 1,2,5", "checks the recordings and proposes masses to hang next; exit code 3 if the recordings are not enough"),
+    ("loopscope check day1.csv day2.csv", "checks the recordings; exit code 3 if the recordings are not enough"),
 ]))]
 pub struct CheckJob {
     /// Training recordings to check [default: those of the built-in simulated sensor].
@@ -34,13 +32,6 @@ pub struct CheckJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// Available masses in kg. With this option, each proposed load is one that a mass makes when it hangs from the sensor in
-    /// some orientation.
-    #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = number_in(Range::Positive))]
-    mass: Vec<f64>,
-    /// Distances in m from the sensor's origin, along its axes, at which a mass can hang. A mass at the origin is always tried.
-    #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = number_in(Range::NotNegative), requires = "mass")]
-    arm: Vec<f64>,
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
@@ -71,14 +62,10 @@ impl Work for CheckJob {
         let settings = self.model.settings(&run.say, &set);
         let features = settings.features.describe();
         let simulated = set.is_simulated();
-        let hanging = HangingMass { masses: self.mass.clone(), arms: self.arm.clone() };
-        let hanging = Some(hanging).filter(|own| !own.masses.is_empty());
         let request = Request::fit(Arc::new(set), settings);
         let range = recordings.read.range(request.settings.full_scale.clone());
-        let asked = CheckData {
-            unusable: run.say.files_left_out(),
-            ..CheckData::of(&request, range, hanging)
-        };
+        let asked =
+            CheckData { unusable: run.say.files_left_out(), ..CheckData::of(&request, range) };
         let found = sufficiency(&asked, &run.progress)?;
         let report = Report { simulated, features, found: &found };
         run.print(self.json, &report, |out| print(&report, out))?;

@@ -179,7 +179,14 @@ pub(super) fn recordings(
 }
 
 fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
-    if rows.times.len() < 2 {
+    let n_axes = rows.loads.len() / rows.times.len().max(1);
+    let rests = |axis: usize| {
+        let mut loads = rows.loads[axis..].iter().step_by(n_axes);
+        loads.all(|load| *load == rows.loads[axis])
+    };
+    // While the load rests, the gauges rest too.
+    let has_resting_load = n_axes > 0 && (0..n_axes).all(rests);
+    if rows.times.len() < 2 || has_resting_load {
         return;
     }
     let n_gauges = plan.gauge_names.len();
@@ -322,6 +329,8 @@ mod tests {
         let expected = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
         assert_eq!(findings, expected);
         assert!(load("t,S1\n0,1\n").1.is_empty());
+        let of_loads = |last: u8| load(&format!("t,S1,Fx,Fz\n0,1,5,0\n0.1,1,5,{last}\n")).1.len();
+        assert_eq!([of_loads(0), of_loads(3)], [0, 1], "the load rests, or moves");
     }
 
     #[test]

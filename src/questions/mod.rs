@@ -26,7 +26,6 @@ pub mod thresholds;
 mod travels;
 
 pub use check::cautions::findings;
-pub(crate) use check::query::HangingMass;
 pub use check::query::sufficiency;
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;

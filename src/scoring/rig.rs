@@ -4,7 +4,6 @@
 //! pass over the samples gives sums of products over contiguous parts of each recording, called units. Each possible fault is
 //! then corrected in these sums, and the model is fitted again.
 
-mod bent;
 mod cause;
 mod chance;
 mod columns;
@@ -118,19 +117,6 @@ impl Rig {
 
     fn total(&self, wanted: impl Fn(usize) -> bool) -> Mat<f64> {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
-    }
-
-    /// Returns for each gauge, in the gauge's unit: its zero, its slope along each axis (per N or N·m), and its RMS residual.
-    pub fn answers(&self) -> Vec<(f64, Vec<f64>, f64)> {
-        let total = self.total(|_| true);
-        let forward = Forward::of(&total, &self.shape);
-        let rest = forward.variances(&total, &self.shape);
-        let gauges = self.scales.iter().enumerate().map(|(gauge, (mean, scale))| {
-            let slopes = (0..self.shape.axes.len())
-                .map(|axis| scale * forward.map[(gauge, 1 + axis)] / self.shape.full_scale[axis]);
-            (mean + scale * forward.map[(gauge, 0)], slopes.collect(), scale * rest[gauge].sqrt())
-        });
-        gauges.collect()
     }
 
     /// Returns zeros and sensitivities of each run, compared with the fit to the other runs.

@@ -1,11 +1,9 @@
-//! Pane of the data check: verdict on the recordings, findings about faults, range of the loads, and the loads to record
-//! next.
+//! Pane of the data check: verdict on the recordings, findings about faults, and range of the loads.
 
 use egui::{RichText, Ui};
 
 use crate::engine::Engine;
 use crate::finding::{Face, Verdict};
-use crate::questions::HangingMass;
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::CheckData;
 use crate::questions::check::sufficiency_tables;
@@ -22,33 +20,21 @@ const FIGURE_WIDTH: f32 = 380.0;
 pub const PANE: Pane = Pane {
     key: "check",
     title: "Check",
-    explanation: "Shows whether the recordings determine the model, faults of the measuring rig, and which loads to record next",
+    explanation: "Shows whether the recordings determine the model, and faults of the measuring rig",
 };
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct View {
-    /// True if only loads of a hanging mass are proposed.
-    hangs: bool,
-    mass_kg: f64,
-    arm_m: f64,
     /// Visible ranges of the plot of the gauges' zeros, and of the plot of their sensitivities.
     zooms: [Zoom; 2],
-}
-
-impl Default for View {
-    fn default() -> Self {
-        Self { hangs: false, mass_kg: 1.0, arm_m: 0.1, zooms: [None, None] }
-    }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
-        let hanging =
-            self.hangs.then(|| HangingMass { masses: vec![self.mass_kg], arms: vec![self.arm_m] });
         let project = cx.engine.project();
         if !project.recordings.entries().is_empty() {
-            cx.ask(CheckData::of(&cx.engine.request(), project.valid_range(), hanging));
+            cx.ask(CheckData::of(&cx.engine.request(), project.valid_range()));
         }
     }
 }
@@ -59,21 +45,6 @@ impl View {
         let found = check.answer();
         let tables: Vec<Table> = found.map_or_else(Vec::new, sufficiency_tables);
         ui.horizontal_wrapped(|ui| {
-            let hangs = ui.checkbox(&mut self.hangs, "Hanging mass");
-            hangs.on_hover_text(
-                "Proposes only loads that a hanging mass can apply, with the sensor in any orientation: F = m g n, M = r × F",
-            );
-            ui.add_enabled_ui(self.hangs, |ui| {
-                let fields = [
-                    (&mut self.mass_kg, " kg", 0.05, "Mass that hangs on the sensor"),
-                    (&mut self.arm_m, " m", 0.005, "Largest possible distance of the hanging mass from the sensor's origin, along each axis"),
-                ];
-                for (value, unit, speed, about) in fields {
-                    let field = egui::DragValue::new(value).range(0.001..=10_000.0).speed(speed).suffix(unit);
-                    ui.add(field).on_hover_text(about);
-                }
-            });
-            ui.separator();
             ui.add_enabled_ui(!tables.is_empty(), |ui| {
                 ui.copies("tables", || table::joined(&tables));
             });

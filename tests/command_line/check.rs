@@ -48,43 +48,41 @@ fn recordings_that_determine_the_model_give_exit_code_zero() {
         serde_json::from_slice(&succeed(workshop.path(), &arguments).stdout).unwrap();
     assert_ne!(found["verdict"], "insufficient");
     assert_eq!(found["rig"]["runs"].as_array().unwrap().len(), 3);
-    let limited =
-        [&arguments[..], &["--full-scale", "10", "--mass", "0.5", "--arm", "0.1"]].concat();
-    let found: Value = serde_json::from_slice(&succeed(workshop.path(), &limited).stdout).unwrap();
-    for next in found["next"].as_array().unwrap() {
-        assert!(next["load"][0].as_f64().unwrap().abs() < 4.91);
-        assert!(next["how"].as_str().unwrap().starts_with("0.5 kg"));
-    }
-    let at_it = [&limited[..limited.len() - 1], &["0"]].concat();
-    succeed(workshop.path(), &at_it);
-    let wrong = run(workshop.path(), &["check", "a.csv", "--mass", "-1"]);
-    assert_eq!(wrong.status.code(), Some(2));
 }
 
-/// The recording has forces and a moment, but the proposed masses hang without an arm.
+/// An axis that is loaded in one direction is named, without a rated load too, and an axis whose load never changes.
 #[test]
-fn axes_that_no_mass_loads_are_named() {
+fn axes_and_directions_without_load_are_named() {
     let workshop = Workshop::new();
     let row = |k: usize| {
         let [x, m] = [0.37, 0.53].map(|step| (step * k as f64).sin());
         let noise = ((k * 7919) % 101) as f64 / 1e4;
-        format!("{k},{},{},{},{}\n", x + m + noise, x - m - noise, 10.0 * x, 2.0 * m)
+        format!(
+            "{k},{},{},{},{},0\n",
+            x.abs() + m + noise,
+            x.abs() - m - noise,
+            10.0 * x.abs(),
+            2.0 * m
+        )
     };
-    let text = "t [s],S1,S2,Fz [N],Mx [Nm]\n".to_owned() + &(0..200).map(row).collect::<String>();
+    let text =
+        "t [s],S1,S2,Fz [N],Mx [Nm],My [Nm]\n".to_owned() + &(0..200).map(row).collect::<String>();
     workshop.write("a.csv", text);
-    let unreached = |more: &[&str]| {
-        let arguments = [&["check", "a.csv", "--json", "--mass", "0.5"], more].concat();
+    let named = |more: &[&str], id: &str| {
+        let arguments = [&["check", "a.csv", "--json", "--look-back", "none"], more].concat();
         let output = run(workshop.path(), &arguments);
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
         let own = found["reasons"].as_array().unwrap().iter();
-        let mut own = own.filter(|reason| reason["id"] == "unreached");
-        own.next().map(|reason| reason["text"].as_str().unwrap().to_owned())
+        let own: Vec<Value> = own.filter(|reason| reason["id"] == id).cloned().collect();
+        assert_eq!(own.len(), 1, "{found}");
+        let text = own[0]["text"].as_str().unwrap();
+        let axes = ["Fz", "Mx", "My"].map(|axis| text.split(':').next().unwrap().contains(axis));
+        (axes, own[0]["verdict"].as_str().unwrap().to_owned())
     };
-    for arms in [&[][..], &["--arm", "0"]] {
-        let message = unreached(arms).unwrap();
-        assert!(message.contains("make no load on Mx") && message.contains("(--arm)"), "{message}");
-    }
-    assert_eq!(unreached(&["--arm", "0.1"]), None);
+    assert_eq!(named(&[], "one_sided"), ([true, false, false], "enough".to_owned()));
+    let rated = ["--full-scale", "20,5,5"];
+    assert_eq!(named(&rated, "one_sided"), ([true, false, false], "doubtful".to_owned()));
+    assert_eq!(named(&[], "still"), ([false, false, true], "insufficient".to_owned()));
 }
 
 #[test]

@@ -231,15 +231,13 @@ pub enum Fault {
     MirroredAxis,
     MirroredGauge,
     NoiseOnce,
-    SoftlyClipped,
-    SoftlyClippedAbove,
     Clipped,
     Hum,
     ClippedReference,
     Late,
 }
 
-pub const FAULTS: [Fault; 19] = [
+pub const FAULTS: [Fault; 17] = [
     Fault::Tare,
     Fault::Drift,
     Fault::GaugeFrom,
@@ -253,8 +251,6 @@ pub const FAULTS: [Fault; 19] = [
     Fault::MirroredAxis,
     Fault::MirroredGauge,
     Fault::NoiseOnce,
-    Fault::SoftlyClipped,
-    Fault::SoftlyClippedAbove,
     Fault::Clipped,
     Fault::Hum,
     Fault::ClippedReference,
@@ -295,8 +291,6 @@ impl Fault {
             Self::SwappedAxes => set.axes.len() > 1,
             // Load cases have no order in time.
             Self::Hum | Self::Late => set.runs.iter().all(|run| run.programme != Programme::Poses),
-            // A single gauge cannot be compared with others.
-            Self::SoftlyClipped | Self::SoftlyClippedAbove => set.n_gauges > 1,
             _ => true,
         }
     }
@@ -358,18 +352,6 @@ impl Fault {
                     Self::NoiseOnce if run == own => {
                         let spans = gauges.iter_mut().zip(&set.span);
                         spans.for_each(|(own, span)| *own += size * span * dice.normal());
-                    }
-                    Self::SoftlyClipped => {
-                        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-                        let bent = (size * (gauges[gauge] - middle) / half).tanh() / size;
-                        gauges[gauge] = middle + half * bent;
-                    }
-                    // Above the knee, the gauge approaches a limit that is 0.3 of its half range higher.
-                    Self::SoftlyClippedAbove => {
-                        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-                        let (value, knee) = ((gauges[gauge] - middle) / half, 1.0 - 2.0 * size);
-                        let bent = knee + 0.3 * (1.0 - (-(value - knee) / 0.3).exp());
-                        gauges[gauge] = middle + half * if value > knee { bent } else { value };
                     }
                     Self::Clipped => gauges[gauge] = gauges[gauge].min(high - size * (high - low)),
                     Self::Hum => {

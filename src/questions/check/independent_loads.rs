@@ -25,10 +25,6 @@ pub struct Sufficiency {
     pub axes: Vec<AxisReach>,
     /// Faulty channels of each training recording that has some, in words.
     pub faults: Vec<String>,
-    /// Loads that should be recorded next, the best first.
-    pub next: Vec<NextLoad>,
-    /// Text that says by which method the loads in `next` were chosen, or why there are none.
-    pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording, and the faults of the test rig that follow from them.
     pub rig: RigReport,
     /// Text about the loads with which the calibration was tested, and about conditions that the recordings do not cover.
@@ -57,20 +53,6 @@ pub struct AxisReach {
     pub left_out_rmse: Option<f64>,
     /// Other axis whose training loads correlate most with those of this axis, and the correlation.
     pub moves_with: Option<(Axis, f64)>,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct NextLoad {
-    /// Proposed load on each axis (N, N·m).
-    pub load: Vec<f64>,
-    /// Text that says which mass, arm and orientation of the sensor make the load. `None` if the load need not come from a
-    /// mass.
-    pub how: Option<String>,
-    /// Increase of the logarithm of the determinant of the information matrix if this load is recorded.
-    pub gain: f64,
-    /// Share of the mean variance of predicted loads that remains after this load and the loads before it in the list are
-    /// recorded.
-    pub variance_left: f64,
 }
 
 impl Sufficiency {

@@ -126,20 +126,23 @@ impl AxisReach {
     fn one_sided(&self) -> Option<Finding> {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
         let (some, other) = (up.max(down), up.min(down));
-        let is_one_sided = self.rated && self.deviation > 0.0 && other <= ONE_WAY * some;
+        let is_one_sided = self.deviation > 0.0 && other <= ONE_WAY * some;
         let way = if up > down { "positive" } else { "negative" };
         is_one_sided.then(|| {
             let seen = format!(
                 "in the training recordings, {} is loaded in the {way} direction only",
                 self.axis.symbol()
             );
-            let figures = format!(
-                "the recorded loads are {} to {}, the rated load is ± {}",
-                significant(self.low, 3),
-                self.load(self.high),
-                self.load(self.full_scale)
-            );
-            Finding::new(Id::OneSided, Doubtful, seen).with(figures).costing(1.0)
+            let (low, high) = (significant(self.low, 3), self.load(self.high));
+            let recorded = format!("the recorded loads are {low} to {high}");
+            // Without a rated load, the sensor may be meant for one direction.
+            if self.rated {
+                let rated =
+                    format!("{recorded}, the rated load is ± {}", self.load(self.full_scale));
+                Finding::new(Id::OneSided, Doubtful, seen).with(rated).costing(1.0)
+            } else {
+                Finding::new(Id::OneSided, Enough, seen).with(recorded)
+            }
         })
     }
 

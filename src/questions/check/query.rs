@@ -3,15 +3,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, NormalEquations, Regressor};
-use crate::features::{Column, FeatureStream};
+use crate::calibration::{Calibration, Regressor};
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
 use crate::progress::Progress;
-use crate::questions::check::independent_loads::{AxisReach, NextLoad, Sufficiency};
+use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
 use crate::questions::check::load_count::LoadCount;
-use crate::questions::check::rig::{RigReport, lag_of_fit};
+use crate::questions::check::rig::lag_of_fit;
 use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::expected_error::rule::{
@@ -19,35 +18,20 @@ use crate::questions::expected_error::rule::{
 };
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
-use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
-use crate::recording::{Axis, Recording, Role, ValidRange, in_role};
+use crate::recording::{Recording, Role, ValidRange, in_role};
 use crate::scoring::coverage::Coverage;
-use crate::scoring::faults::{FaultKind, Faults};
-use crate::scoring::information::Information;
+use crate::scoring::faults::Faults;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::scoring::rig::{Rig, matters};
 use crate::shown::{counted, first_clauses};
 
-const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults whose names are shown.
 const FAULTY: usize = 3;
 /// Share of faulty training samples above which the finding makes the verdict doubtful even if the error is not smaller
 /// without them.
 const FAULTY_SHARE: f64 = 0.05;
-/// Rotation matrix for the orientation in which the sensor's frame equals the world's.
-const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
 use Verdict::{Doubtful, Enough};
-
-/// Weights that can hang from the sensor in any orientation, by which the proposed loads can be made.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct HangingMass {
-    /// Available masses (kg).
-    pub masses: Vec<f64>,
-    /// Distances (m) from the origin of the sensor's frame at which the masses can hang, along each axis in both directions.
-    pub arms: Vec<f64>,
-}
 
 /// Request to check training recordings: faults of the test rig, and whether the loads determine the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,14 +42,12 @@ pub struct CheckData {
     pub range: ValidRange,
     /// For each file that could not be used, the reason.
     pub unusable: Vec<String>,
-    /// Masses and arms by which the proposed loads must be made. With `None`, any load within the rated loads is proposed.
-    pub hanging: Option<HangingMass>,
 }
 
 impl CheckData {
     /// Returns the request to check the recordings of this fit.
-    pub fn of(request: &Request, range: ValidRange, hanging: Option<HangingMass>) -> Self {
-        Self { request: request.plain(), range, unusable: Vec::new(), hanging }
+    pub fn of(request: &Request, range: ValidRange) -> Self {
+        Self { request: request.plain(), range, unusable: Vec::new() }
     }
 }
 
@@ -86,7 +68,7 @@ impl Query for CheckData {
     }
 }
 
-/// Returns findings about the test rig and the linear model, and the loads that should be recorded next.
+/// Returns findings about the test rig and the linear model.
 ///
 /// # Errors
 /// [`AnalysisError`] if there is nothing to fit.
@@ -116,8 +98,6 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
     if let Some(lag) = data.lag(progress)? {
         reasons.push(lag_of_fit(lag, &calibration));
-        // A recording with faster loads has a larger error of the same lag.
-        reasons.retain(|own| own.id != Id::Odd);
     }
     reasons.extend(of_programmes(&data, axes_n));
     reasons.extend(data.worse_at_start(&calibration)?);
@@ -126,10 +106,6 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         let seen = "this check judges the linear model of these features, not the network or kernel of the fit";
         reasons.push(Finding::new(Id::LinearOnly, Enough, seen));
     }
-    let usual = sums.train.n_samples() as f64 / coverage.cases.len().max(1) as f64;
-    let (next, next_note, unreached) =
-        proposals(&calibration, &axes, &sums.train, usual, asked.hanging.as_ref(), data.rig());
-    reasons.extend(unreached);
     let how = calibration.quality.cross_validation.as_ref().map(ToString::to_string);
     let not_covered = not_covered(&data.entries, axes_n, data.groups.by);
     let found = Sufficiency {
@@ -141,8 +117,6 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         rank: calibration.quality.rank,
         condition: calibration.quality.condition,
         faults,
-        next,
-        next_note,
         rig: data.rig().cloned().unwrap_or_default(),
         holds_for: shown_for(&axes, training.len(), how.as_deref(), &not_covered),
         axes,
@@ -195,12 +169,6 @@ fn faulty(
         cost = with - without;
     }
     reasons.push(Finding::new(Id::Faults, severity, seen).with(figures).costing(cost));
-    // A saturated gauge also seems nonlinear.
-    let is_saturated =
-        |own: &&Arc<Faults>| own.found.iter().any(|own| own.kind == FaultKind::Saturated);
-    if found.iter().any(is_saturated) {
-        reasons.retain(|own| own.id != Id::Bent);
-    }
     Ok(words)
 }
 
@@ -272,158 +240,6 @@ fn of_programmes(data: &Dataset, n_axes: usize) -> impl Iterator<Item = Finding>
     separate.into_iter().chain(repeated)
 }
 
-/// Returns the loads that should be recorded next, a text about their choice, and a finding about axes that none of them
-/// loads. In the computation, each proposed load counts as `weight` samples.
-fn proposals(
-    calibration: &Calibration,
-    axes: &[AxisReach],
-    sums: &NormalEquations,
-    weight: f64,
-    hanging: Option<&HangingMass>,
-    rig: Option<&RigReport>,
-) -> (Vec<NextLoad>, String, Option<Finding>) {
-    let design = calibration.design();
-    let columns = calibration.columns();
-    let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
-    let memoryless: Vec<usize> = design.all().into_iter().filter(|at| !is_past(at)).collect();
-    let (Some(rig), Some(information)) = (rig, Information::of(sums, &memoryless)) else {
-        let note = "No load moves, so the effect of another load cannot be predicted.".to_owned();
-        return (Vec::new(), note, None);
-    };
-    let moves: Vec<bool> = axes.iter().map(|own| rig.axes.contains(&own.axis)).collect();
-    let row = |load: &[f64]| {
-        let position = |axis: Axis| axes.iter().position(|own| own.axis == axis);
-        let gauges = rig.gauges_under(|axis| position(axis).map_or(0.0, |at| load[at]));
-        let mut row = vec![0.0; design.n_columns()];
-        let channels = design.features.auxiliary.iter();
-        let usual: Vec<f64> = channels.map(|channel| channel.reference).collect();
-        FeatureStream::new(&design).raw_row(0.0, &gauges, &usual, |_| &gauges, &mut row);
-        design.standardise(&mut row);
-        row
-    };
-    let region = within(axes, &moves);
-    let loads: Vec<(Vec<f64>, Option<String>)> = match hanging {
-        None => region.iter().map(|load| (load.clone(), None)).collect(),
-        Some(hanging) => hung(hanging, axes),
-    };
-    let rows: Vec<Vec<f64>> = loads.iter().map(|(load, _)| row(load)).collect();
-    let of_region: Vec<Vec<f64>> = region.iter().map(|load| row(load)).collect();
-    let found = information.next_best(&rows, &of_region, weight, PROPOSED);
-    let next: Vec<NextLoad> = found
-        .into_iter()
-        .map(|own| NextLoad {
-            load: loads[own.at].0.clone(),
-            how: loads[own.at].1.clone(),
-            gain: own.gain,
-            variance_left: own.left,
-        })
-        .collect();
-    let mut note = match (hanging, loads.is_empty()) {
-        (Some(_), true) => {
-            "Every available mass and arm makes a load that exceeds the largest load of an axis."
-                .to_owned()
-        }
-        _ => format!(
-            "Each load is chosen for the largest increase of the determinant of the information matrix, given the loads before it (D-optimal). In this computation it counts as {} \
-             samples, the mean number for a recorded load case. The gauge values under the load are predicted by a linear model of the same data.",
-            significant(weight, 2)
-        ),
-    };
-    if memoryless.len() < columns.len() {
-        note.push_str(" Features that use earlier gauge values are ignored in this choice, because their values depend on how a load is reached.");
-    }
-    if axes.iter().zip(&moves).any(|(axis, moves)| *moves && !axis.rated) {
-        note.push_str(
-            " On axes without a rated load, the proposed loads stay within the recorded range.",
-        );
-    }
-    // No available mass and arm make a load on the other axes. For example, without an arm there is no moment.
-    let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
-    let unreached = (0..axes.len()).filter(|axis| !reached(*axis));
-    let unreached: Vec<&str> = unreached.map(|axis| axes[axis].axis.symbol()).collect();
-    let unreached = (hanging.is_some() && !loads.is_empty() && !unreached.is_empty()).then(|| {
-        let seen =
-            format!("the available masses and arms make no load on {}", unreached.join(", "));
-        Finding::new(Id::Unreached, Enough, seen)
-    });
-    if moves.contains(&false) {
-        note.push_str(
-            " First record loads on the axes on which the load never changes. These axes are not in the list.",
-        );
-    }
-    (next, note, unreached)
-}
-
-/// Returns loads that could be recorded next: at the ends of the range of each axis that the recordings load, and halfway
-/// to zero, on one axis or on two axes at a time.
-fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
-    let none: Vec<f64> = axes.iter().map(|own| 0.0_f64.clamp(own.region.0, own.region.1)).collect();
-    let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
-    let levels = |axis: usize| {
-        let (low, high) = axes[axis].region;
-        let zero = none[axis];
-        let levels = [low, high, 0.5 * (low + zero), 0.5 * (high + zero)];
-        levels.into_iter().filter(move |level| *level != zero)
-    };
-    let mut loads = vec![none.clone()];
-    for (at, &a) in moving.iter().enumerate() {
-        for one in levels(a) {
-            let mut alone = none.clone();
-            alone[a] = one;
-            for &b in &moving[at + 1..] {
-                for other in levels(b) {
-                    let mut both = alone.clone();
-                    both[b] = other;
-                    loads.push(both);
-                }
-            }
-            loads.push(alone);
-        }
-    }
-    loads
-}
-
-/// Returns loads that could be recorded next: those of the available masses on the arms, with gravity along the axes of the sensor or halfway
-/// between two. Loads that exceed the largest load of an axis are omitted.
-fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
-    let steps = [-1.0, 0.0, 1.0];
-    let ways = steps
-        .into_iter()
-        .flat_map(|x| steps.into_iter().flat_map(move |y| steps.map(|z| [x, y, z])));
-    let ways: Vec<[f64; 3]> = ways.filter(|way| way.iter().any(|part| *part != 0.0)).collect();
-    let axis_ways = |way: &&[f64; 3]| way.iter().filter(|part| **part != 0.0).count() == 1;
-    let mut centres = vec![[0.0; 3]];
-    for arm in hanging.arms.iter().filter(|arm| **arm != 0.0) {
-        centres.extend(ways.iter().filter(axis_ways).map(|way| way.map(|part| part * arm)));
-    }
-    let named = |way: &[f64; 3]| -> String {
-        let parts = way.iter().zip(["x", "y", "z"]).filter(|(part, _)| **part != 0.0);
-        parts.map(|(part, name)| format!("{}{name}", if *part > 0.0 { "+" } else { "−" })).collect()
-    };
-    let mut loads = Vec::new();
-    for mass in &hanging.masses {
-        for centre in &centres {
-            for way in &ways {
-                let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
-                let pull = way.map(|part| STANDARD_GRAVITY * part / length);
-                let weight = Weight { mass_kg: *mass, centre_m: *centre };
-                let wrench = load_of_pull(&UPRIGHT, &weight, pull);
-                let load: Vec<f64> = axes.iter().map(|own| wrench[own.axis as usize]).collect();
-                let limit = |own: &AxisReach| own.region.0.abs().max(own.region.1.abs());
-                let fits = |(load, own): (&f64, _)| load.abs() <= limit(own) * (1.0 + 1e-9);
-                if load.iter().zip(axes).all(fits) {
-                    let arm = match centre.iter().find(|part| **part != 0.0) {
-                        None => String::new(),
-                        Some(part) => format!(" at {} m along {}", part.abs(), named(centre)),
-                    };
-                    loads.push((load, Some(format!("{mass} kg{arm}, down is {}", named(way)))));
-                }
-            }
-        }
-    }
-    loads
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -432,12 +248,7 @@ mod tests {
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::questions::errors::query::analyse;
     use crate::random::Random;
-    use crate::recording::{Entry, GaugeRange, Recording, RecordingSet, Source, simulated};
-
-    fn check_of(request: &Request, hanging: Option<HangingMass>) -> Sufficiency {
-        sufficiency(&CheckData::of(request, ValidRange::default(), hanging), &Progress::default())
-            .unwrap()
-    }
+    use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Source, simulated};
 
     /// Returns static poses on three axes, each held for `held` samples, in recordings with this number of poses.
     fn poses(n: usize, held: usize, per_recording: usize) -> Arc<RecordingSet> {
@@ -482,7 +293,8 @@ mod tests {
     }
 
     fn of(set: Arc<RecordingSet>, settings: FitSettings) -> Sufficiency {
-        check_of(&Request::fit(set, settings), None)
+        let asked = CheckData::of(&Request::fit(set, settings), ValidRange::default());
+        sufficiency(&asked, &Progress::default()).unwrap()
     }
 
     fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<Id> {
@@ -526,7 +338,7 @@ mod tests {
         let limited = |high: f64| {
             let request = Request::fit(Arc::clone(&set), quadratic(0.0));
             let gauges = Some(GaugeRange::All((-100.0, high)));
-            CheckData::of(&request, ValidRange { gauges, ..ValidRange::default() }, None)
+            CheckData::of(&request, ValidRange { gauges, ..ValidRange::default() })
         };
         let told = |asked: &CheckData| {
             let found = sufficiency(asked, &Progress::default()).unwrap();
@@ -541,29 +353,6 @@ mod tests {
             found.unwrap()
         };
         assert!(Arc::ptr_eq(&again()[0], &again()[0]));
-    }
-
-    #[test]
-    fn what_is_proposed_is_within_the_loads_or_hangs() {
-        let rated = FitSettings { full_scale: vec![Some(20.0); 3], ..quadratic(0.0) };
-        let request = Request::fit(poses(40, 5, 10), rated);
-        let free = check_of(&request, None);
-        assert_eq!(free.next.len(), PROPOSED);
-        assert!(free.next.iter().all(|own| own.load.iter().all(|load| load.abs() <= 20.0)));
-        assert!(
-            free.next.is_sorted_by(|a, b| a.gain >= b.gain && a.variance_left >= b.variance_left)
-        );
-        let hanging = HangingMass { masses: vec![1.5, 30.0], arms: vec![0.1] };
-        let hung = check_of(&request, Some(hanging));
-        assert!(hung.reasons.iter().all(|own| own.id != Id::Unreached), "{:#?}", hung.reasons);
-        for own in &hung.next {
-            let force = own.load.iter().map(|load| load * load).sum::<f64>().sqrt();
-            assert!(
-                (force - 1.5 * STANDARD_GRAVITY).abs() < 1e-9,
-                "30 kg are beyond what is rated"
-            );
-            assert!(own.how.as_ref().unwrap().starts_with("1.5 kg"));
-        }
     }
 
     #[test]
@@ -589,7 +378,7 @@ mod tests {
         let zero = one(50, &gauges, &|_| [0.0; 2]);
         assert_eq!(worst(&zero), [Id::Still, Id::FewLoads]);
         assert!(zero.reasons[0].seen.contains("Fx") && zero.reasons[0].seen.contains("My"));
-        assert!(zero.next.is_empty() && zero.axes[0].moves_with.is_none());
+        assert!(zero.axes[0].moves_with.is_none());
         let single = one(1, &gauges, &|_| [1.0, 2.0]);
         assert!(worst(&single).contains(&Id::Undetermined));
         let unlike = one(300, &gauges, &|k| [noise(k, 4), noise(k, 5)]);

@@ -9,7 +9,7 @@ use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::check::alternating;
-use crate::recording::{Axis, Recording};
+use crate::recording::Recording;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags};
@@ -53,13 +53,6 @@ pub struct RigReport {
     /// Findings about faults of the test rig, and about columns that are not gauges.
     #[serde(skip)]
     pub findings: Vec<Finding>,
-    /// Linear response of each gauge to the loads: its zero, its slope along each of `axes`, and its RMS residual, in this
-    /// order.
-    #[serde(skip)]
-    pub answers: Vec<(f64, Vec<f64>, f64)>,
-    /// Axes of the slopes in `answers`.
-    #[serde(skip)]
-    pub axes: Vec<Axis>,
 }
 
 /// Function that returns the zeros or the sensitivities of the gauges in a run.
@@ -95,30 +88,13 @@ impl RigReport {
         if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
-        let contradicts = findings.first().map(|own| own.cost).filter(|cost| *cost > 0.0);
         findings.extend(rig.channel_faults(training));
-        // A nonlinear gauge can look like recordings that contradict each other, and conversely, so only the finding that
-        // explains more of the error is kept.
-        let bent = findings.iter().position(|own| own.id == Id::Bent);
-        if let Some((cost, bent)) = contradicts.zip(bent) {
-            findings.remove(if cost > findings[bent].cost { bent } else { 0 });
-        }
         // A hum near half the sample rate alternates, too.
         if findings.iter().all(|own| own.id != Id::Hum) {
             findings.extend(alternating::finding(training));
         }
         progress.check()?;
-        let (answers, axes) = (rig.answers(), rig.axes().to_vec());
-        Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
-    }
-
-    /// Returns the value of each gauge under a load, predicted by its linear response, in the gauge's unit.
-    pub fn gauges_under(&self, load: impl Fn(Axis) -> f64) -> Vec<f64> {
-        let of_gauge = |(zero, slopes, _): &(f64, Vec<f64>, f64)| {
-            let parts = slopes.iter().zip(&self.axes).map(|(slope, axis)| slope * load(*axis));
-            zero + parts.sum::<f64>()
-        };
-        self.answers.iter().map(of_gauge).collect()
+        Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
     }
 
     /// Returns the tables of the zeros of the gauges, their sensitivities, and the held-out errors, with one row for each
@@ -235,7 +211,6 @@ impl Contradiction {
                 let times = significant(value, 2);
                 (Id::Noisy, format!("the noise of {names} is {times} times as large"))
             }
-            Cause::Unlike => (Id::Odd, "contradicts the other recordings".to_owned()),
         };
         let place = match self.place {
             Where::From(first) if names.len() == 2 => {
@@ -244,7 +219,6 @@ impl Contradiction {
             Where::From(first) => {
                 format!("from {} on, compared with the recordings before, ", names[first])
             }
-            Where::One(run) if self.cause == Cause::Unlike => format!("{} ", names[run]),
             Where::One(run) => format!("in {}, compared with the other recordings, ", names[run]),
             Where::All => String::new(),
         };

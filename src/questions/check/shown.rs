@@ -1,12 +1,10 @@
 //! Makes the tables that show the result of a check of the recordings.
 
 use crate::questions::check::independent_loads::Sufficiency;
-use crate::report::table::{Cell, Column, Table};
-use crate::scoring::numbers::percent;
+use crate::report::table::Table;
 
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
-    let tables = [axes(of), next(of)];
-    of.rig.tables().into_iter().chain(tables).filter(|table| !table.rows.is_empty()).collect()
+    of.rig.tables().into_iter().chain([axes(of)]).collect()
 }
 
 fn axes(of: &Sufficiency) -> Table {
@@ -28,27 +26,4 @@ fn axes(of: &Sufficiency) -> Table {
             "Other axis whose training loads correlate most with those of this axis, and the correlation",
         )
         .table("Training loads and errors", "")
-}
-
-fn next(of: &Sufficiency) -> Table {
-    let hangs = of.next.iter().any(|own| own.how.is_some());
-    Table::of(of.next.iter().enumerate())
-        .column(Column::numbers("No."), |(at, _)| Cell::whole(at + 1))
-        .columns(
-            of.axes.iter().enumerate(),
-            |(_, own)| Column::load(own.axis),
-            |(_, own), (axis, _)| Cell::digits(Some(own.load[*axis]), 3),
-        )
-        .digits("gain", 3, |(_, own)| Some(own.gain))
-        .about("Increase of the logarithm of the determinant of the information matrix if this load is recorded")
-        .column(Column::numbers("remaining share of the variance"), |(_, own)| {
-            Cell::number(own.variance_left, percent(own.variance_left))
-        })
-        .about("Share of the mean variance of predicted loads that remains after this load and the loads above it in the table are recorded")
-        .columns(
-            hangs.then_some("how"),
-            |name| Column::words(*name),
-            |(_, own), _| Cell::words(own.how.clone().unwrap_or_default()),
-        )
-        .table("Load cases to record next", of.next_note.clone())
 }

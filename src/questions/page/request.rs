@@ -111,7 +111,7 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     let (thresholds, check) = match analysis.fitted {
         true => {
             let thresholds = thresholds(request, &progress.part(), &mut warnings)?;
-            let data = CheckData::of(request, asked.range.clone(), None);
+            let data = CheckData::of(request, asked.range.clone());
             let check = sufficiency(&data, &progress.part());
             (thresholds, check.map_err(|error| sentence(&error.to_string())))
         }

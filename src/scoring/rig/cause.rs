@@ -74,8 +74,6 @@ pub enum Cause {
     SwappedAxes(usize, usize),
     /// The gauges with these indices have more noise than in the other runs.
     Noise(Vec<usize>),
-    /// The run contradicts the other runs, and no other kind of fault explains it.
-    Unlike,
 }
 
 impl Cause {
@@ -201,7 +199,7 @@ impl Rig {
             with,
             without: own.error,
         };
-        best.map(found).or_else(|| self.unlike(&errors, with))
+        best.map(found).or_else(|| self.noisy(&errors, with))
     }
 
     /// Returns false if the fault is a tare whose change of the load is too small to be reported. If `m` of `n` held-out
@@ -559,53 +557,18 @@ impl Rig {
         (!gauges.is_empty()).then(|| (gauges, ratios.into_iter().fold(0.0, f64::max)))
     }
 
-    /// Returns the held-out error if this run is removed from the data.
-    fn error_without(&self, run: usize) -> f64 {
-        let others = self.units.iter().filter(|unit| unit.run != run);
-        let others = others
-            .map(|own| Unit { run: own.run - usize::from(own.run > run), sums: own.sums.clone() });
-        error(&others.collect::<Vec<_>>(), &self.shape)
-    }
-
-    /// Returns the finding of a run with more noise than the others, or with an unusually large error under usual loads. With
-    /// fewer than four runs, it is not clear which run is the unusual one.
-    fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
-        let n = self.n_runs();
-        if n < ENOUGH_RUNS {
-            return None;
-        }
-        let error = |run: usize| fits::mean_error(errors, &self.units, |own| own == run);
-        let noisiest = (0..n).find(|run| self.noisier(*run).is_some());
-        let worst = (0..n).max_by(|a, b| error(*a).total_cmp(&error(*b)))?;
-        let worst = noisiest.unwrap_or(worst);
-        let noisy = self.noisier(worst);
-        // The noisy run is assumed to have the error of the other runs if its extra noise is removed.
-        let without = match noisy {
-            Some(_) => fits::mean_error(errors, &self.units, |own| own != worst),
-            None => self.error_without(worst),
-        };
-        let is_odd = || {
-            let of_units = errors.iter().zip(&self.units);
-            let of_units = of_units.map(|(error, unit)| error / unit.sums[(0, 0)]);
-            let logarithms = of_units.map(|own| vec![own.max(1e-30).ln()]).collect();
-            let is_worst = |own: &Unit| f64::from(u8::from(own.run == worst));
-            let weights = vec![1.0; self.units.len()];
-            let chances =
-                self.chances(logarithms, weights, self.units.iter().map(is_worst).collect());
-            // A run with larger loads than the others is not reported, because its error is one of extrapolation.
-            let reach = |wanted: bool, axis: usize| {
-                let sums = self.total(|run| (run == worst) == wanted);
-                sums[(self.shape.load(axis), self.shape.load(axis))] / sums[(0, 0)]
-            };
-            chances[0] < BY_CHANCE / n as f64
-                && chances[1] < BY_CHANCE_OF_RUNS / n as f64
-                && (0..self.shape.axes.len()).all(|at| reach(true, at) <= 2.0 * reach(false, at))
-        };
-        let is_static = self.noise[worst].1;
-        (matters(with, without) && (noisy.is_some() || is_odd())).then(|| Contradiction {
-            values: noisy.iter().map(|own| own.1).collect(),
-            cause: noisy.filter(|_| !is_static).map_or(Cause::Unlike, |own| Cause::Noise(own.0)),
-            place: Where::One(worst),
+    /// Returns the finding of a run with more noise than the others, whose error would be that of the others without this
+    /// noise. Static load cases are left out, because in them
+    /// noise cannot be told from other errors.
+    fn noisy(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
+        let runs = if self.n_runs() < ENOUGH_RUNS { 0 } else { self.n_runs() };
+        let found = (0..runs).find_map(|run| Some((run, self.noisier(run)?)));
+        let (run, (gauges, ratio)) = found.filter(|(run, _)| !self.noise[*run].1)?;
+        let without = fits::mean_error(errors, &self.units, |other| other != run);
+        matters(with, without).then(|| Contradiction {
+            cause: Cause::Noise(gauges),
+            place: Where::One(run),
+            values: vec![ratio],
             with,
             without,
         })

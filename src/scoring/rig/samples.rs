@@ -46,10 +46,10 @@ const RECURS_BY_CHANCE: f64 = 1e-4;
 const HARMONIC: usize = 3;
 
 /// Gauges of one recording as predicted by the fit to all recordings, and their residuals, both divided by the gauge's scale.
-pub(super) struct Rest {
+struct Rest {
     /// Residuals, `n_samples × n_gauges`, row-major.
-    pub left: Vec<f64>,
-    pub fitted: Vec<f64>,
+    left: Vec<f64>,
+    fitted: Vec<f64>,
 }
 
 impl Rig {
@@ -101,10 +101,7 @@ impl Rig {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
         let mut found: Vec<Finding> = self.hum(recordings, &rests).into_iter().collect();
-        let clipped = self.clipped_reference(recordings);
-        // Against a clipped reference, all gauges seem nonlinear, so their nonlinearity is not judged.
-        found.extend(if clipped.is_empty() { self.bent(recordings, &rests) } else { None });
-        found.extend(clipped);
+        found.extend(self.clipped_reference(recordings));
         found
     }
 
