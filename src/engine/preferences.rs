@@ -56,7 +56,6 @@ fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T
 /// | `recent` | none | 12 files, newest first |
 /// | `maps` | none | 40 column maps, newest first |
 /// | `layout` | the program's | |
-/// | `toured` | no | whether the tour was seen or skipped |
 /// | `advanced` | no | whether the advanced settings are visible |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -75,9 +74,6 @@ pub struct Preferences {
     pub maps: Vec<ColumnMap>,
     /// Layout of the panes; `None` for the default layout.
     pub layout: Option<serde_json::Value>,
-    /// True if the user has seen or skipped the tour of the window.
-    #[serde(deserialize_with = "one_by_one")]
-    pub toured: bool,
     /// True if the window shows the advanced settings.
     #[serde(deserialize_with = "one_by_one")]
     pub advanced: bool,
@@ -91,7 +87,6 @@ impl Default for Preferences {
             recent: Vec::new(),
             maps: Vec::new(),
             layout: None,
-            toured: false,
             advanced: false,
         }
     }
@@ -147,7 +142,6 @@ impl Preferences {
         take(&self.theme, &known.theme, &mut file.theme);
         take(&self.text_scale, &known.text_scale, &mut file.text_scale);
         take(&self.layout, &known.layout, &mut file.layout);
-        take(&self.toured, &known.toured, &mut file.toured);
         take(&self.advanced, &known.advanced, &mut file.advanced);
         let forgotten = forgotten(&self.recent, &known.recent, MAX_RECENT);
         file.recent.retain(|path| !forgotten.contains(&path));
@@ -241,7 +235,6 @@ mod tests {
         let mut preferences = Preferences {
             theme: Theme::Light,
             text_scale: 1.5,
-            toured: true,
             advanced: true,
             ..Preferences::default()
         };
@@ -251,8 +244,8 @@ mod tests {
             let read = Preferences::understood(nonsense.as_bytes()).unwrap_or_default();
             assert_eq!(read, Preferences::default(), "{nonsense}");
         }
-        let newer = r#"{"toured": true, "what a later version adds": 1, "theme": "sepia", "recent": 3, "maps": [{"version": 2}]}"#;
-        assert!(Preferences::understood(newer.as_bytes()).unwrap().toured);
+        let newer = r#"{"advanced": true, "what a later version adds": 1, "theme": "sepia", "recent": 3, "maps": [{"version": 2}]}"#;
+        assert!(Preferences::understood(newer.as_bytes()).unwrap().advanced);
     }
 
     #[test]
@@ -345,7 +338,7 @@ mod tests {
         known.remember(Path::new("/a.csv"));
         let mut file = PreferencesFile::new(folder.path(), known.clone());
         std::fs::write(&file.path, "{torn").unwrap();
-        known.toured = true;
+        known.advanced = true;
         file.write(&known).unwrap();
         assert_eq!(PreferencesFile::read_in(folder.path()), Some(known));
     }

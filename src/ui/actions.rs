@@ -12,7 +12,7 @@ use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::simulated::Late;
 use crate::recording::{Role, Tare};
 use crate::shown::file_name;
-use crate::ui::command::{Command, ImageTo, Out, Pane, PaneMove, TimeMove, Workspace};
+use crate::ui::command::{Command, ImageTo, Out, Pane, TimeMove, Workspace};
 use crate::ui::panes;
 use crate::ui::plots;
 use crate::ui::settings_panel;
@@ -396,19 +396,13 @@ pub fn panes() -> Vec<Action> {
     panes::all().zip(keys).map(show).collect()
 }
 
-pub fn places(pane: Pane) -> Vec<Action> {
-    let title = pane.title;
-    let moves = PaneMove::ALL.into_iter().map(|(to, place, explanation)| {
-        let name = format!("{title}: {place}");
-        action(name, explanation, None, Command::MovePane(pane, to))
-    });
-    let close = action(
-        format!("{title}: close"),
+fn close(pane: Pane) -> Action {
+    action(
+        format!("{}: close", pane.title),
         "Closes the pane; the View menu shows it again",
         None,
         Command::ClosePane(pane),
-    );
-    moves.chain([close]).collect()
+    )
 }
 
 pub const THEMES: [(&str, Theme, &str); 3] = [
@@ -440,7 +434,7 @@ pub fn text_scales() -> Vec<Action> {
     .collect()
 }
 
-pub fn help(engine: &Engine) -> Vec<Action> {
+pub fn help() -> Vec<Action> {
     vec![
         action(
             "Help",
@@ -455,12 +449,11 @@ pub fn help(engine: &Engine) -> Vec<Action> {
             Command::ShowPalette,
         ),
         action(
-            "Tour",
-            "Shows in six steps how to calibrate the built-in simulated sensor and to compensate its hysteresis",
+            "First steps",
+            "Shows the page of the guide that leads from recordings to an exported calibration",
             None,
-            Command::Tour(true),
-        )
-        .only_if(engine.project().recordings.is_simulated()),
+            Command::ShowFirstSteps,
+        ),
         action(
             "About LoopScope",
             "Shows the version, the build and the licences of the program",
@@ -487,11 +480,11 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         models(engine),
         workspaces(),
         panes(),
-        panes::all().flat_map(places).collect(),
+        panes::all().map(close).collect(),
         themes(engine),
         text_scales(),
         pictures(),
-        help(engine),
+        help(),
     ];
     groups.into_iter().flatten().collect()
 }

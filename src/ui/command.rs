@@ -18,51 +18,6 @@ pub struct Pane {
     pub explanation: &'static str,
 }
 
-/// A change of a pane's place or size, by a key or the menu.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PaneMove {
-    /// Moves the pane to the left edge of the window.
-    Left,
-    /// Moves the pane to the right edge of the window.
-    Right,
-    /// Moves the pane to the upper edge of the window.
-    Top,
-    /// Moves the pane to the lower edge of the window.
-    Bottom,
-    /// Moves the pane to the next group of tabs.
-    NextTabs,
-    /// Enlarges the width of the pane.
-    Wider,
-    /// Reduces the width of the pane.
-    Narrower,
-    /// Enlarges the height of the pane.
-    Taller,
-    /// Reduces the height of the pane.
-    Lower,
-}
-
-impl PaneMove {
-    const EDGE: &'static str = "Moves the pane to this edge of the window, beside all other panes";
-    const SIZE: &'static str = "Changes the size of the pane; its neighbours shrink or grow";
-
-    /// All ways to move or resize a pane, each with the menu label that follows the name of the pane, and its explanation.
-    pub const ALL: [(Self, &'static str, &'static str); 9] = [
-        (Self::Left, "move to the left", Self::EDGE),
-        (Self::Right, "move to the right", Self::EDGE),
-        (Self::Top, "move to the top", Self::EDGE),
-        (Self::Bottom, "move to the bottom", Self::EDGE),
-        (
-            Self::NextTabs,
-            "move to the next group of tabs",
-            "Moves the pane to the next group of tabs",
-        ),
-        (Self::Wider, "wider", Self::SIZE),
-        (Self::Narrower, "narrower", Self::SIZE),
-        (Self::Taller, "taller", Self::SIZE),
-        (Self::Lower, "lower", Self::SIZE),
-    ];
-}
-
 /// Kind of work, with its own arrangement of panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -155,8 +110,6 @@ pub enum Command {
     ShowPane(Pane),
     /// Closes a pane.
     ClosePane(Pane),
-    /// Changes the place or size of a pane.
-    MovePane(Pane, PaneMove),
     /// Opens a pane in the present workspace.
     OpenPane(Pane),
     /// Shows a workspace.
@@ -173,12 +126,12 @@ pub enum Command {
     FindSetting(Setting),
     /// Shows or hides the help.
     ToggleHelp,
+    /// Shows the first page of the guide.
+    ShowFirstSteps,
     /// Shows the About page.
     ShowAbout,
     /// Shows or hides the list of all notices.
     ToggleNotices,
-    /// Starts or ends the tour.
-    Tour(bool),
     /// Changes the visible time or the present sample.
     Time(TimeMove),
     /// Enlarges (1), shrinks (-1) or resets (0) text and controls.

@@ -122,6 +122,10 @@ impl Help {
         self.open = !self.open;
     }
 
+    pub fn open_first_steps(&mut self) {
+        *self = Self { open: true, ..Self::default() };
+    }
+
     pub fn open_about(&mut self) {
         self.open = true;
         self.page = Page::About;

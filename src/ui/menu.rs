@@ -23,7 +23,7 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
         ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
         ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
         ui.menu_button("View", |ui| view(ui, engine, workspaces, out));
-        ui.menu_button("Help", |ui| items(ui, actions::help(engine), out));
+        ui.menu_button("Help", |ui| items(ui, actions::help(), out));
         ui.separator();
         for (workspace, title, explanation) in Workspace::ALL {
             let is_shown = workspaces.shown() == workspace;
@@ -73,19 +73,9 @@ fn view(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Out) {
     for pane in panes::all() {
         let mut open = workspaces.is_open(pane);
         if ui.tick(&mut open, pane.title, pane.explanation) {
-            out.send(match open {
-                true => Command::OpenPane(pane),
-                false => Command::ClosePane(pane),
-            });
+            out.send(if open { Command::OpenPane(pane) } else { Command::ClosePane(pane) });
         }
     }
-    ui.menu_button("Move a pane", |ui| {
-        for pane in panes::all() {
-            ui.menu_button(pane.title, |ui| items(ui, actions::places(pane), out));
-        }
-    })
-    .response
-    .on_hover_text("Changes the place or size of a pane; tabs can also be dragged");
     ui.separator();
     items(ui, actions::pictures(), out);
     ui.separator();

@@ -44,12 +44,11 @@ mod status_line;
 mod table;
 mod thresholds_pane;
 mod time_view;
-mod tour;
 mod trace_panes;
 mod welcome;
 mod workspace;
 
-pub use command::{Command, Pane, PaneMove, TimeMove, Workspace};
+pub use command::{Command, Pane, TimeMove, Workspace};
 pub use dialogs::{Dialogs, NativeDialogs, Reply, save_to};
 pub use panes::{all as all_panes, named as pane};
 pub use shell::Shell;

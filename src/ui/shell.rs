@@ -24,7 +24,6 @@ use crate::ui::pane::Cx;
 use crate::ui::panes::Views;
 use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
-use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspaces;
 use crate::ui::{
     actions, appearance, live_pane, menu, setting, settings_panel, status_line, welcome,
@@ -52,10 +51,7 @@ pub struct Shell {
     notices: Notices,
     palette: CommandPalette,
     help: Help,
-    tour: Tour,
     pictures: Images,
-    /// True if the program was started with files, which suppresses the tour of the built-in simulated sensor.
-    was_given_files: bool,
     presents: bool,
     /// True once the user agreed to close the window with unsaved changes.
     closing: bool,
@@ -79,7 +75,6 @@ impl Shell {
         let waker = context.clone();
         let notify: Notify = Arc::new(move || waker.request_repaint());
         let (commands, inbox): (Sender<Command>, _) = channel();
-        let was_given_files = !files.is_empty();
         let mut engine = Engine::new(Arc::clone(&notify));
         if files.iter().all(|path| is_calibration(path)) {
             engine.act(Action::OpenBuiltIn(None));
@@ -101,9 +96,7 @@ impl Shell {
             notices: Notices::default(),
             palette: CommandPalette::default(),
             help: Help::default(),
-            tour: Tour::default(),
             pictures: Images::default(),
-            was_given_files,
             presents: false,
             closing: false,
             title: String::new(),
@@ -111,13 +104,10 @@ impl Shell {
         }
     }
 
-    /// Applies the stored preferences; starts the tour for users who have not seen it.
+    /// Applies the stored preferences.
     pub fn with_preferences(mut self, preferences: Preferences) -> Self {
         if let Some(layout) = preferences.layout.as_ref().and_then(Workspaces::from_value) {
             self.workspaces = layout;
-        }
-        if !preferences.toured && !self.was_given_files {
-            self.workspaces.bring(self.tour.begin());
         }
         self.engine.preferences = preferences;
         self
@@ -201,7 +191,6 @@ impl Shell {
             Command::ShowPane(pane) => self.workspaces.bring(pane),
             Command::OpenPane(pane) => self.workspaces.own_mut().bring(pane),
             Command::ClosePane(pane) => self.workspaces.own_mut().close(pane),
-            Command::MovePane(pane, to) => self.workspaces.own_mut().move_pane(pane, to),
             Command::Show(workspace) => self.workspaces.show(workspace),
             Command::ResetWorkspace => self.workspaces.reset(),
             Command::ToggleMaximized(pane) => {
@@ -224,13 +213,9 @@ impl Shell {
                 setting::seek(ui.ctx(), setting);
             }
             Command::ToggleHelp => self.help.toggle(),
+            Command::ShowFirstSteps => self.help.open_first_steps(),
             Command::ShowAbout => self.help.open_about(),
             Command::ToggleNotices => self.notices.toggle_list(),
-            Command::Tour(true) => self.workspaces.bring(self.tour.begin()),
-            Command::Tour(false) => {
-                self.tour.step = None;
-                self.engine.preferences.toured = true;
-            }
             Command::Time(time_move) => self.time.apply(time_move),
             Command::TextScale(step) => {
                 let scale = &mut self.engine.preferences.text_scale;
@@ -328,12 +313,6 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
-        // The tour explains the built-in simulated sensor, so the tour ends once the user opens other recordings.
-        let recordings = &self.engine.project().recordings;
-        let has_own = !recordings.entries().is_empty() && !recordings.is_simulated();
-        if has_own && self.tour.step.is_some() {
-            self.send(Command::Tour(false));
-        }
         let workspaces = &self.workspaces;
         self.engine.write_down(&|| workspaces.to_value());
     }
@@ -379,7 +358,6 @@ impl Shell {
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
         import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
-        self.tour.show(ui.ctx(), &self.places, out);
         self.questions.show(ui.ctx(), engine, out);
     }
 }

@@ -10,13 +10,8 @@ use egui_tiles::{
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Command, Out, Pane, PaneMove, Workspace};
+use crate::ui::command::{Command, Out, Pane, Workspace};
 use crate::ui::{panes, trace_panes};
-
-/// Share of the window that a pane gets when the user moves the pane to an edge.
-const EDGE_SHARE: f32 = 0.34;
-/// Factor by which a command enlarges or shrinks a pane.
-const RESIZE_STEP: f32 = 1.2;
 
 impl Serialize for Pane {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -242,89 +237,11 @@ impl Arrangement {
                     let at = self.place_in(home, pane);
                     self.tree.move_tile_to_container(new, home, at, true);
                 }
-                None => {
-                    let root = self.tree.tiles.insert_tab_tile(vec![new]);
-                    self.set_root(root);
-                }
+                None => self.tree.root = Some(self.tree.tiles.insert_tab_tile(vec![new])),
             }
         }
         self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(own) if *own == pane));
         self.focus = Some(pane);
-    }
-
-    pub fn move_pane(&mut self, pane: Pane, to: PaneMove) {
-        self.bring(pane);
-        use LinearDir::{Horizontal, Vertical};
-        use PaneMove::{Bottom, Left, Lower, Narrower, NextTabs, Right, Taller, Top, Wider};
-        match to {
-            Left | Right => self.put_at_edge(pane, Horizontal, to == Left),
-            Top | Bottom => self.put_at_edge(pane, Vertical, to == Top),
-            NextTabs => self.put_in_next_tabs(pane),
-            Wider | Narrower => self.resize(pane, Horizontal, to == Wider),
-            Taller | Lower => self.resize(pane, Vertical, to == Taller),
-        }
-        self.bring(pane);
-    }
-
-    fn put_at_edge(&mut self, pane: Pane, dir: LinearDir, first: bool) {
-        self.close(pane);
-        self.tree.simplify(&simplification());
-        let Some(rest) = self.tree.root() else {
-            return; // the only pane stays where it is
-        };
-        let mut build = Build(&mut self.tree.tiles);
-        let own = build.tabs(&[pane]);
-        let (children, share) =
-            if first { ([own, rest], EDGE_SHARE) } else { ([rest, own], 1.0 - EDGE_SHARE) };
-        let root = build.line(dir, children, share);
-        self.set_root(root);
-    }
-
-    fn put_in_next_tabs(&mut self, pane: Pane) {
-        let mut groups = Vec::new();
-        self.collect_tabs(self.tree.root(), &mut groups);
-        if let Some(tile) = self.tree.tiles.find_pane(&pane)
-            && let Some(own) = self.tree.tiles.parent_of(tile)
-            && let Some(at) = groups.iter().position(|group| *group == own)
-            && groups.len() > 1
-        {
-            let next = groups[(at + 1) % groups.len()];
-            self.tree.move_tile_to_container(tile, next, usize::MAX, true);
-        }
-    }
-
-    /// Collects the groups of tabs, ordered from left to right and top to bottom.
-    fn collect_tabs(&self, from: Option<TileId>, groups: &mut Vec<TileId>) {
-        let Some(id) = from else { return };
-        match self.tree.tiles.get_container(id) {
-            Some(Container::Tabs(_)) => groups.push(id),
-            Some(container) => {
-                container.children().for_each(|child| self.collect_tabs(Some(*child), groups));
-            }
-            None => {}
-        }
-    }
-
-    /// Enlarges or shrinks a pane within the nearest row or column that contains the pane.
-    fn resize(&mut self, pane: Pane, dir: LinearDir, grows: bool) {
-        let factor = if grows { RESIZE_STEP } else { RESIZE_STEP.recip() };
-        let mut child = self.tree.tiles.find_pane(&pane);
-        while let Some(at) = child {
-            child = self.tree.tiles.parent_of(at);
-            if let Some(parent) = child
-                && let Some(Tile::Container(Container::Linear(line))) =
-                    self.tree.tiles.get_mut(parent)
-                && line.dir == dir
-            {
-                let share = line.shares[at];
-                line.shares.set_share(at, share * factor);
-                return;
-            }
-        }
-    }
-
-    fn set_root(&mut self, root: TileId) {
-        self.tree = tree(root, std::mem::take(&mut self.tree.tiles));
     }
 
     pub fn close(&mut self, pane: Pane) {
@@ -363,14 +280,6 @@ impl Arrangement {
 
 fn tree(root: TileId, tiles: Tiles<Pane>) -> Tree<Pane> {
     Tree::new(egui::Id::unique("workspace"), root, tiles)
-}
-
-fn simplification() -> SimplificationOptions {
-    SimplificationOptions {
-        // Every pane has a tab, because users drag and close a pane by its tab.
-        all_panes_must_have_tabs: true,
-        ..Default::default()
-    }
 }
 
 struct Build<'a>(&'a mut Tiles<Pane>);
@@ -422,50 +331,26 @@ impl Behavior<Pane> for Drawing<'_> {
         pane.title.into()
     }
 
-    /// Draws a tab. The close button is visible only under the pointer; its place is always kept free.
-    fn tab_ui(
+    fn is_tab_closable(&self, _tiles: &Tiles<Pane>, _tile: TileId) -> bool {
+        true
+    }
+
+    fn on_tab_close(&mut self, tiles: &mut Tiles<Pane>, tile: TileId) -> bool {
+        if let Some(pane) = tiles.get_pane(&tile) {
+            self.out.send(Command::ClosePane(*pane));
+        }
+        false // the command closes the pane
+    }
+
+    fn on_tab_button(
         &mut self,
         tiles: &mut Tiles<Pane>,
-        ui: &mut Ui,
-        id: egui::Id,
         tile: TileId,
-        state: &TabState,
+        tab: egui::Response,
     ) -> egui::Response {
-        const CLOSE: egui::Vec2 = egui::Vec2::splat(10.0);
-        const MARGIN: f32 = 8.0;
-        let text = self.tab_title_for_tile(tiles, tile);
-        let font = egui::TextStyle::Button.resolve(ui.style());
-        let text = text.into_galley(ui, Some(egui::TextWrapMode::Extend), f32::INFINITY, font);
-        let width = text.size().x + 2.0 * MARGIN + CLOSE.x;
-        let (_, place) = ui.allocate_space(egui::vec2(width, ui.available_height()));
-        let tab = ui.interact(place, id, Sense::click_and_drag());
-        tab.widget_info(|| {
-            egui::WidgetInfo::selected(egui::Role::Button, true, state.active, text.text())
-        });
-        let Some(pane) = tiles.get_pane(&tile).copied() else { return tab };
-        if ui.is_rect_visible(place) && !state.is_being_dragged {
-            let fill = self.tab_bg_color(ui.visuals(), tiles, tile, state);
-            ui.painter().rect_filled(place.shrink(0.5), 0.0, fill);
-            let color = self.tab_text_color(ui.visuals(), tiles, tile, state);
-            let at = egui::pos2(place.left() + MARGIN, place.center().y - 0.5 * text.size().y);
-            ui.painter().galley(at, text, color);
-        }
-        if ui.rect_contains_pointer(place) {
-            let center = egui::pos2(place.right() - MARGIN, place.center().y);
-            let cross = egui::Rect::from_center_size(center, CLOSE);
-            let close = ui.interact(cross, id.with("close"), Sense::click());
-            close.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Close"));
-            let stroke = ui.style().interact(&close).fg_stroke;
-            let cross = cross.shrink(2.0);
-            ui.painter().line_segment([cross.left_top(), cross.right_bottom()], stroke);
-            ui.painter().line_segment([cross.right_top(), cross.left_bottom()], stroke);
-            let close = close.on_hover_text("Closes this pane; the View menu opens it again");
-            if close.clicked() {
-                self.out.send(Command::ClosePane(pane));
-            }
-        }
+        let Some(pane) = tiles.get_pane(&tile) else { return tab };
         if tab.double_clicked() {
-            self.out.send(Command::ToggleMaximized(Some(pane)));
+            self.out.send(Command::ToggleMaximized(Some(*pane)));
         }
         tab.on_hover_text(format!("{}. A double click maximises the pane", pane.explanation))
     }
@@ -489,7 +374,11 @@ impl Behavior<Pane> for Drawing<'_> {
     }
 
     fn simplification_options(&self) -> SimplificationOptions {
-        simplification()
+        SimplificationOptions {
+            // Every pane has a tab, because users drag and close a pane by its tab.
+            all_panes_must_have_tabs: true,
+            ..Default::default()
+        }
     }
 }
 
@@ -559,54 +448,6 @@ mod tests {
         assert_eq!(open(&workspace), []);
         workspace.bring(named("settings"));
         assert_eq!(workspace.on_screen(), [named("settings")]);
-    }
-
-    #[test]
-    fn a_pane_goes_to_an_edge_and_to_the_next_tabs_without_a_mouse() {
-        let mut workspace = full();
-        workspace.move_pane(named("loops"), PaneMove::Right);
-        assert_eq!(open(&workspace), all());
-        let mut groups = Vec::new();
-        workspace.collect_tabs(workspace.tree.root(), &mut groups);
-        let own = workspace.tree.tiles.find_pane(&named("loops")).unwrap();
-        let group = |workspace: &Arrangement| workspace.tree.tiles.parent_of(own).unwrap();
-        assert_eq!(groups.last(), Some(&group(&workspace)));
-        workspace.move_pane(named("loops"), PaneMove::NextTabs);
-        assert_eq!(group(&workspace), groups[0], "after the last comes the first");
-        assert!(workspace.on_screen().contains(&named("loops")));
-        assert_eq!(open(&workspace), all());
-    }
-
-    #[test]
-    fn a_pane_alone_stays_where_it_is() {
-        let mut workspace = full();
-        for pane in panes::all().filter(|pane| *pane != named("traces")) {
-            workspace.close(pane);
-        }
-        for (to, ..) in PaneMove::ALL {
-            workspace.move_pane(named("traces"), to);
-            assert_eq!(open(&workspace), [named("traces")], "{to:?}");
-            assert_eq!(workspace.on_screen(), [named("traces")], "{to:?}");
-        }
-    }
-
-    #[test]
-    fn a_pane_grows_by_what_its_neighbours_give() {
-        let mut workspace = full();
-        let share = |workspace: &Arrangement| {
-            let tile = workspace.tree.tiles.find_pane(&named("errors")).unwrap();
-            let tabs = workspace.tree.tiles.parent_of(tile).unwrap();
-            let row = workspace.tree.tiles.parent_of(tabs).unwrap();
-            match workspace.tree.tiles.get_container(row) {
-                Some(Container::Linear(line)) => line.shares[tabs],
-                other => panic!("{other:?}"),
-            }
-        };
-        let before = share(&workspace);
-        workspace.move_pane(named("errors"), PaneMove::Taller);
-        assert!(share(&workspace) > 1.1 * before);
-        workspace.move_pane(named("errors"), PaneMove::Lower);
-        assert!((share(&workspace) - before).abs() < 1e-6);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use loopscope::ui;
-use loopscope::ui::{Command, PaneMove, Shell, TimeMove, Workspace};
+use loopscope::ui::{Command, Shell, TimeMove, Workspace};
 
 /// Pseudo-random generator with a seed (splitmix64).
 #[derive(Clone)]
@@ -436,8 +436,7 @@ impl Hands {
         let pane = *self.random.of(&panes);
         let command = match self.random.below(6) {
             0 => Command::Show(self.random.of(&Workspace::ALL).0),
-            1 => Command::MovePane(pane, self.random.of(&PaneMove::ALL).0),
-            2 => Command::ClosePane(pane),
+            1 | 2 => Command::ClosePane(pane),
             3 => Command::Time(*self.random.of(&[
                 TimeMove::Fit,
                 TimeMove::Zoom(1e-3),

@@ -235,10 +235,7 @@ impl Watch {
             let files = if own { Vec::new() } else { world.files.clone() };
             (files, world.folder.join("recovery"))
         };
-        let preferences = Preferences {
-            toured: choices.seed.is_multiple_of(2) || choices.soak.is_some(),
-            ..Preferences::default()
-        };
+        let preferences = Preferences::default();
         let textures = Textures::default();
         let window = Harness::builder()
             .with_size([1400.0, 900.0])

@@ -66,8 +66,7 @@ fn all_explained(window: &mut Window) {
 #[test]
 fn the_first_screen_has_at_most_sixty_controls() {
     let files = Files::new();
-    let new_user = Preferences { toured: true, ..Preferences::default() };
-    let mut window = window_of(files.three(), Choices::default(), new_user);
+    let mut window = window_of(files.three(), Choices::default(), Preferences::default());
     window.set_size(Vec2::new(1280.0, 800.0));
     settle(&mut window);
     let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(1280.0, 800.0));

@@ -64,8 +64,8 @@ impl Dialogs for Choices {
 }
 
 fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
-    let toured = Preferences { toured: true, advanced: true, ..Preferences::default() };
-    window_of(files, choices, toured)
+    let advanced = Preferences { advanced: true, ..Preferences::default() };
+    window_of(files, choices, advanced)
 }
 
 fn window_of(files: Vec<PathBuf>, choices: Choices, preferences: Preferences) -> Window {

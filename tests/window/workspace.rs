@@ -208,14 +208,8 @@ fn the_palette_finds_an_action_by_a_part_of_its_name() {
 }
 
 #[test]
-fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
+fn help_shows_every_page_with_the_glyphs_they_need() {
     let mut window = window_of(Vec::new(), Choices::default(), Preferences::default());
-    assert!(has(&window, "Tour, 1 of 6"), "a new user sees the tour");
-    for _ in 0..5 {
-        click(&mut window, Role::Button, "Next");
-    }
-    click(&mut window, Role::Button, "Done");
-    assert!(!has(&window, "Tour,") && shell(&window).preferences().toured);
     window.key_press(Key::F1);
     settle(&mut window);
     for (page, part) in [
