@@ -16,8 +16,7 @@ use super::run::{Run, Work, examples};
 use super::traces::TraceArgs;
 use super::values::named_file;
 use crate::calibration::{
-    BlockRidge, Calibration, CrossValidation, EpochReport, ExpectedError, FactoryScores,
-    FitSettings, Regressor, Scores,
+    Calibration, EpochReport, FactoryScores, FitSettings, Quality, Regressor,
 };
 use crate::export::{Footprint, Outline, Together, WriteError, listed_targets, target_for};
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
@@ -30,7 +29,7 @@ use crate::questions::expected_error::{expected_error_table, limits_table};
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, read_factory,
-    train,
+    settings_table, train,
 };
 use crate::recording::Axis;
 use crate::report::Shown;
@@ -74,7 +73,6 @@ impl Work for FitJob {
         check_endings(&self.export)?;
         self.traces.check()?;
         let FitInputs { recordings, settings, sensor, limits } = self.fit.read(run)?;
-        let n_recordings = recordings.entries().len();
         for path in &self.export {
             if let Some(target) = target_for(path) {
                 let outline = Outline::of_fit(&settings, recordings.layout());
@@ -120,10 +118,29 @@ impl Work for FitJob {
         if self.export.iter().any(|path| is_for_controllers(path)) {
             note_footprint(&run.say, &request, &calibration);
         }
-        let found = grave.iter().chain(&others).collect();
-        let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits, found);
+        let first = calibration.features.look_backs.first();
+        let report = FitReport {
+            simulated: calibration.simulated,
+            recordings: request.recordings.entries().len(),
+            axes: &calibration.axes,
+            units: &calibration.units,
+            full_scale: &calibration.full_scale,
+            regressor: calibration.regressor,
+            f_th: first.map(|thresholds| thresholds.f_th),
+            t_th: first.map(|thresholds| thresholds.t_th_secs),
+            distance: calibration.features.distance,
+            blocks: &calibration.features,
+            offset: calibration.offset,
+            decimation: calibration.decimation,
+            quality: &calibration.quality,
+            features: calibration.feature_names(),
+            factory,
+            no_expected_error: expected.as_ref().err(),
+            limits: &limits,
+            findings: grave.iter().chain(&others).collect(),
+        };
         run.print(self.json, &report, |out| {
-            print_fit(&calibration, report.factory.as_ref(), n_recordings, out)?;
+            print_fit(&calibration, report.factory.as_ref(), out)?;
             match &expected {
                 Ok(found) => write!(out, "\n{}", expected_error_table(found).text())?,
                 Err(reason) => writeln!(out, "\nNo expected error: {reason}")?,
@@ -226,9 +243,7 @@ fn step_text(step: &TrainingStep, cost: f64) -> String {
 struct FitReport<'a> {
     simulated: bool,
     recordings: usize,
-    n_train: u64,
-    n_test: u64,
-    axes: Vec<&'static str>,
+    axes: &'a [Axis],
     units: &'a [String],
     full_scale: &'a [f64],
     regressor: Regressor,
@@ -236,23 +251,13 @@ struct FitReport<'a> {
     t_th: Option<f64>,
     distance: Distance,
     blocks: &'a FeatureSettings,
-    ridge: &'a [f64],
-    /// Two standard deviations of the predicted load, if the regressor contains a kernel; otherwise `None`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    band: Option<&'a [f64]>,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    ridge_by_block: &'a [BlockRidge],
     offset: bool,
     decimation: usize,
-    conventional: &'a Scores,
-    compensated: &'a Scores,
-    rank: usize,
-    condition: Option<f64>,
-    cross_validation: Option<&'a CrossValidation>,
+    #[serde(flatten)]
+    quality: &'a Quality,
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
-    expected_error: Option<&'a ExpectedError>,
     #[serde(skip_serializing_if = "Option::is_none")]
     no_expected_error: Option<&'a String>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -260,83 +265,16 @@ struct FitReport<'a> {
     findings: Vec<&'a Finding>,
 }
 
-impl<'a> FitReport<'a> {
-    fn new(
-        calibration: &'a Calibration,
-        recordings: usize,
-        factory: Option<FactoryScores>,
-        expected: &'a Result<ExpectedError, String>,
-        limits: &'a [Checked],
-        findings: Vec<&'a Finding>,
-    ) -> Self {
-        let quality = &calibration.quality;
-        let first = calibration.features.look_backs.first();
-        Self {
-            simulated: calibration.simulated,
-            recordings,
-            n_train: quality.n_train,
-            n_test: quality.n_test,
-            axes: Axis::symbols(&calibration.axes),
-            units: &calibration.units,
-            full_scale: &calibration.full_scale,
-            regressor: calibration.regressor,
-            f_th: first.map(|thresholds| thresholds.f_th),
-            t_th: first.map(|thresholds| thresholds.t_th_secs),
-            distance: calibration.features.distance,
-            blocks: &calibration.features,
-            ridge: &quality.ridge,
-            band: quality.band.as_deref(),
-            ridge_by_block: &quality.ridge_by_block,
-            offset: calibration.offset,
-            decimation: calibration.decimation,
-            conventional: &quality.conventional,
-            compensated: &quality.compensated,
-            rank: quality.rank,
-            condition: quality.condition,
-            cross_validation: quality.cross_validation.as_ref(),
-            features: calibration.feature_names(),
-            factory,
-            expected_error: expected.as_ref().ok(),
-            no_expected_error: expected.as_ref().err(),
-            limits,
-            findings,
-        }
-    }
-}
-
 fn print_fit(
     calibration: &Calibration,
     factory: Option<&FactoryScores>,
-    n_recordings: usize,
     out: &mut impl Write,
 ) -> io::Result<()> {
     let quality = &calibration.quality;
     if calibration.simulated {
         writeln!(out, "The built-in simulated sensor")?;
     }
-    writeln!(
-        out,
-        "{n_recordings} recordings, {} training and {} test samples, {} gauges; {}{}",
-        quality.n_train,
-        quality.n_test,
-        calibration.gauges.len(),
-        calibration.describe(),
-        if calibration.offset { "" } else { "; no offset" },
-    )?;
-    let condition =
-        quality.condition.map_or_else(|| "none".to_owned(), |condition| format!("{condition:.4}"));
-    writeln!(
-        out,
-        "rank {} of {} features, condition number {condition}",
-        quality.rank,
-        calibration.feature_names().len(),
-    )?;
-    for channel in &calibration.features.auxiliary {
-        writeln!(out, "auxiliary channel {}", channel.in_words())?;
-    }
-    if let Some(ridge) = quality.ridge_in_words(&calibration.axes) {
-        writeln!(out, "ridge {ridge}")?;
-    }
+    write!(out, "{}", settings_table(calibration).text())?;
     if let Some(learned) = &calibration.learned {
         writeln!(out, "{}", learned.describe())?;
     }

@@ -19,16 +19,15 @@ use crate::calibration::Scores;
 use crate::export::Together;
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::questions::thresholds::{
-    Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
+    Along, GridError, Measure, MeasureScale, PastAges, ScoreSet, ShownFTh, Suggestion,
     ThresholdGrid, ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
     write_threshold_svg,
 };
 use crate::questions::{BlockSuggestion, HistoryBlock, Request, Study};
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
-use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
+use crate::scoring::mean_hysteresis::MeanHysteresis;
 use crate::scoring::numbers::significant;
-use crate::shown::counted;
 
 /// Fit a calibration at each pair of force threshold F_th and time threshold t_th, print or draw the errors, and suggest a
 /// pair.
@@ -286,17 +285,13 @@ fn print_sweep(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
             write!(out, "\n{}", curves(sweep, measure, along).text())?;
         }
     }
-    print_suggestion(sweep, out)?;
-    print_hysteresis(sweep, out)?;
-    print_past_ages(&sweep.past_ages, out)?;
+    let shown = ShownFTh::of(sweep.distance);
+    let width = |f_th: f64| format!("{} {}", significant(shown.factor * f_th, 3), shown.unit);
+    writeln!(out, "\nThresholds at the {}", sweep.suggestion.in_words(map, sweep.by))?;
+    writeln!(out, "  {}", sweep.suggestion.ranges_in_words(sweep.distance))?;
+    writeln!(out, "The paper's rule: {}", sweep.mean_hysteresis.in_words(width))?;
+    writeln!(out, "At these thresholds, {}", sweep.past_ages)?;
     sweep.picks.iter().try_for_each(|pick| print_pick(sweep.measure_unit, pick, out))
-}
-
-fn f_unit(sweep: &Sweep<'_>) -> &'static str {
-    match sweep.distance {
-        Distance::Force => " N",
-        Distance::FullScale => " of full scale",
-    }
 }
 
 /// Returns the kinds of errors to print: those of forces and moments, and the one that `--measure` names.
@@ -313,10 +308,10 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
     let map = sweep.map;
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
     let Thresholds { f_th, t_th_secs } = sweep.suggestion.thresholds;
-    let f_unit = f_unit(sweep);
-    let (head, at) = match along {
-        Along::F => (format!("F_th [{}]", f_unit.trim_start()), format!("t_th {t_th_secs} s")),
-        Along::T => ("t_th [s]".to_owned(), format!("F_th {f_th}{f_unit}")),
+    let shown = ShownFTh::of(map.distance);
+    let (head, at, factor) = match along {
+        Along::F => (shown.label(), format!("t_th {t_th_secs} s"), shown.factor),
+        Along::T => ("t_th [s]".to_owned(), format!("F_th {}", shown.text(f_th)), 1.0),
     };
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
         .map(|set| (set, map.curve(along, set, measure, sweep.suggestion.at)))
@@ -327,7 +322,7 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
     Table::of(rows)
         .column(Column::numbers(head), |row| match row {
             None => Cell::words("conventional"),
-            Some((_, (threshold, _))) => Cell::number(*threshold, threshold.to_string()),
+            Some((_, (threshold, _))) => Cell::digits(Some(factor * threshold), 4),
         })
         .columns(
             &curves,
@@ -341,86 +336,6 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
             },
         )
         .table(format!("RMSE of {label} [{unit}] at {at}"), "")
-}
-
-fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
-    let found = &sweep.suggestion;
-    let f_unit = f_unit(sweep);
-    let f_th = format!("{}{f_unit}", found.thresholds.f_th);
-    writeln!(out, "\nThresholds at the {}", found.in_words(sweep.map, sweep.by, &f_th))?;
-    writeln!(
-        out,
-        "  range of thresholds that are as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
-        range_text(&found.f_th_range),
-        range_text(&found.t_th_range),
-    )?;
-    let (f_edge, t_edge) = found.is_at_edge(sweep.map);
-    for (at_edge, name) in [(f_edge, "F_th"), (t_edge, "t_th")] {
-        if at_edge {
-            writeln!(out, "  Note: this is the largest {name} that was tried; try larger ones")?;
-        }
-    }
-    Ok(())
-}
-
-fn range_text(range: &FlatRange) -> String {
-    let FlatRange { from, to, .. } = range;
-    if from == to {
-        return from.to_string();
-    }
-    let first = if range.from_is_first_tried { " (the first tried)" } else { "" };
-    let last = if range.to_is_last_tried { " (the last tried)" } else { "" };
-    format!("{from}{first} to {to}{last}")
-}
-
-fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
-    let found = &sweep.mean_hysteresis;
-    let f_unit = f_unit(sweep);
-    let Some(value) = found.value else {
-        return writeln!(
-            out,
-            "The paper's rule (F_th near the mean hysteresis): no load turns back, so there is nothing to measure; record \
-             loads that rise and fall again"
-        );
-    };
-    let axes: Vec<String> = (found.axes.iter())
-        .map(|axis| {
-            let width = axis.mean_width;
-            let width = width.map_or_else(|| "-".to_owned(), |width| significant(width, 3));
-            format!("{} {width}", axis.axis.symbol())
-        })
-        .collect();
-    writeln!(
-        out,
-        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} ({})",
-        significant(value, 3),
-        counted(found.n_reversals, "reversal"),
-        axes.join(", "),
-    )?;
-    if found.rests_on_few() {
-        writeln!(
-            out,
-            "  Note: with fewer than {FEWEST_REVERSALS} reversals, the value is uncertain; record more cycles"
-        )?;
-    }
-    Ok(())
-}
-
-fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()> {
-    let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
-        [Some(half), Some(most)] => format!(
-            " (half of the earlier samples are at most {} s old, 95 % at most {} s)",
-            significant(half, 3),
-            significant(most, 3)
-        ),
-        _ => String::new(),
-    };
-    writeln!(
-        out,
-        "At these thresholds, {:.1} % of the training samples find an earlier sample{ages}; for {:.1} % the earlier sample is older than t_th",
-        100.0 * past_ages.share_found(),
-        100.0 * past_ages.share_beyond_t_th(),
-    )
 }
 
 fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {

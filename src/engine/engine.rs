@@ -38,8 +38,8 @@ use crate::questions::loops::{LookRequest, Question};
 use crate::questions::models::asked::{OnTrained, Train, Trained, TryModels};
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
+use crate::questions::thresholds::Measure;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
-use crate::questions::thresholds::{Measure, ShownFTh};
 use crate::questions::{
     Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
 };

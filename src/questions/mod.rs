@@ -46,8 +46,8 @@ pub(crate) use models::comparison::{Candidate, Comparison, compare, paper_candid
 pub(crate) use models::learning::TrainingStep;
 pub(crate) use models::table::{Mark, Model, ModelRow, RELATIVE, model_table};
 pub use models::training::train;
-pub(crate) use page::check_limits;
 pub use page::report;
+pub(crate) use page::{check_limits, settings_table};
 pub use request::Request;
 pub(crate) use thresholds::study::BlockSuggestion;
 pub use thresholds::study::{HistoryBlock, Study};

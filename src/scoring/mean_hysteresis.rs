@@ -7,9 +7,10 @@ use serde::Serialize;
 
 use crate::recording::Axis;
 use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
+use crate::shown::counted;
 
 /// Minimum number of load reversals for a reliable mean hysteresis.
-pub const FEWEST_REVERSALS: usize = 10;
+const FEWEST_REVERSALS: usize = 10;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AxisHysteresis {
@@ -109,6 +110,26 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 impl MeanHysteresis {
+    /// Returns the mean hysteresis as a clause. A width is written as `text` writes a force threshold F_th.
+    pub fn in_words(&self, text: impl Fn(f64) -> String) -> String {
+        let Some(value) = self.value else {
+            return "mean hysteresis not measured, because no load rises and falls again"
+                .to_owned();
+        };
+        let axes = self.axes.iter().map(|axis| {
+            let width = axis.mean_width.map_or_else(|| "–".to_owned(), &text);
+            format!("{} {width}", axis.axis)
+        });
+        let axes = axes.collect::<Vec<_>>().join(", ");
+        let reversals = counted(self.n_reversals, "reversal");
+        let doubt = if self.rests_on_few() {
+            "; with so few reversals it is uncertain: record more cycles"
+        } else {
+            ""
+        };
+        format!("mean hysteresis {} from {reversals} ({axes}){doubt}", text(value))
+    }
+
     /// Returns true if there are fewer reversals than a reliable mean hysteresis needs.
     pub fn rests_on_few(&self) -> bool {
         self.n_reversals < FEWEST_REVERSALS

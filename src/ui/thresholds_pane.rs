@@ -15,10 +15,7 @@ use crate::export::FileFormat;
 use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::finding::Face;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
-use crate::questions::thresholds::{
-    MAP_FORMATS, Measure, ScoreSet, ShownFTh, Suggestion, ThresholdMap,
-};
-use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
+use crate::questions::thresholds::{MAP_FORMATS, Measure, ScoreSet, ShownFTh, ThresholdMap};
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, ImageTo, Out, Pane};
 use crate::ui::controls::Controls as _;
@@ -211,7 +208,7 @@ fn suggestion(
                 let (done, all) = (map.n_rows_done(), map.grid.f_ths.len());
                 ui.weak(format!("{done} of {all} rows of the map are computed; the minimum is known after the last row"))
             }
-            Ok(found) => ui.label(suggestion_text(map, measure, &found)),
+            Ok(found) => ui.label(format!("{}; {}", found.in_words(map, measure), found.ranges_in_words(map.distance))),
             Err(reason) => ui.weak(reason.to_string()),
         };
     });
@@ -226,52 +223,16 @@ fn suggestion(
             let present = engine.project().thresholds();
             out.send(Edit::Thresholds(Thresholds { f_th, ..present }));
         }
-        match value {
-            Some(value) => {
-                let value = f_th_text(map.distance, value);
-                match study.hysteresis.n_reversals {
-                    n if n >= FEWEST_REVERSALS => ui.label(format!("mean hysteresis {value}, from {n} reversals")),
-                    1 => ui.weak(format!("mean hysteresis {value}, uncertain because it comes from one reversal")),
-                    n => ui.weak(format!("mean hysteresis {value}, uncertain because it comes from {n} reversals")),
-                }
-            }
-            None => ui.weak("Mean hysteresis not measured: the training recordings contain no full load cycle"),
-        };
+        let words = study.hysteresis.in_words(|value| f_th_text(map.distance, value));
+        if study.hysteresis.rests_on_few() {
+            ui.weak(words);
+        } else {
+            ui.label(words);
+        }
         ui.separator();
-        let past_ages = &study.past_ages;
-        let age = past_ages.age_quantile_secs(0.5);
-        let age = age.map_or_else(String::new, |age| format!(", half of these samples within {} s", significant(age, 2)));
-        ui.label(format!(
-            "{}: look-back finds an earlier sample for {:.0} % of the samples{age}; for {:.0} % the earlier sample is older than the time threshold t_th",
-            pair_text(map.distance, engine.project().thresholds()),
-            100.0 * past_ages.share_found(),
-            100.0 * past_ages.share_beyond_t_th(),
-        ));
+        let pair = pair_text(map.distance, engine.project().thresholds());
+        ui.label(format!("{pair}: {}", study.past_ages));
     });
-}
-
-fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> String {
-    let Suggestion { thresholds, left_out, conventional, f_th_range, cross_validation, .. } = found;
-    let open = |is_edge: bool| if is_edge { " or beyond" } else { "" };
-    let unit = measure.unit(&map.scale);
-    let gain =
-        if found.beats_conventional { "" } else { ", not significantly better than Uncompensated" };
-    let range = match (f_th_range.from, f_th_range.to) {
-        (from, to) if from == to => "no other force threshold F_th".to_owned(),
-        (from, to) => format!(
-            "force threshold F_th from {}{} to {}{}",
-            f_th_text(map.distance, from),
-            open(f_th_range.from_is_first_tried && from > 0.0),
-            f_th_text(map.distance, to),
-            open(f_th_range.to_is_last_tried),
-        ),
-    };
-    format!(
-        "{}: {} {unit} (Uncompensated {}){gain}; not significantly worse: {range}; cross-validation {cross_validation}",
-        pair_text(map.distance, *thresholds),
-        significant(*left_out, 4),
-        significant(*conventional, 4),
-    )
 }
 
 fn blocks(ui: &mut Ui, engine: &Engine, measure: Measure, out: &mut Out) {

@@ -87,9 +87,7 @@ impl Engine {
         // Setting the thresholds is no undo step of its own. So undo returns to the document before the files were opened.
         let set = self.project.edit(Edit::Thresholds(found.thresholds));
         debug_assert!(set.is_ok(), "thresholds fit any recordings");
-        let shown = ShownFTh::of(map.distance);
-        let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
-        let text = format!("Thresholds set to the {}", found.in_words(&map, measure, &f_th));
+        let text = format!("Thresholds set to the {}", found.in_words(&map, measure));
         self.notice(Level::Info, text);
     }
 

@@ -12,6 +12,7 @@ pub(crate) use self::data::utc;
 pub use self::data::{ReportData, ReportRecording};
 use self::html::html_of;
 pub use self::request::{ReportRequest, check_limits, report};
+pub(crate) use self::tables::settings as settings_table;
 use crate::export::{WriteError, write_atomically};
 
 /// Writes a report. An error leaves an existing file unchanged.

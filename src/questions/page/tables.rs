@@ -63,7 +63,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     [files, errors]
 }
 
-pub(super) fn settings(calibration: &Calibration) -> Table {
+pub(crate) fn settings(calibration: &Calibration) -> Table {
     let quality = &calibration.quality;
     let ridge = quality.ridge_in_words(&calibration.axes);
     let condition = quality.condition.map(|number| significant(number, 4));

@@ -1,6 +1,10 @@
 //! Ages of the earlier samples that a look-back finds with the force threshold F_th and the time threshold t_th.
 
+use std::fmt;
+
 use serde::Serialize;
+
+use crate::scoring::numbers::significant;
 
 /// Upper end of the histogram of ages, as a multiple of the time threshold t_th.
 const REACH: usize = 2;
@@ -93,6 +97,23 @@ impl PastAges {
             counted as f64 >= wanted && counted > 0
         })
         .map(|bin| bin.to_secs)
+    }
+}
+
+impl fmt::Display for PastAges {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |share: f64| significant(100.0 * share, 3);
+        write!(
+            f,
+            "{} % of the training samples find an earlier sample",
+            percent(self.share_found())
+        )?;
+        let ages = [0.5, 0.95].map(|share| self.age_quantile_secs(share));
+        if let [Some(half), Some(most)] = ages.map(|age| Some(significant(age?, 3))) {
+            write!(f, " (half of these are at most {half} s old, 95 % at most {most} s)")?;
+        }
+        let beyond = percent(self.share_beyond_t_th());
+        write!(f, "; for {beyond} % the earlier sample is older than t_th")
     }
 }
 

@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use crate::calibration::{CrossValidation, ErrorBlocks, NoCrossValidation, weighed};
-use crate::features::Thresholds;
+use crate::features::{Distance, Thresholds};
 use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
 use crate::questions::thresholds::measure::Measure;
+use crate::questions::thresholds::saved::ShownFTh;
 use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
@@ -20,6 +21,17 @@ pub struct FlatRange {
     pub from_is_first_tried: bool,
     /// True if `to`, the upper end of the range, is the largest tried value. Larger values may then be as good.
     pub to_is_last_tried: bool,
+}
+
+impl FlatRange {
+    fn in_words(&self, text: impl Fn(f64) -> String) -> String {
+        let first = if self.from_is_first_tried { " (the first tried)" } else { "" };
+        let last = if self.to_is_last_tried { " (the last tried)" } else { "" };
+        if self.from == self.to {
+            return text(self.from) + first + last;
+        }
+        format!("{}{first} to {}{last}", text(self.from), text(self.to))
+    }
 }
 
 /// Pair of thresholds with the lowest cross-validation error in the map. Test recordings are not used.
@@ -93,22 +105,32 @@ impl ThresholdMap {
 }
 
 impl Suggestion {
-    /// Returns the suggested thresholds and their errors as a clause; `f_th` is the suggested F_th with its unit.
-    pub fn in_words(&self, map: &ThresholdMap, measure: Measure, f_th: &str) -> String {
+    /// Returns the suggested thresholds and their errors as a clause.
+    pub fn in_words(&self, map: &ThresholdMap, measure: Measure) -> String {
         let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
-        let [own, conventional] =
+        let [error, conventional] =
             [self.left_out, self.conventional].map(|rmse| significant(rmse, 4));
         let change = percent_change(self.conventional, self.left_out)
             .map_or_else(String::new, |change| format!(", {change:+.1} %"));
+        let f_th = ShownFTh::of(map.distance).text(self.thresholds.f_th);
         let (t_th, how) = (self.thresholds.t_th_secs, &self.cross_validation);
+        let doubt = if self.beats_conventional {
+            ""
+        } else {
+            "; this is not below the uncompensated error with 90 % confidence"
+        };
         format!(
-            "cross-validation minimum of {label} at F_th {f_th} and t_th {t_th} s: error {own} {unit} (uncompensated: {conventional} \
-             {unit}{change}; {how}){}",
-            match self.beats_conventional {
-                true => "",
-                false => "; this is not below the uncompensated error with 90 % confidence",
-            }
+            "cross-validation minimum of {label} at F_th {f_th} and t_th {t_th} s: error {error} {unit} (uncompensated: {conventional} \
+             {unit}{change}; {how}){doubt}"
         )
+    }
+
+    /// Returns the ranges of equally good thresholds as a clause.
+    pub fn ranges_in_words(&self, distance: Distance) -> String {
+        let shown = ShownFTh::of(distance);
+        let f_th = self.f_th_range.in_words(|f_th| shown.text(f_th));
+        let t_th = self.t_th_range.in_words(|t_th_secs| format!("{t_th_secs} s"));
+        format!("as good within the uncertainty: F_th {f_th}; t_th {t_th}")
     }
 
     /// Returns one value for F_th and one for t_th: true if the minimum is at the largest tried value. A wider grid may then
@@ -141,7 +163,6 @@ fn flat_range(values: &[f64], best: usize, is_flat: impl Fn(usize) -> Option<boo
 mod tests {
     use super::*;
     use crate::calibration::Scores;
-    use crate::features::Distance;
     use crate::questions::thresholds::grid::ThresholdGrid;
     use crate::questions::thresholds::measure::MeasureScale;
     use crate::recording::Axis;

@@ -70,6 +70,11 @@ impl ShownFTh {
         }
     }
 
+    /// Returns F_th with its unit.
+    pub fn text(self, f_th: f64) -> String {
+        format!("{} {}", self.number(f_th), self.unit)
+    }
+
     pub fn label(self) -> String {
         format!("F_th [{}]", self.unit)
     }
