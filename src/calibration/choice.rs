@@ -112,10 +112,7 @@ impl Blocks {
             blocks.iter().map(|(own, n)| own * n).sum::<f64>() / all.max(f64::MIN_POSITIVE)
         };
         let n = blocks.len();
-        let aside = match n < FEWEST_TRIMMED {
-            true => 0,
-            false => ((TRIMMED * n as f64) as usize).max(1),
-        };
+        let aside = if n < FEWEST_TRIMMED { 0 } else { ((TRIMMED * n as f64) as usize).max(1) };
         let difference = mean(&blocks);
         let trimmed = mean(&blocks[aside..n - aside]);
         // Winsorised variance of the differences (Yuen 1974), with each block weighted by its number of samples.
@@ -161,9 +158,10 @@ impl Blocks {
             let sum = |values: &[f64]| values.iter().sum::<f64>();
             let n = sum(&samples);
             let blocks = Self { groups: vec![0; samples.len()], samples };
-            let harms = match own.len() < FEWEST_OF_GROUP {
-                true => sum(&own) > HARM * HARM * sum(&conventional).max(pooled * n),
-                false => blocks.is_below(&conventional, &own, 1.0 / HARM),
+            let harms = if own.len() < FEWEST_OF_GROUP {
+                sum(&own) > HARM * HARM * sum(&conventional).max(pooled * n)
+            } else {
+                blocks.is_below(&conventional, &own, 1.0 / HARM)
             };
             let ratio = (sum(&own) / sum(&conventional)).sqrt();
             harms.then_some((group, ratio))

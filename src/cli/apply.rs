@@ -78,10 +78,7 @@ impl Work for ApplyJob {
             read_with_notes(&self.calibration).map_err(|error| self.swapped(error))?;
         notes.iter().for_each(|note| run.say.note(note));
         let is_live = self.follow || self.files.iter().any(|path| path.as_os_str() == "-");
-        match is_live {
-            true => self.answer_rows(run, calibration),
-            false => self.apply(run, calibration),
-        }
+        if is_live { self.answer_rows(run, calibration) } else { self.apply(run, calibration) }
     }
 }
 
@@ -164,10 +161,7 @@ impl ApplyJob {
             rate_hz: self.rate,
             json: self.json,
         };
-        match path.as_os_str() == "-" {
-            true => live::standard_input(tap),
-            false => live::follow(tap, path),
-        }
+        if path.as_os_str() == "-" { live::standard_input(tap) } else { live::follow(tap, path) }
     }
 
     /// Returns the error for an unreadable calibration. If another argument is a calibration, the error says to name it

@@ -94,10 +94,7 @@ impl Work for BestJob {
         for remark in best.remarks() {
             run.say.note(format_args!("{remark}"));
         }
-        let proposed = match self.smallest {
-            true => best.smallest(),
-            false => best.proposed(),
-        };
+        let proposed = if self.smallest { best.smallest() } else { best.proposed() };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
             // Ctrl-C cancels only the search. The export uses another progress, so it is completed after Ctrl-C, too.
@@ -128,9 +125,6 @@ impl Work for BestJob {
             }
             Ok(())
         })?;
-        match is_interrupted {
-            true => Err(JobError::Interrupted),
-            false => Ok(()),
-        }
+        if is_interrupted { Err(JobError::Interrupted) } else { Ok(()) }
     }
 }

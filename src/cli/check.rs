@@ -48,10 +48,7 @@ struct Report<'a> {
 impl Work for CheckJob {
     fn files(&self) -> Files<'_> {
         let named = self.recordings.files();
-        match self.files.is_empty() {
-            true => named,
-            false => Files { recordings: &self.files, ..named },
-        }
+        if self.files.is_empty() { named } else { Files { recordings: &self.files, ..named } }
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {

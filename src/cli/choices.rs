@@ -346,11 +346,15 @@ fn f_th_help() -> String {
 }
 
 fn one_f_th(text: &str) -> Result<f64, String> {
-    text.trim().parse().map_err(|_| match text.contains(',') {
-        true => format!(
-            "this is not a number; write decimals with a point, or use --look-back {text} for several look-backs"
-        ),
-        false => "this is not a number".to_owned(),
+    text.trim().parse().map_err(|_| {
+        let hint = if text.contains(',') {
+            format!(
+                "; write decimals with a point, or use --look-back {text} for several look-backs"
+            )
+        } else {
+            String::new()
+        };
+        format!("this is not a number{hint}")
     })
 }
 

@@ -99,9 +99,10 @@ impl Inputs {
     }
 
     fn take_tests(&mut self, tests: Vec<Input>, say: &Messages) -> Result<(), JobError> {
-        let role = match self.test.is_empty() {
-            true => "the test recordings",
-            false => "not used, because --test names the test recordings",
+        let role = if self.test.is_empty() {
+            "the test recordings"
+        } else {
+            "not used, because --test names the test recordings"
         };
         for own in tests.chunk_by(|first, second| first.folder == second.folder) {
             let folder = own[0].folder.as_deref().unwrap_or(Path::new("")).display();

@@ -113,9 +113,10 @@ impl Work for InspectJob {
             }
         }
         // With --write-map, unusable files are no error, because the map is written for the user to correct.
-        match count > 0 && self.write_map.is_none() {
-            true => failed(format!("{count} of {of} files would not be loaded")),
-            false => Ok(()),
+        if count > 0 && self.write_map.is_none() {
+            failed(format!("{count} of {of} files would not be loaded"))
+        } else {
+            Ok(())
         }
     }
 }
@@ -272,8 +273,9 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
 fn rate(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> String {
     let Some(rate_hz) = rate_hz else { return String::new() };
     let mean_hz = (n_samples.saturating_sub(1)) as f64 / duration_secs;
-    match (mean_hz / rate_hz - 1.0).abs() < 0.05 {
-        true => format!(", {rate_hz:.4} Hz"),
-        false => format!(", {rate_hz:.4} Hz by the median step, {mean_hz:.4} Hz on average"),
+    if (mean_hz / rate_hz - 1.0).abs() < 0.05 {
+        format!(", {rate_hz:.4} Hz")
+    } else {
+        format!(", {rate_hz:.4} Hz by the median step, {mean_hz:.4} Hz on average")
     }
 }

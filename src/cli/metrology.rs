@@ -124,12 +124,11 @@ impl MetrologyJob {
     }
 
     fn fitted(&self, run: &Run) -> Result<Subject, JobError> {
-        let set = match self.files.is_empty() {
-            true => simulated::demonstration(simulated::DEFAULT_SEED),
-            false => {
-                let full_scale = self.full_scale.clone();
-                self.read.read_set(run, &Rated { full_scale, ..Rated::default() }, Ok)?
-            }
+        let set = if self.files.is_empty() {
+            simulated::demonstration(simulated::DEFAULT_SEED)
+        } else {
+            let full_scale = self.full_scale.clone();
+            self.read.read_set(run, &Rated { full_scale, ..Rated::default() }, Ok)?
         };
         let distance = Distance::default().effective(&set.layout().axes);
         let settings = FitSettings {
@@ -141,9 +140,10 @@ impl MetrologyJob {
             ..FitSettings::default()
         };
         let measured = TableOf::usual(&set);
-        let on = match measured.includes(Role::Test) {
-            true => "fitted to the training recordings and measured on the others",
-            false => "fitted to the recordings on which it is measured",
+        let on = if measured.includes(Role::Test) {
+            "fitted to the training recordings and measured on the others"
+        } else {
+            "fitted to the recordings on which it is measured"
         };
         let recordings = (set.entries().iter())
             .filter(|entry| measured.includes(entry.role))

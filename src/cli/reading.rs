@@ -133,10 +133,7 @@ impl ReadArgs {
 
     /// Returns the error for an unusable file. If the file is one of several in a folder, the error names `--keep-going`.
     fn refused(&self, input: &Input, error: JobError) -> JobError {
-        match self.keep_going {
-            true => error,
-            false => input.refused(error),
-        }
+        if self.keep_going { error } else { input.refused(error) }
     }
 
     /// Returns the result of reading a file. With `--keep-going`, an error is printed, and an empty result is returned instead.
@@ -178,9 +175,10 @@ impl ReadArgs {
             self.or_left_out(run, pushed)?;
         }
         let is_trained_on = set.entries().iter().any(|entry| entry.role == Role::Train);
-        match is_trained_on || run.inputs.recordings.is_empty() {
-            true => Ok(set),
-            false => failed("no recording to train on could be read"),
+        if is_trained_on || run.inputs.recordings.is_empty() {
+            Ok(set)
+        } else {
+            failed("no recording to train on could be read")
         }
     }
 
@@ -270,13 +268,12 @@ impl ReadArgs {
         for (recording, found) in faulty().take(LISTED_FAULTY) {
             let (name, words) = (recording.name(), found.in_words(recording).join(", "));
             let (n, of) = (found.n_samples(), recording.n_samples());
-            run.say.note(match self.leave_out_faulty {
-                false => {
-                    format!(
-                        "{name}: looks faulty: {words}; --leave-out-faulty leaves these samples out"
-                    )
-                }
-                true => format!("{name}: {n} of {of} samples left out: {words}"),
+            run.say.note(if self.leave_out_faulty {
+                format!("{name}: {n} of {of} samples left out: {words}")
+            } else {
+                format!(
+                    "{name}: looks faulty: {words}; --leave-out-faulty leaves these samples out"
+                )
             });
         }
         if let Some(more) = and_more(faulty().count(), LISTED_FAULTY) {

@@ -73,11 +73,12 @@ impl RecordingArgs {
         };
         let split = set.split(fraction);
         let tests = split.entries().iter().any(|entry| entry.role == Role::Test);
-        match fraction > 0.0 && fraction < 1.0 && tests {
-            true => Ok(split),
-            false => usage(format!(
+        if fraction > 0.0 && fraction < 1.0 && tests {
+            Ok(split)
+        } else {
+            usage(format!(
                 "--split is {fraction}; it must lie between 0 and 1, so that both parts hold a sample"
-            )),
+            ))
         }
     }
 
@@ -103,9 +104,10 @@ impl RecordingArgs {
 pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     let failed = limits.iter().filter(|own| !own.pass);
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
-    match failed.is_empty() {
-        true => Ok(()),
-        false => Err(JobError::NotMet(format!("out of limits: {}", failed.join("; ")))),
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(JobError::NotMet(format!("out of limits: {}", failed.join("; "))))
     }
 }
 

@@ -78,10 +78,7 @@ impl Run {
         report: &impl Serialize,
         text: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
     ) -> Result<(), JobError> {
-        match json {
-            true => self.print_json(report),
-            false => self.print_text(text),
-        }
+        if json { self.print_json(report) } else { self.print_text(text) }
     }
 
     pub fn print_json(&self, report: &impl Serialize) -> Result<(), JobError> {

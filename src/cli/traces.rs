@@ -44,11 +44,12 @@ impl TraceArgs {
             ));
         }
         let (from_secs, to_secs) = self.range();
-        match from_secs <= to_secs {
-            true => Ok(()),
-            false => usage(format!(
+        if from_secs <= to_secs {
+            Ok(())
+        } else {
+            usage(format!(
                 "traces from {from_secs} s to {to_secs} s are empty; the start must not be after the end"
-            )),
+            ))
         }
     }
 

@@ -10,9 +10,12 @@ use crate::features::Range;
 
 /// Returns a parser of file names that rejects "-", which stands for standard input or output.
 pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
-        true => Err("standard input and output cannot be used here; name a file"),
-        false => Ok(path),
+    PathBufValueParser::new().try_map(|path| {
+        if path.as_os_str() == "-" {
+            Err("standard input and output cannot be used here; name a file")
+        } else {
+            Ok(path)
+        }
     })
 }
 
@@ -21,10 +24,7 @@ pub fn number_in(
 ) -> impl Fn(&str) -> Result<f64, Box<dyn Error + Send + Sync>> + Clone + Send + Sync {
     move |text| {
         let number: f64 = text.trim().parse()?;
-        match range.contains(number) {
-            true => Ok(number),
-            false => Err(format!("this is not {range}").into()),
-        }
+        if range.contains(number) { Ok(number) } else { Err(format!("this is not {range}").into()) }
     }
 }
 

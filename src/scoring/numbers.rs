@@ -30,16 +30,21 @@ pub fn file_size(bytes: u64) -> String {
     }
 }
 
+/// Returns the smallest number of at least `value` that is one of the `digits` (ascending, from 1 to below 10) times a power
+/// of ten. `value` must be above zero.
+pub fn round_above(value: f64, digits: &[f64]) -> f64 {
+    let power = value.log10().floor() as i32;
+    let candidates = (power..=power + 1).flat_map(|power| {
+        // The number is parsed from text, because the product 5 · 10⁻² differs from 0.05 in the last digit.
+        digits.iter().map(move |digit| format!("{digit}e{power}").parse().unwrap_or(value))
+    });
+    let mut candidates = candidates.filter(|candidate: &f64| *candidate >= value * (1.0 - 1e-9));
+    candidates.next().unwrap_or(value)
+}
+
 /// Returns the smallest number of at least `step` that is 1, 2, 2.5 or 5 times a power of ten. `step` must be above zero.
 pub fn round_step(step: f64) -> f64 {
-    let power = step.log10().floor() as i32;
-    let candidates = (power..=power + 1).flat_map(|power| {
-        [1.0, 2.0, 2.5, 5.0].map(|digit| {
-            // The number is parsed from text, because the product 5 · 10⁻² differs from 0.05 in the last digit.
-            format!("{digit}e{power}").parse().unwrap_or(step)
-        })
-    });
-    candidates.into_iter().find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9)).unwrap_or(step)
+    round_above(step, &[1.0, 2.0, 2.5, 5.0])
 }
 
 /// Returns the number of decimals with which a number is written exactly.

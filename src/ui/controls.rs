@@ -135,9 +135,10 @@ pub trait Controls {
 
     /// Says why a result is not there yet: no recordings are loaded, or the result is still being computed.
     fn awaited(&mut self, what: &str, engine: &Engine) {
-        self.own().weak(match engine.project().recordings.entries().is_empty() {
-            true => format!("{what} appears here as soon as recordings are loaded."),
-            false => format!("{what} is being computed."),
+        self.own().weak(if engine.project().recordings.entries().is_empty() {
+            format!("{what} appears here as soon as recordings are loaded.")
+        } else {
+            format!("{what} is being computed.")
         });
     }
 

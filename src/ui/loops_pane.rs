@@ -227,9 +227,10 @@ impl LoopsPane {
             }
             Mode::Dwells => {
                 self.axis_choice(ui, engine);
-                match engine.project().recordings.is_static() {
-                    true => no_times(ui),
-                    false => dwell_secs(ui, "Dwells of at least", measuring),
+                if engine.project().recordings.is_static() {
+                    no_times(ui)
+                } else {
+                    dwell_secs(ui, "Dwells of at least", measuring)
                 }
             }
         }

@@ -112,10 +112,7 @@ mod tests {
         let luminance = |color: Color32| {
             let [red, green, blue, _] = color.to_array().map(|value| {
                 let value = f64::from(value) / 255.0;
-                match value <= 0.040_45 {
-                    true => value / 12.92,
-                    false => ((value + 0.055) / 1.055).powf(2.4),
-                }
+                if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
             });
             0.2126 * red + 0.7152 * green + 0.0722 * blue
         };

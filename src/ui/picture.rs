@@ -1,18 +1,17 @@
 //! Images of parts of the window, copied to the clipboard or saved as PNG.
 
-use std::io::Cursor;
+use std::io;
 use std::sync::Arc;
 
-use egui::{ColorImage, Rect};
+use egui::{Color32, ColorImage, Rect};
 
 use crate::engine::{Action, Existing, FileContent, Level};
-use crate::report::figure::{Figure, STANDS_ALONE};
+use crate::report::figure::{Figure, STANDS_ALONE, png};
 use crate::ui::appearance::focus_ring;
 use crate::ui::command::{Command, ImageTo, Out};
 use crate::ui::context_menu::context_menu;
 use crate::ui::controls::Controls as _;
 use crate::ui::dialogs::Reply;
-use crate::ui::palette::bytes;
 
 /// Number of frames to wait before an image is taken. After a press on a menu item, the menu stays on screen for one more
 /// frame and would be in the image.
@@ -84,8 +83,7 @@ impl Images {
             context.request_screenshot(move |screen| {
                 let picture = cut(&screen, part, scale);
                 let content = || encoded(&picture).map(FileContent::Bytes);
-                let failed =
-                    |error: image::ImageError| Command::tell(Level::Error, error.to_string());
+                let failed = |error: io::Error| Command::tell(Level::Error, error.to_string());
                 reply.send(match to {
                     ImageTo::Clipboard => {
                         clipboard.copy_image(picture);
@@ -113,18 +111,10 @@ fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
     ColorImage::new(size, pixels)
 }
 
-fn encoded(picture: &ColorImage) -> Result<Arc<[u8]>, image::ImageError> {
-    let pixels: Vec<u8> = picture.pixels.iter().copied().flat_map(bytes).collect();
-    let mut file = Cursor::new(Vec::new());
-    image::write_buffer_with_format(
-        &mut file,
-        &pixels,
-        picture.size[0] as u32,
-        picture.size[1] as u32,
-        image::ExtendedColorType::Rgb8,
-        image::ImageFormat::Png,
-    )?;
-    Ok(file.into_inner().into())
+fn encoded(picture: &ColorImage) -> io::Result<Arc<[u8]>> {
+    let opaque = |color: &Color32| [color.r(), color.g(), color.b(), u8::MAX];
+    let rgba: Vec<u8> = picture.pixels.iter().flat_map(opaque).collect();
+    Ok(png(picture.size, &rgba)?.into())
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use egui_plot::{
 };
 
 use crate::questions::loops::Inks;
-use crate::report::figure::{Cloud, CloudPicture, Figure};
+use crate::report::figure::{Cloud, CloudPicture, Figure, part_inside};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{three_ticks, tick_text};
 use crate::ui::command::Out;
@@ -466,34 +466,11 @@ fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) 
     shapes
 }
 
-/// Returns the part of a line inside a rectangle (Liang and Barsky 1984).
-fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
-    // The ends of the line may be too far outside the plot for single precision.
-    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-    for axis in 0..2 {
-        let [at, end, low, high] =
-            [from[axis], to[axis], rect.min[axis], rect.max[axis]].map(f64::from);
-        let way = end - at;
-        if way == 0.0 {
-            if !(low..=high).contains(&at) {
-                return None;
-            }
-            continue;
-        }
-        let (one, other) = ((low - at) / way, (high - at) / way);
-        enters = enters.max(one.min(other));
-        leaves = leaves.min(one.max(other));
-    }
-    let place = |share: f64| {
-        let [x, y] = [0, 1].map(|axis| {
-            let [at, end] = [from[axis], to[axis]].map(f64::from);
-            (at + share * (end - at)) as f32
-        });
-        Pos2::new(x, y)
-    };
-    let from = if enters == 0.0 { from } else { place(enters) };
-    let to = if leaves == 1.0 { to } else { place(leaves) };
-    (enters <= leaves).then_some([from, to])
+/// Returns the part of a line inside a rectangle. It is computed in double precision, because the line may end far outside.
+fn within(rect: Rect, ends: [Pos2; 2]) -> Option<[Pos2; 2]> {
+    let limits = [rect.left(), rect.top(), rect.right(), rect.bottom()].map(f64::from);
+    let [from, to] = ends.map(|end| [f64::from(end.x), f64::from(end.y)]);
+    Some(part_inside(limits, from, to)?.map(|[x, y]| Pos2::new(x as f32, y as f32)))
 }
 
 /// Plot item that consists of many shapes, because a plot with thousands of items is slow.

@@ -9,6 +9,7 @@ use crate::features::{
     Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
 };
 use crate::questions::thresholds::ShownFTh;
+use crate::scoring::numbers::round_above;
 use crate::shown::printable;
 use crate::ui::command::{Command, Out, Pane};
 use crate::ui::controls::Controls as _;
@@ -272,13 +273,8 @@ fn t_range(engine: &Engine) -> f64 {
     if longest > 0.0 { rounded_up(longest.min(LONGEST_SLIDER_SECS)) } else { LONGEST_SLIDER_SECS }
 }
 
-/// Returns the smallest number that is not less than `value` and has the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of
-/// ten.
 fn rounded_up(value: f64) -> f64 {
-    let power = 10_f64.powf(value.log10().floor());
-    let steps = [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
-    let found = steps.into_iter().find(|step| step * power >= value * (1.0 - 1e-9));
-    found.unwrap_or(10.0) * power
+    round_above(value, &[1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 }
 
 fn decimation(ui: &mut Ui, settings: &mut FitSettings) {

@@ -85,18 +85,26 @@ impl CloudPicture {
     /// # Errors
     /// The error of the encoder if the image is empty.
     pub fn png(&self) -> io::Result<Vec<u8>> {
-        let mut file = Vec::new();
-        let [width, height] = self.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-        let mut encoder = png::Encoder::new(&mut file, width, height);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        let written = encoder.write_header().and_then(|mut writer| {
-            writer.write_image_data(&self.rgba)?;
-            writer.finish()
-        });
-        written.map_err(io::Error::other)?;
-        Ok(file)
+        png(self.size, &self.rgba)
     }
+}
+
+/// Returns an image as the contents of a PNG file. `size` is its width and height, and `rgba` has four bytes for each pixel.
+///
+/// # Errors
+/// The error of the encoder if the image is empty.
+pub(crate) fn png(size: [usize; 2], rgba: &[u8]) -> io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    let [width, height] = size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(rgba)?;
+        writer.finish()
+    });
+    written.map_err(io::Error::other)?;
+    Ok(file)
 }
 
 /// Returns these bytes as text in base64 (RFC 4648, section 4).

@@ -50,9 +50,10 @@ pub fn foot(
             out.send(ImportCommand::Load);
         }
 
-        let next = match importing.waiting.is_empty() {
-            true => "Closes the import without loading the file; the recordings that are already open stay",
-            false => "Skips this file and shows the next file that needs a column map",
+        let next = if importing.waiting.is_empty() {
+            "Closes the import without loading the file; the recordings that are already open stay"
+        } else {
+            "Skips this file and shows the next file that needs a column map"
         };
 
         if ui.press("Cancel import", next) {

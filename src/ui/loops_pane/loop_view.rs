@@ -95,9 +95,10 @@ pub fn show(
 
 fn lag(ui: &mut Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     let words = lag_in_words(&picture.lag);
-    match picture.lag.is_worth_removing() && !pane.lag_removed {
-        true => ui.warn(words),
-        false => ui.weak(words),
+    if picture.lag.is_worth_removing() && !pane.lag_removed {
+        ui.warn(words)
+    } else {
+        ui.weak(words)
     };
     let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
     ui.add_enabled(picture.lag.is_removable() || picture.question.lag_removed, switch).on_hover_text(

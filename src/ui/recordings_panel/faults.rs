@@ -80,13 +80,12 @@ fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>)
         "Sets separate limits for each gauge, for gauges on different amplifiers",
     ) {
         let own = |gauge: usize| range.of(gauge);
-        *range = match by_gauge {
-            true => GaugeRange::Each((0..names.len()).map(own).collect()),
-            false => {
-                let known = (0..names.len()).filter_map(own).flat_map(|(low, high)| [low, high]);
-                let all = || gauge_extremes(project.recordings.entries(), None);
-                GaugeRange::All(known.collect::<MinMax>().ends().unwrap_or_else(all))
-            }
+        *range = if by_gauge {
+            GaugeRange::Each((0..names.len()).map(own).collect())
+        } else {
+            let known = (0..names.len()).filter_map(own).flat_map(|(low, high)| [low, high]);
+            let all = || gauge_extremes(project.recordings.entries(), None);
+            GaugeRange::All(known.collect::<MinMax>().ends().unwrap_or_else(all))
         };
     }
     let GaugeRange::Each(ranges) = range else {

@@ -95,10 +95,8 @@ fn day_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mu
         Source::File(_) => entries[other].recording.source() == recording.source(),
         Source::Simulated => other == at,
     };
-    let days = (0..entries.len()).map(|other| match is_of_file(other) {
-        true => chosen,
-        false => entries[other].recording.entered_day,
-    });
+    let days = (0..entries.len())
+        .map(|other| if is_of_file(other) { chosen } else { entries[other].recording.entered_day });
     out.send(Edit::Days(days.collect()));
     *typed = None;
     ui.close();
@@ -205,10 +203,7 @@ fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     let (mut most, mut too_many) = (1, name.chars().count());
     while too_many - most > 1 {
         let middle = most.midpoint(too_many);
-        match fits(&elided(name, middle)) {
-            true => most = middle,
-            false => too_many = middle,
-        }
+        if fits(&elided(name, middle)) { most = middle } else { too_many = middle }
     }
     elided(name, most)
 }

@@ -21,9 +21,10 @@ pub fn ages(
     let share = |count: u64| 100.0 * count as f64 / past_ages.n_samples.max(1) as f64;
     let bars = past_ages.ages.iter().map(|bin| {
         let wide = bin.to_secs - bin.from_secs;
-        let color = match bin.to_secs <= t_th_secs * (1.0 + 1e-9) {
-            true => palette::look_back(&visuals),
-            false => visuals.weak_text_color(),
+        let color = if bin.to_secs <= t_th_secs * (1.0 + 1e-9) {
+            palette::look_back(&visuals)
+        } else {
+            visuals.weak_text_color()
         };
         Bar::new(bin.from_secs + 0.5 * wide, share(bin.count)).width(0.92 * wide).fill(color)
     });
