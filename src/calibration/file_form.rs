@@ -8,14 +8,6 @@ use crate::calibration::error::CalibrationError;
 use crate::calibration::validate::{check_features, check_head};
 use crate::features::FeatureSettings;
 
-#[derive(Debug, thiserror::Error)]
-pub enum CalibrationFileError {
-    #[error("not a calibration file: {0}")]
-    Json(#[from] serde_json::Error),
-    #[error(transparent)]
-    Calibration(#[from] CalibrationError),
-}
-
 #[derive(Deserialize)]
 struct Head {
     format: String,
@@ -24,13 +16,15 @@ struct Head {
 
 impl Calibration {
     /// Reads a calibration file and validates it.
-    pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
-        let head: Head = serde_json::from_slice(content)?;
+    pub fn from_json(content: &[u8]) -> Result<Self, CalibrationError> {
+        let not_json =
+            |error: serde_json::Error| CalibrationError::Json { reason: error.to_string() };
+        let head: Head = serde_json::from_slice(content).map_err(not_json)?;
         check_head(&head.format, head.version)?;
-        let mut calibration: Self = serde_json::from_slice(content)?;
+        let mut calibration: Self = serde_json::from_slice(content).map_err(not_json)?;
         let (features, offset) = (&calibration.features, calibration.offset);
         let gauges = &calibration.gauges;
-        features.check_columns(gauges.len()).map_err(CalibrationError::from)?;
+        features.check_columns(gauges.len())?;
         let conventional =
             [("conventional", &mut calibration.conventional, &FeatureSettings::present())];
         let compensated = calibration.compensated.iter_mut();

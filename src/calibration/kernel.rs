@@ -13,4 +13,4 @@ mod fitting;
 mod model;
 
 pub use fitting::{LinearStage, RowBlock, Rows, TakeRows};
-pub use model::{GridEdge, Kernel, KernelError, KernelScratch, KernelSettings, LANDMARKS};
+pub use model::{GridEdge, Kernel, KernelScratch, KernelSettings, LANDMARKS};

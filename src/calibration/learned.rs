@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
-use crate::calibration::network::{Network, NetworkError};
+use crate::calibration::error::CalibrationError;
+use crate::calibration::kernel::{Kernel, KernelScratch};
+use crate::calibration::network::Network;
 
 /// Nonlinear part of a calibration. From standardised features, it predicts the load, or the residual of a linear fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -9,14 +10,6 @@ use crate::calibration::network::{Network, NetworkError};
 pub enum Learned {
     Network(Network),
     Kernel(Kernel),
-}
-
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LearnedError {
-    #[error(transparent)]
-    Network(#[from] NetworkError),
-    #[error(transparent)]
-    Kernel(#[from] KernelError),
 }
 
 #[derive(Clone, Debug, Default)]
@@ -55,10 +48,10 @@ impl Learned {
     }
 
     /// Checks the shapes and numbers of a network or kernel from a file.
-    pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), LearnedError> {
+    pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), CalibrationError> {
         match self {
-            Self::Network(network) => Ok(network.validate(n_columns, n_axes)?),
-            Self::Kernel(kernel) => Ok(kernel.validate(n_columns, n_axes)?),
+            Self::Network(network) => network.validate(n_columns, n_axes),
+            Self::Kernel(kernel) => kernel.validate(n_columns, n_axes),
         }
     }
 

@@ -45,7 +45,7 @@ pub use estimator::{Estimator, SampleError};
 pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut};
 pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
-pub(crate) use learned::{Learned, LearnedError};
+pub(crate) use learned::Learned;
 pub use linear::{Fit, fit};
 pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
 pub(crate) use linear_map::{LinearMap, PresentLoads, loads_from_gauges};
@@ -55,7 +55,7 @@ pub(crate) use network::{
 pub use network::{Network, NetworkSettings};
 pub(crate) use no_cross_validation::NoCrossValidation;
 pub(crate) use normal_equations::NormalEquations;
-pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
+pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub use status::Status;
 pub(crate) use sums::{Piece, RowsOf, recording_sums};

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::error::CalibrationError;
 use crate::calibration::kernel::KernelSettings;
 use crate::calibration::network::NetworkSettings;
-use crate::features::{
-    FeatureError, FeatureSettings, HISTORY_RATE, OutOfRange, Range, Setting, Unit,
-};
+use crate::features::{FeatureSettings, HISTORY_RATE, Range, Setting, Unit};
 
 /// Setting for the ridge strength of a linear fit.
 pub const RIDGE: Setting = Setting {
@@ -207,21 +206,9 @@ impl Default for RidgeChoice {
     }
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SettingsError {
-    #[error(transparent)]
-    Features(#[from] FeatureError),
-    #[error(transparent)]
-    OutOfRange(#[from] OutOfRange),
-    #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
-    FullScale { position: usize, value: f64 },
-    #[error("the reference value of {name} is {value}; it must be a finite number")]
-    AuxiliaryReference { name: String, value: f64 },
-}
-
 impl FitSettings {
     /// Checks every setting. The error describes the first invalid one.
-    pub fn validate(&self) -> Result<(), SettingsError> {
+    pub fn validate(&self) -> Result<(), CalibrationError> {
         self.features.validate()?;
         self.network.validate()?;
         self.kernel.validate()?;
@@ -235,13 +222,13 @@ impl FitSettings {
                 && !(value > 0.0 && value.is_finite())
             {
                 let position = at + 1;
-                return Err(SettingsError::FullScale { position, value });
+                return Err(CalibrationError::FullScale { position, value });
             }
         }
         let mut references = self.auxiliary_references.iter();
         if let Some((name, value)) = references.find(|(_, value)| !value.is_finite()) {
             let (name, value) = (name.clone(), *value);
-            return Err(SettingsError::AuxiliaryReference { name, value });
+            return Err(CalibrationError::AuxiliaryReference { name, value });
         }
         Ok(())
     }

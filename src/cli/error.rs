@@ -9,7 +9,7 @@ use crate::export::{TargetError, interrupted_code};
 use crate::finding::{Advice, Face};
 use crate::import::ReadError;
 use crate::import::map::MapFileError;
-use crate::recording::TareError;
+use crate::recording::RecordingError;
 
 #[derive(Debug)]
 pub enum JobError {
@@ -69,7 +69,7 @@ fn in_words(error: &(dyn Error + 'static)) -> String {
     fn of<E: Advice + Error + 'static>(error: &(dyn Error + 'static)) -> Option<String> {
         Some(error.downcast_ref::<E>()?.text(Face::CommandLine))
     }
-    let known = [of::<ReadError>, of::<TareError>, of::<MapFileError>, of::<TargetError>];
+    let known = [of::<ReadError>, of::<RecordingError>, of::<MapFileError>, of::<TargetError>];
     known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 

@@ -14,7 +14,7 @@ use crate::import::live::{
     GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places, RowForm,
 };
 use crate::import::map::ColumnMap;
-use crate::recording::{Axis, Tare, TareError};
+use crate::recording::{Axis, RecordingError, Tare};
 
 /// Status of a row that gets no load, because the rows are being averaged for a tare.
 const TARING: &str = "taring";
@@ -131,7 +131,7 @@ impl Taring {
     }
 
     /// Takes a row into the mean. Returns the mean gauges of the interval at the first row after the interval.
-    fn take(&mut self, time: f64, gauges: &[f64]) -> Result<Option<Vec<f64>>, TareError> {
+    fn take(&mut self, time: f64, gauges: &[f64]) -> Result<Option<Vec<f64>>, RecordingError> {
         let (from, to) = self.interval;
         let since = match self.first_secs {
             Some(first) if first <= time => time - first,
@@ -153,7 +153,7 @@ impl Taring {
         }
         let mean = self.sums.iter().map(|sum| sum / f64::from(self.n));
         match self.n {
-            0 => Err(TareError::NoSamples {
+            0 => Err(RecordingError::NothingToTare {
                 name: "the rows".to_owned(),
                 from,
                 to,

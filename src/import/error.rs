@@ -7,7 +7,7 @@ use crate::finding::{Advice, Finding, Way};
 use crate::formats::FileError;
 use crate::import::map::{KeyError, MapError};
 use crate::progress::Cancelled;
-use crate::recording::TareError;
+use crate::recording::RecordingError;
 use crate::shown::{listed, shown};
 
 /// Fault of a table because of which it cannot be read, at one line of the file. Columns are counted from 1.
@@ -111,7 +111,7 @@ pub enum ReadError {
     #[error("{}: no header with the names of the columns: all lines are blank or comments (#). Add a header, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },
     #[error(transparent)]
-    Tare(#[from] TareError),
+    Tare(#[from] RecordingError),
     #[error("the column map cannot be used: {0}")]
     Map(#[from] MapError),
     #[error("{}: the column map is for another kind of file: it expects {what} at the start of the file, but this file has none. Use another column map, or none", path.display())]

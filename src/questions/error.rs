@@ -1,8 +1,6 @@
 //! Errors that end a computation on recordings, such as an analysis or a search for thresholds.
 
-use crate::calibration::kernel::KernelError;
-use crate::calibration::network::NetworkError;
-use crate::calibration::{CalibrationError, LearnedError, NoCrossValidation, SettingsError};
+use crate::calibration::{CalibrationError, NoCrossValidation};
 use crate::features::FeatureError;
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
@@ -39,29 +37,24 @@ pub enum AnalysisError {
     #[error(transparent)]
     NoSuggestion(#[from] NoSuggestion),
     #[error(transparent)]
-    Settings(#[from] SettingsError),
-    #[error(transparent)]
-    Calibration(#[from] CalibrationError),
-    #[error(transparent)]
-    Learned(LearnedError),
+    Calibration(CalibrationError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     #[error(transparent)]
     Panicked(#[from] Panicked),
 }
 
-impl From<LearnedError> for AnalysisError {
-    fn from(error: LearnedError) -> Self {
+impl From<CalibrationError> for AnalysisError {
+    fn from(error: CalibrationError) -> Self {
         match error {
-            LearnedError::Network(NetworkError::Cancelled)
-            | LearnedError::Kernel(KernelError::Cancelled(_)) => Self::Cancelled(Cancelled),
-            error => Self::Learned(error),
+            CalibrationError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            error => Self::Calibration(error),
         }
     }
 }
 
 impl From<FeatureError> for AnalysisError {
     fn from(error: FeatureError) -> Self {
-        Self::Settings(error.into())
+        Self::Calibration(error.into())
     }
 }

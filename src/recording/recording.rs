@@ -90,6 +90,22 @@ pub enum RecordingError {
     NotFinite { name: String, what: &'static str, sample: usize },
     #[error("{name}: sample {sample} has an earlier time than the sample before")]
     TimeGoesBack { name: String, sample: usize },
+    #[error(
+        "{name}: the {what} are {actual}, but {expected} in the other recordings; use recordings of one sensor with the same reference axes"
+    )]
+    Layout { name: String, what: &'static str, expected: String, actual: String },
+    #[error(
+        "{name}: taring is not possible, because there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
+    )]
+    NothingToTare { name: String, from: f64, to: f64, duration_secs: f64 },
+    #[error(
+        "{name}: taring is not possible, because the samples have no times; subtract the unloaded readings in the table, or fit a calibration with an offset"
+    )]
+    NoTimes { name: String },
+    #[error(
+        "{name}: taring is not possible, because {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
+    )]
+    NeverUnloaded { name: String, why: &'static str },
 }
 
 impl Recording {

@@ -11,7 +11,7 @@ use strum::IntoStaticStr;
 use crate::recording::axis::Axis;
 use crate::recording::date::Day;
 use crate::recording::median::median;
-use crate::recording::recording::Recording;
+use crate::recording::recording::{Recording, RecordingError};
 use crate::recording::tare::Tare;
 use crate::shown::listed;
 
@@ -85,17 +85,6 @@ pub struct Layout {
     pub axes: Vec<Axis>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{name}: the {what} are {actual}, but {expected} in the other recordings; use recordings of one sensor with the same reference axes"
-)]
-pub struct LayoutError {
-    name: String,
-    what: &'static str,
-    expected: String,
-    actual: String,
-}
-
 /// The loaded recordings with their roles, in the order of loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordingSet {
@@ -151,9 +140,9 @@ impl RecordingSet {
         tares.all(|tare| tare.is_some()).then_some(first)
     }
 
-    /// Appends a recording. If its gauges or axes differ from those of the set, returns [`LayoutError`] and leaves the set
+    /// Appends a recording. If its gauges or axes differ from those of the set, returns [`RecordingError::Layout`] and leaves the set
     /// unchanged.
-    pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
+    pub fn push(&mut self, entry: Entry) -> Result<(), RecordingError> {
         let recording = &entry.recording;
         let axes = recording.axes();
         let layout = &mut self.layout;
@@ -162,7 +151,12 @@ impl RecordingSet {
             layout.axes.clear();
         }
         let differ = |what, expected, actual| {
-            Err(LayoutError { name: recording.name().to_owned(), what, expected, actual })
+            Err(RecordingError::Layout {
+                name: recording.name().to_owned(),
+                what,
+                expected,
+                actual,
+            })
         };
         if recording.gauge_names() != layout.gauge_names {
             return differ("gauges", listed(&layout.gauge_names), listed(recording.gauge_names()));

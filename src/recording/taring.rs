@@ -9,7 +9,7 @@ use super::load_cases::largest_loads;
 use crate::finding::{Advice, Finding, Id, Verdict, Way};
 use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
-use crate::recording::recording::Recording;
+use crate::recording::recording::{Recording, RecordingError};
 use crate::recording::tare::Tare;
 
 /// Length of the intervals among which taring searches for a quiet one (s). The mean of a shorter interval is too noisy.
@@ -24,7 +24,7 @@ const LARGEST_SHARE: f64 = 0.02;
 /// recording.
 const UNLOADED_SHARE: f64 = 0.02;
 
-impl Advice for TareError {
+impl Advice for RecordingError {
     fn ways(&self) -> &'static [Way] {
         match self {
             Self::NeverUnloaded { .. } => &[Way::Tare],
@@ -33,31 +33,15 @@ impl Advice for TareError {
     }
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum TareError {
-    #[error(
-        "{name}: taring is not possible, because there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
-    )]
-    NoSamples { name: String, from: f64, to: f64, duration_secs: f64 },
-    #[error(
-        "{name}: taring is not possible, because the samples have no times; subtract the unloaded readings in the table, or fit a calibration with an offset"
-    )]
-    NoTimes { name: String },
-    #[error(
-        "{name}: taring is not possible, because {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
-    )]
-    NeverUnloaded { name: String, why: &'static str },
-}
-
 impl Recording {
     /// Subtracts the mean gauge readings of an interval in which the sensor is unloaded. Returns the recording, and start and
     /// end of the interval (s from the first sample).
     ///
     /// # Errors
-    /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.
-    pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
+    /// [`RecordingError`] if the interval has no sample, or if no interval is both quiet and unloaded.
+    pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), RecordingError> {
         if self.is_static() {
-            return Err(TareError::NoTimes { name: self.name().to_owned() });
+            return Err(RecordingError::NoTimes { name: self.name().to_owned() });
         }
         let times = self.times();
         let Range { start, end } = match tare {
@@ -68,7 +52,7 @@ impl Recording {
             let (Tare::Interval(from, to), duration_secs) = (tare, self.duration_secs()) else {
                 unreachable!("a quiet interval has samples")
             };
-            return Err(TareError::NoSamples {
+            return Err(RecordingError::NothingToTare {
                 name: self.name().to_owned(),
                 from,
                 to,
@@ -112,7 +96,7 @@ impl Recording {
 }
 
 /// Returns the samples of the first interval in which all gauges are quiet and the reference shows no load.
-fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError> {
+fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, RecordingError> {
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let (gauges, n) = (recording.gauges(), times.len());
     let ranges: Vec<f64> =
@@ -146,7 +130,7 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError
     quiet
         .map(|(start, end, _)| start..end)
         .find(|samples| is_unloaded(recording, samples.clone()))
-        .ok_or_else(|| TareError::NeverUnloaded { name: recording.name().to_owned(), why })
+        .ok_or_else(|| RecordingError::NeverUnloaded { name: recording.name().to_owned(), why })
 }
 
 /// Returns true if, on every axis, the mean reference load of these samples is near zero, or the reference reaches zero

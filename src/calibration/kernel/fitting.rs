@@ -8,10 +8,10 @@ use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
 use super::model::{
-    Band, GridEdge, Kernel, KernelError, KernelSettings, similarities_to, square_distance,
-    standardise,
+    Band, GridEdge, Kernel, KernelSettings, similarities_to, square_distance, standardise,
 };
 use crate::calibration::choice::{SHARES, best_share, simplest_good};
+use crate::calibration::error::CalibrationError;
 use crate::calibration::linear::{Ridge, Terms, fit, fit_targets};
 use crate::calibration::normal_equations::NormalEquations;
 use crate::dot::dot;
@@ -93,11 +93,11 @@ impl Kernel {
         rows: &impl Rows,
         settings: &KernelSettings,
         progress: &Progress,
-    ) -> Result<KernelFit, KernelError> {
+    ) -> Result<KernelFit, CalibrationError> {
         settings.validate()?;
         let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
         if settings.landmarks > samples {
-            return Err(KernelError::FewSamples { landmarks: settings.landmarks, samples });
+            return Err(CalibrationError::FewSamples { landmarks: settings.landmarks, samples });
         }
         let (powers, tries) = match settings.length_scale {
             Some(_) => (&POWERS[POWERS.len() - 1..], 1),
@@ -137,7 +137,7 @@ impl Kernel {
         }
         let n_parts = found.last().map_or(0, |(.., of_parts)| of_parts.len());
         let chosen = match found.len() {
-            0 => return Err(KernelError::Singular),
+            0 => return Err(CalibrationError::Singular),
             n if n_parts == 0 => n - 1,
             n => simplest_good(n, n_parts, |at, part| {
                 found[at].3.get(part).copied().unwrap_or(f64::INFINITY)
@@ -146,7 +146,7 @@ impl Kernel {
         let (standardised, landmarks, scale, _) = &found[chosen];
         let columns = Columns::new(landmarks.len(), rows);
         let whitened = Whitened::new(standardised, landmarks, scale * standardised.distance)
-            .ok_or(KernelError::Singular)?;
+            .ok_or(CalibrationError::Singular)?;
         let parts = whitened.sums(rows, 1, progress)?;
         let total = summed(&parts);
         let tuned = whitened.tuned(&parts, &columns, progress)?;
@@ -614,7 +614,7 @@ mod tests {
         }
     }
 
-    fn fit(rows: &Function, landmarks: usize) -> Result<Kernel, KernelError> {
+    fn fit(rows: &Function, landmarks: usize) -> Result<Kernel, CalibrationError> {
         let settings = KernelSettings { landmarks, ..KernelSettings::default() };
         Kernel::fit(rows, &settings, &Progress::default()).map(|fit| fit.kernel)
     }
@@ -750,13 +750,16 @@ mod tests {
     #[test]
     fn settings_that_do_not_fit_the_samples_are_refused() {
         let rows = Function::new(f64::sin, 9.0);
-        assert_eq!(fit(&rows, 601), Err(KernelError::FewSamples { landmarks: 601, samples: 600 }));
+        assert_eq!(
+            fit(&rows, 601),
+            Err(CalibrationError::FewSamples { landmarks: 601, samples: 600 })
+        );
         assert!(fit(&rows, 0).is_err());
         let cancelled = Progress::default();
         cancelled.cancel();
         assert!(matches!(
             Kernel::fit(&rows, &KernelSettings::default(), &cancelled),
-            Err(KernelError::Cancelled(_))
+            Err(CalibrationError::Cancelled(_))
         ));
     }
 

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::entries::{LARGEST, WrongEntries, check_length, check_numbers};
+use crate::calibration::entries::{LARGEST, check_length, check_numbers};
+use crate::calibration::error::CalibrationError;
 use crate::dot::dot;
 use crate::features::{OutOfRange, Range, Setting, Unit};
-use crate::progress::Cancelled;
 
 /// Setting for the number of landmarks. Beyond its maximum, computing the landmarks' kernel matrix would take longer than the
 /// pass over the samples.
@@ -60,24 +60,6 @@ pub enum GridEdge {
     Strongest,
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum KernelError {
-    #[error(transparent)]
-    Setting(#[from] OutOfRange),
-    #[error(
-        "{landmarks} landmarks are more than the {samples} training samples; choose fewer landmarks"
-    )]
-    FewSamples { landmarks: usize, samples: usize },
-    #[error("the kernel's {0}")]
-    Entries(#[from] WrongEntries),
-    #[error(
-        "the kernel matrix of the landmarks is singular for every length scale; choose fewer landmarks or a smaller length scale"
-    )]
-    Singular,
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
-
 impl KernelSettings {
     /// Checks every setting. The error describes the first invalid one.
     pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
@@ -118,11 +100,13 @@ pub struct Band {
 
 impl Kernel {
     /// Checks the shapes and numbers of a kernel from a file.
-    pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
+    pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), CalibrationError> {
         let m = self.landmarks.len();
-        let vector = |field, n, numbers: &[f64]| check_numbers(field, n, numbers, -LARGEST);
-        let rows = |field, n, rows: &[Vec<f64>], width: &dyn Fn(usize) -> usize| {
-            check_length(field, n, rows.len())?;
+        let place = |field: &str| format!("learned.kernel.{field}");
+        let vector =
+            |field: &str, n, numbers: &[f64]| check_numbers(&place(field), n, numbers, -LARGEST);
+        let rows = |field: &str, n, rows: &[Vec<f64>], width: &dyn Fn(usize) -> usize| {
+            check_length(&place(field), n, rows.len())?;
             let mut rows = rows.iter().enumerate();
             rows.try_for_each(|(at, row)| vector(field, width(at), row))
         };

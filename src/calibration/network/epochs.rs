@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use super::adam::Adam;
 use super::passes::{Backward, Forward, Shape};
 use super::samples::{Scale, Standardised};
-use crate::calibration::network::error::NetworkError;
+use crate::calibration::error::CalibrationError;
 use crate::calibration::network::samples::Samples;
 use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::{Cancelled, Progress};
@@ -198,7 +198,7 @@ impl<'a> Training<'a> {
     }
 
     /// Checks that losses and parameters are finite; `epoch` counts from one.
-    pub fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
+    pub fn check(&self, losses: Losses, epoch: usize) -> Result<(), CalibrationError> {
         // The parameters are checked too, because the last step can make them infinite after the loss was computed.
         let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
         let which = match losses.held_out {
@@ -206,7 +206,7 @@ impl<'a> Training<'a> {
             Some(held_out) if !held_out.is_finite() => "held-out",
             _ => return Ok(()),
         };
-        Err(NetworkError::Diverged { which, epoch, learning_rate: self.settings.learning_rate })
+        Err(CalibrationError::Diverged { which, epoch, learning_rate: self.settings.learning_rate })
     }
 }
 
@@ -251,7 +251,10 @@ mod tests {
             training.parameters.iter_mut().take(100).for_each(spoil);
             let losses = training.epoch(0).unwrap();
             let error = training.check(losses, 1).unwrap_err();
-            assert!(matches!(error, NetworkError::Diverged { which: "training", epoch: 1, .. }));
+            assert!(matches!(
+                error,
+                CalibrationError::Diverged { which: "training", epoch: 1, .. }
+            ));
         }
     }
 

@@ -6,7 +6,7 @@ use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
 use crate::calibration::entries::{LARGEST, check_length, check_numbers};
-use crate::calibration::network::error::NetworkError;
+use crate::calibration::error::CalibrationError;
 
 /// Layer of a network: `outputs = weights · inputs + biases`. In every layer but the last, negative outputs become zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -63,12 +63,13 @@ impl Network {
     }
 
     /// Checks shapes and numbers of a network from a file, so that it predicts without panic.
-    pub fn validate(&self, n_inputs: usize, n_targets: usize) -> Result<(), NetworkError> {
+    pub fn validate(&self, n_inputs: usize, n_targets: usize) -> Result<(), CalibrationError> {
         if n_inputs == 0 || n_targets == 0 {
-            return Err(NetworkError::NoColumns);
+            return Err(CalibrationError::NoColumns);
         }
+        let place = |field: &str| format!("learned.network.{field}");
         if self.layers.is_empty() {
-            return Ok(check_length("layers", 1, 0)?);
+            return check_length(&place("layers"), 1, 0);
         }
         for (field, expected, numbers, least) in [
             ("input_shift", n_inputs, &self.input_shift, -LARGEST),
@@ -76,7 +77,7 @@ impl Network {
             ("target_shift", n_targets, &self.target_shift, -LARGEST),
             ("target_scale", n_targets, &self.target_scale, 0.0),
         ] {
-            check_numbers(field, expected, numbers, least)?;
+            check_numbers(&place(field), expected, numbers, least)?;
         }
         let check_weights = |field: &str, expected, weights: &[f32]| {
             let weights: Vec<f64> = weights.iter().copied().map(f64::from).collect();
@@ -84,10 +85,10 @@ impl Network {
         };
         let mut fan_in = n_inputs;
         for (at, layer) in self.layers.iter().enumerate() {
-            let of = |field: &str| format!("layers[{at}].{field}");
+            let of = |field: &str| place(&format!("layers[{at}].{field}"));
             let fan_out = if at + 1 == self.layers.len() { n_targets } else { layer.biases.len() };
             if fan_out == 0 {
-                return Ok(check_length(&of("biases"), 1, 0)?);
+                return check_length(&of("biases"), 1, 0);
             }
             check_weights(&of("biases"), fan_out, &layer.biases)?;
             check_length(&of("weights"), fan_out, layer.weights.len())?;
@@ -145,7 +146,6 @@ impl Network {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::calibration::entries::WrongEntries;
     use crate::random::Random;
 
     /// Returns a network of random numbers with two inputs and two targets.
@@ -195,9 +195,9 @@ pub(super) mod tests {
             let mut network = any_network(&[3, 4]);
             change(&mut network);
             match network.validate(2, 2) {
-                Err(NetworkError::Entries(
-                    WrongEntries::Length { field, .. } | WrongEntries::Number { field, .. },
-                )) => field,
+                Err(
+                    CalibrationError::Length { field, .. } | CalibrationError::Number { field, .. },
+                ) => field.strip_prefix("learned.network.").unwrap().to_owned(),
                 other => panic!("{other:?}"),
             }
         };

@@ -23,7 +23,6 @@
 
 mod adam;
 mod epochs;
-mod error;
 mod fitted;
 mod passes;
 mod predict;
@@ -32,8 +31,7 @@ mod samples;
 mod settings;
 mod training;
 
-pub use error::Column;
-pub(crate) use error::NetworkError;
+pub use crate::calibration::error::Column;
 pub(crate) use fitted::Layer;
 pub use fitted::Network;
 pub use samples::Samples;

@@ -3,7 +3,7 @@
 //! Guarantees: every stored value is finite and needs four bytes. Values are stored relative to the first sample, so a large
 //! offset costs no precision.
 
-use crate::calibration::network::error::{Column, NetworkError};
+use crate::calibration::error::{CalibrationError, Column};
 use crate::progress::{Cancelled, Progress};
 
 /// Maximum difference of a value from that of the first sample. Larger differences could overflow single precision.
@@ -39,14 +39,14 @@ impl Samples {
     /// Appends m samples, given as `m × n_inputs` inputs and `m × n_targets` targets. On an error, none is appended.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`], [`NetworkError::TooLarge`] and [`NetworkError::NoColumns`].
+    /// [`CalibrationError::NotFinite`], [`CalibrationError::TooLarge`] and [`CalibrationError::NoColumns`].
     ///
     /// # Panics
     /// If a row is not complete, or inputs and targets have different numbers of rows.
-    pub fn push_rows(&mut self, inputs: &[f64], targets: &[f64]) -> Result<(), NetworkError> {
+    pub fn push_rows(&mut self, inputs: &[f64], targets: &[f64]) -> Result<(), CalibrationError> {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         if n_inputs == 0 || n_targets == 0 {
-            return Err(NetworkError::NoColumns);
+            return Err(CalibrationError::NoColumns);
         }
         let m = inputs.len() / n_inputs;
         assert_eq!(inputs.len(), m * n_inputs, "each input row must have n_inputs numbers");
@@ -97,7 +97,7 @@ impl Table {
         self.values.len() / self.width.max(1)
     }
 
-    fn push(&mut self, rows: &[f64], column: fn(usize) -> Column) -> Result<(), NetworkError> {
+    fn push(&mut self, rows: &[f64], column: fn(usize) -> Column) -> Result<(), CalibrationError> {
         if self.values.is_empty() {
             self.origin = rows.iter().copied().take(self.width).collect();
         }
@@ -110,9 +110,9 @@ impl Table {
                 }
                 let (column, sample) = (column(at), self.n_rows());
                 return Err(if value.is_finite() {
-                    NetworkError::TooLarge { column, sample, value }
+                    CalibrationError::TooLarge { column, sample, value }
                 } else {
-                    NetworkError::NotFinite { column, sample, value }
+                    CalibrationError::NotFinite { column, sample, value }
                 });
             }
         }
@@ -270,7 +270,7 @@ mod tests {
         samples.push_rows(&[1.0, 2.0], &[3.0]).unwrap();
         for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let error = samples.push_rows(&[1.0, 2.0, 1.0, wrong], &[0.0; 2]);
-            let Err(NetworkError::NotFinite { column, sample, .. }) = error else {
+            let Err(CalibrationError::NotFinite { column, sample, .. }) = error else {
                 panic!("{error:?}");
             };
             assert_eq!((column, sample), (Column::Input(1), 2));
@@ -278,7 +278,7 @@ mod tests {
             assert!(error.to_string().starts_with("target column 1 is"));
         }
         let error = samples.push_rows(&[1.0, 1e200], &[0.0]);
-        assert!(matches!(error, Err(NetworkError::TooLarge { .. })));
+        assert!(matches!(error, Err(CalibrationError::TooLarge { .. })));
         assert_eq!(samples.n_samples(), 1);
         assert_eq!(samples.inputs.values.len(), 2);
     }
@@ -298,6 +298,6 @@ mod tests {
         let progress = Progress::default();
         progress.cancel();
         assert_eq!(samples.inputs.measure(&progress), Err(Cancelled));
-        assert_eq!(Samples::new(0, 1).push_rows(&[], &[]), Err(NetworkError::NoColumns));
+        assert_eq!(Samples::new(0, 1).push_rows(&[], &[]), Err(CalibrationError::NoColumns));
     }
 }

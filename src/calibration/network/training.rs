@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::epochs::Training;
-use crate::calibration::network::error::NetworkError;
+use crate::calibration::error::CalibrationError;
 use crate::calibration::network::fitted::Network;
 use crate::calibration::network::samples::Samples;
 use crate::calibration::network::settings::NetworkSettings;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 
 /// Report after one epoch of a training. Losses are squared errors of the standardised targets, summed over the axes and
 /// averaged over the samples. A network that always predicts the mean has the number of axes as its loss.
@@ -49,15 +49,16 @@ impl Network {
     /// The best epoch has the lowest held-out loss, or the lowest training loss if no samples are held out.
     ///
     /// # Errors
-    /// [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and [`NetworkError::HeldOutColumns`]
-    /// before the training, [`NetworkError::Diverged`] if a loss is not finite, [`NetworkError::Cancelled`] in the first epoch.
+    /// [`CalibrationError::OutOfRange`], [`CalibrationError::NoColumns`], [`CalibrationError::NoSamples`] and
+    /// [`CalibrationError::HeldOutColumns`] before the training, [`CalibrationError::Diverged`] if a loss is not finite,
+    /// [`CalibrationError::Cancelled`] in the first epoch.
     pub fn train(
         train: &Samples,
         held_out: Option<&Samples>,
         settings: &NetworkSettings,
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
-    ) -> Result<Self, NetworkError> {
+    ) -> Result<Self, CalibrationError> {
         let start = Instant::now();
         settings.validate()?;
         check_samples(train, held_out)?;
@@ -84,19 +85,19 @@ impl Network {
                 elapsed: start.elapsed(),
             });
         }
-        let parameters = best.ok_or(NetworkError::Cancelled)?.parameters;
+        let parameters = best.ok_or(Cancelled)?.parameters;
         Ok(Self::from_parameters(&training.shape, &parameters, &inputs, &targets))
     }
 }
 
-fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), NetworkError> {
+fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), CalibrationError> {
     if train.n_inputs() == 0 || train.n_targets() == 0 {
-        return Err(NetworkError::NoColumns);
+        return Err(CalibrationError::NoColumns);
     }
     let which = [("training", Some(train)), ("held-out", held_out)];
     for (which, samples) in which {
         if samples.is_some_and(|samples| samples.n_samples() == 0) {
-            return Err(NetworkError::NoSamples { which });
+            return Err(CalibrationError::NoSamples { which });
         }
     }
     let Some(held_out) = held_out else {
@@ -107,7 +108,7 @@ fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), Netw
         ("target", train.n_targets(), held_out.n_targets()),
     ] {
         if expected != actual {
-            return Err(NetworkError::HeldOutColumns { what, expected, actual });
+            return Err(CalibrationError::HeldOutColumns { what, expected, actual });
         }
     }
     Ok(())
@@ -171,7 +172,7 @@ mod tests {
         settings: &NetworkSettings,
         progress: &Progress,
         last: usize,
-    ) -> Result<Trained, NetworkError> {
+    ) -> Result<Trained, CalibrationError> {
         let (mut losses, mut best_epoch) = (Vec::new(), 0);
         let network = Network::train(train, held_out, settings, progress, &mut |report| {
             losses.push((report.train_loss, report.held_out_loss));
@@ -291,7 +292,7 @@ mod tests {
         assert!(trained.best_epoch >= 1 && trained.best_epoch <= 4);
         assert_eq!(trained.network.validate(2, 1), Ok(()));
         let again = Network::train(&samples, None, &settings(50), &progress, &mut |_| {});
-        assert_eq!(again, Err(NetworkError::Cancelled));
+        assert_eq!(again, Err(CalibrationError::Cancelled(Cancelled)));
     }
 
     #[test]
@@ -313,7 +314,7 @@ mod tests {
     ) -> &'static str {
         let progress = Progress::default();
         match Network::train(train, held_out, settings, &progress, &mut |_| {}) {
-            Err(NetworkError::Diverged { which, .. }) => which,
+            Err(CalibrationError::Diverged { which, .. }) => which,
             other => panic!("{:?}", other.map(|network| network.n_parameters())),
         }
     }
@@ -335,17 +336,17 @@ mod tests {
         };
         let some = samples(3, 1, curved);
         let empty = Samples::new(2, 1);
-        assert_eq!(refused(&Samples::new(0, 1), None), NetworkError::NoColumns);
-        assert!(matches!(refused(&empty, None), NetworkError::NoSamples { which: "training" }));
+        assert_eq!(refused(&Samples::new(0, 1), None), CalibrationError::NoColumns);
+        assert!(matches!(refused(&empty, None), CalibrationError::NoSamples { which: "training" }));
         assert!(matches!(
             refused(&some, Some(&empty)),
-            NetworkError::NoSamples { which: "held-out" }
+            CalibrationError::NoSamples { which: "held-out" }
         ));
         let mut narrow = Samples::new(1, 1);
         narrow.push_rows(&[1.0], &[1.0]).unwrap();
         assert!(matches!(
             refused(&some, Some(&narrow)),
-            NetworkError::HeldOutColumns { what: "input", expected: 2, actual: 1 }
+            CalibrationError::HeldOutColumns { what: "input", expected: 2, actual: 1 }
         ));
     }
 

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, Samples};
 use crate::calibration::{
-    Calibration, EpochReport, FitSettings, Learned, LearnedError, Learner, LinearMap, Past, Piece,
-    PresentLoads, RowsOf, learned_inputs,
+    Calibration, EpochReport, FitSettings, Learned, Learner, LinearMap, Past, Piece, PresentLoads,
+    RowsOf, learned_inputs,
 };
 use crate::features::{Design, FeatureStream};
 use crate::progress::Progress;
@@ -166,17 +166,15 @@ pub(crate) fn fit_all(
         calibration.learned = Some(match learner {
             Learner::Kernel => {
                 rows.keep();
-                let found = Kernel::fit(&rows, &settings.kernel, progress);
-                let found = found.map_err(LearnedError::from)?;
+                let found = Kernel::fit(&rows, &settings.kernel, progress)?;
                 calibration.quality.kernel_ridge_edge = found.edge;
                 Learned::Kernel(found.kernel)
             }
             Learner::Network => {
                 let (train, kept_back) = rows.samples(progress)?;
                 let kept_back = (kept_back.n_samples() > 0).then_some(&kept_back);
-                let trained =
-                    Network::train(&train, kept_back, &settings.network, progress, on_epoch);
-                let network = trained.map_err(LearnedError::from)?;
+                let network =
+                    Network::train(&train, kept_back, &settings.network, progress, on_epoch)?;
                 held_out = rows.moments_held_out(&network);
                 Learned::Network(network)
             }
@@ -311,7 +309,7 @@ impl TrainingRows<'_> {
                 pushed = samples.push_rows(block.inputs, block.targets);
                 at += block.targets.len() / n_axes;
             });
-            pushed.map_err(LearnedError::from)?;
+            pushed?;
         }
         Ok((train, held_out))
     }

@@ -321,8 +321,7 @@ fn curves(
     }
     let measure = map.scale.default_measure();
     if let Ok(found) = map.suggestion(measure) {
-        let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
-        about.push_str(&format!(" {}", sentence(&found.in_words(map, measure, &f_th))));
+        about.push_str(&format!(" {}", sentence(&found.in_words(map, measure))));
         if !found.beats_conventional {
             let seen = "none of the tried look-backs is better than the conventional calibration with 90 % confidence";
             warnings.push(Finding::new(Id::NoLookBack, Verdict::Enough, seen));

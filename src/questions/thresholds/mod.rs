@@ -34,4 +34,4 @@ pub(crate) use saved::{
     MAP_FORMATS, ShownFTh, map_format, threshold_curve, threshold_heat_map, write_threshold_csv,
     write_threshold_svg,
 };
-pub(crate) use suggestion::{FlatRange, NoSuggestion, Suggestion};
+pub(crate) use suggestion::{NoSuggestion, Suggestion};
