@@ -59,9 +59,9 @@ impl<T: Listed> Args for FromList<T> {
 
 impl<T: Listed> FromArgMatches for FromList<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let mut own = Self(T::default());
-        own.update_from_arg_matches(matches)?;
-        Ok(own)
+        let mut listed = Self(T::default());
+        listed.update_from_arg_matches(matches)?;
+        Ok(listed)
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -165,15 +165,15 @@ impl Listed for Learning {
     }
 
     fn take(&mut self, matches: &ArgMatches) {
-        for own in &OF_LEARNERS {
-            let setting = own.setting;
+        for choice in &OF_LEARNERS {
+            let setting = choice.setting;
             let value = match setting.range {
                 Range::Switch => {
                     matches.get_flag(setting.option).then_some(1 - setting.number() as u64)
                 }
                 _ => matches.get_one(setting.option).copied(),
             };
-            self.0.extend(value.map(|value| (own, value)));
+            self.0.extend(value.map(|value| (choice, value)));
         }
     }
 }
@@ -272,7 +272,9 @@ impl BlockArgs {
         let names = recordings.entries().first();
         let names = names.map_or(&[][..], |entry| entry.recording.auxiliary().names());
         let given = self.auxiliary_reference.iter();
-        for AuxiliaryReference(name, _) in given.clone().filter(|own| !names.contains(&own.0)) {
+        for AuxiliaryReference(name, _) in
+            given.clone().filter(|reference| !names.contains(&reference.0))
+        {
             let known = match names {
                 [] => "the recordings have no auxiliary channel".to_owned(),
                 names => format!("the recordings have the channels {}", names.join(" ")),
@@ -386,9 +388,9 @@ impl ModelArgs {
 
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
-        for (own, _) in &self.choices.learning.0.0 {
-            if learner != Some(own.learner) {
-                let (option, key) = (own.setting.option, self.regressor.key());
+        for (choice, _) in &self.choices.learning.0.0 {
+            if learner != Some(choice.learner) {
+                let (option, key) = (choice.setting.option, self.regressor.key());
                 say.note(format_args!("--{option} has no effect with --regressor {key}"));
             }
         }
@@ -404,8 +406,8 @@ impl FitChoices {
         regressor: Regressor,
     ) -> FitSettings {
         let mut settings = FitSettings { regressor, ..self.blocks.settings(say, recordings) };
-        for (own, value) in &self.learning.0.0 {
-            (own.set)(&mut settings, *value);
+        for (choice, value) in &self.learning.0.0 {
+            (choice.set)(&mut settings, *value);
         }
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings
@@ -436,7 +438,8 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     match &features.look_backs[..] {
         [] => option("look-back", "none".to_owned()),
         [first, ..] => {
-            let f_ths: Vec<f64> = features.look_backs.iter().map(|own| own.f_th).collect();
+            let f_ths: Vec<f64> =
+                features.look_backs.iter().map(|look_back| look_back.f_th).collect();
             option("look-back", listed(&f_ths, ","));
             option(T_TH.option, first.t_th_secs.to_string());
         }
@@ -486,11 +489,11 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
 }
 
 pub fn regressor() -> impl TypedValueParser<Value = Regressor> {
-    one_of(Regressor::ALL.map(|own| (own, own.key(), own.explanation())))
+    one_of(Regressor::ALL.map(|regressor| (regressor, regressor.key(), regressor.explanation())))
 }
 
 fn distance() -> impl TypedValueParser<Value = Distance> {
-    one_of(Distance::ALL.map(|own| (own, own.option(), own.explanation())))
+    one_of(Distance::ALL.map(|distance| (distance, distance.option(), distance.explanation())))
 }
 
 #[cfg(test)]
@@ -544,7 +547,7 @@ mod tests {
     #[test]
     fn the_guide_lists_every_setting_and_the_method_every_block() {
         let blocks = BLOCKS.iter().map(|block| block.setting());
-        let learning = OF_LEARNERS.iter().map(|own| own.setting);
+        let learning = OF_LEARNERS.iter().map(|choice| choice.setting);
         let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain([&RIDGE]).chain(learning);
         let rows = rows.chain([&OFFSET, &DECIMATION, &HISTORY_RATE]);
         let rows = rows.map(|setting| {

@@ -67,7 +67,7 @@ impl Work for DemoJob {
             Some(late) => simulated::late(self.seed, late),
         };
         let n = recordings.len();
-        let names = recordings.iter().map(|own| format!("{}.csv", own.name()));
+        let names = recordings.iter().map(|recording| format!("{}.csv", recording.name()));
         let names = names.chain(["README.txt".to_owned()]);
         let files: Vec<PathBuf> = names.map(|name| self.dir.join(name)).collect();
         run.check_outputs(&files, self.force)?;

@@ -187,8 +187,8 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
         return;
     };
     let takes = Footprint::of(&play);
-    if let (Some(own), Some(other)) = (calibration.mean_cv_share(), play.mean_cv_share())
-        && other < own
+    if let (Some(present), Some(other)) = (calibration.mean_cv_share(), play.mean_cv_share())
+        && other < present
         && takes.memory < footprint.memory
     {
         let percent = |error: f64| significant(100.0 * error, 3);
@@ -197,7 +197,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
             play.describe(),
             takes.memory,
             percent(other),
-            percent(own)
+            percent(present)
         ));
     }
 }

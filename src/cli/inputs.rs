@@ -47,8 +47,9 @@ impl Files<'_> {
             read: self.read.clone(),
         };
         if self.test.is_some() {
-            let is_test =
-                |own: &Input| own.folder.is_some() && Role::of_name(&own.name()) == Role::Test;
+            let is_test = |input: &Input| {
+                input.folder.is_some() && Role::of_name(&input.name()) == Role::Test
+            };
             let (tests, train) = inputs.recordings.into_iter().partition(is_test);
             inputs.recordings = train;
             inputs.take_tests(tests, say)?;
@@ -104,9 +105,9 @@ impl Inputs {
         } else {
             "not used, because --test names the test recordings"
         };
-        for own in tests.chunk_by(|first, second| first.folder == second.folder) {
-            let folder = own[0].folder.as_deref().unwrap_or(Path::new("")).display();
-            let names = listed(&own.iter().map(Input::name).collect::<Vec<_>>());
+        for same_folder in tests.chunk_by(|first, second| first.folder == second.folder) {
+            let folder = same_folder[0].folder.as_deref().unwrap_or(Path::new("")).display();
+            let names = listed(&same_folder.iter().map(Input::name).collect::<Vec<_>>());
             say.note(format_args!(
                 "{folder}: files whose names begin with test are {role}: {names}"
             ));

@@ -64,7 +64,7 @@ impl Work for InspectJob {
             (self.write_map.is_some(), "--write-map"),
             (self.estimate_weight, "--estimate-weight"),
         ];
-        if let (Some((_, option)), 2..) = (for_one.iter().find(|own| own.0), of) {
+        if let (Some((_, option)), 2..) = (for_one.iter().find(|choice| choice.0), of) {
             let why = "needs a single file; name one file only";
             return usage(format!("{option} {why}"));
         }
@@ -171,7 +171,8 @@ fn print_weight(estimate: &WeightEstimate, out: &mut impl Write) -> io::Result<(
 
 fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     let thousands = table.text.thousands;
-    let thousands = thousands.map_or_else(String::new, |own| format!(", thousands {}", own.name()));
+    let thousands =
+        thousands.map_or_else(String::new, |separator| format!(", thousands {}", separator.name()));
     let decimal = match table.text.decimal {
         Decimal::Point => "point",
         Decimal::Comma => "comma",
@@ -193,14 +194,14 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     // Maximum number of columns printed, because a longer table is not readable in a terminal.
     const LISTED: usize = 200;
     let listed = Table::of(table.columns.iter().take(LISTED))
-        .words("column", |own| own.number.to_string())
-        .words("name", |own| start(&own.name))
-        .words("role", |own| start(&own.is.to_string()))
-        .words("unit", |own| start(own.unit.as_deref().unwrap_or_default()))
-        .words("first values", |own| start(&own.first.join("  ")))
-        .words("range", |own| match (own.min, own.max) {
+        .words("column", |column| column.number.to_string())
+        .words("name", |column| start(&column.name))
+        .words("role", |column| start(&column.is.to_string()))
+        .words("unit", |column| start(column.unit.as_deref().unwrap_or_default()))
+        .words("first values", |column| start(&column.first.join("  ")))
+        .words("range", |column| match (column.min, column.max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),
-            _ => own.content.name().to_owned(),
+            _ => column.content.name().to_owned(),
         })
         .table("", "");
     write!(out, "{}", listed.text())?;

@@ -162,7 +162,8 @@ impl MetrologyJob {
             .map(|recording| calibration.apply(recording))
             .collect::<Result<_, _>>()?;
         let runs = subject.recordings.iter().zip(&applied);
-        let runs: Vec<_> = runs.map(|(own, applied)| MeasuredRun::new(own, applied)).collect();
+        let runs: Vec<_> =
+            runs.map(|(recording, applied)| MeasuredRun::new(recording, applied)).collect();
         let full_scale = match &self.full_scale[..] {
             [] => &calibration.full_scale,
             given => given,

@@ -38,8 +38,8 @@ impl Rated {
     /// reports it.
     fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
         let is_of_them = self.full_scale.len() <= axes.len();
-        let own = self.full_scale.iter().filter(|_| is_of_them);
-        let mut rated = own.map(|load| Some(*load).filter(|load| *load > 0.0)).collect();
+        let given = self.full_scale.iter().filter(|_| is_of_them);
+        let mut rated = given.map(|load| Some(*load).filter(|load| *load > 0.0)).collect();
         rate(&self.by_axis, axes, &mut rated);
         rated
     }
@@ -75,20 +75,20 @@ pub struct ReadArgs {
 /// first one can be used. The order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
-        let [a, b] = [a, b].map(|own| &own.recording);
+        let [a, b] = [a, b].map(|entry| &entry.recording);
         a.gauge_names() == b.gauge_names() && a.axes() == b.axes()
     };
     let mut kinds: Vec<(&Entry, usize)> = Vec::new();
-    for own in &*all {
-        match kinds.iter_mut().find(|(kind, _)| has_columns_of(kind, own)) {
+    for entry in &*all {
+        match kinds.iter_mut().find(|(kind, _)| has_columns_of(kind, entry)) {
             Some((_, n)) => *n += 1,
-            None => kinds.push((own, 1)),
+            None => kinds.push((entry, 1)),
         }
     }
     // If several combinations of gauges and axes are equally frequent, the first of them is taken.
     let Some((usual, _)) = kinds.into_iter().rev().max_by_key(|(_, n)| *n) else { return };
     let usual = usual.clone();
-    all.sort_by_key(|own| !has_columns_of(own, &usual));
+    all.sort_by_key(|entry| !has_columns_of(entry, &usual));
 }
 
 fn gauge_range(text: &str) -> Result<GaugeRange, String> {
@@ -104,11 +104,11 @@ fn gauge_range(text: &str) -> Result<GaugeRange, String> {
     if !text.contains(',') {
         return ends(text).map(GaugeRange::All);
     }
-    let own = |text: &str| match text.trim() {
+    let parsed = |text: &str| match text.trim() {
         "" => Ok(None),
         text => ends(text).map(Some),
     };
-    let all: Result<_, String> = text.split(',').map(own).collect();
+    let all: Result<_, String> = text.split(',').map(parsed).collect();
     all.map(GaugeRange::Each)
 }
 
@@ -170,8 +170,8 @@ impl ReadArgs {
             usual_columns_first(&mut all);
         }
         let mut set = RecordingSet::default();
-        for own in all {
-            let pushed = entry(own).and_then(|own| Ok(set.push(own)?));
+        for read in all {
+            let pushed = entry(read).and_then(|entry| Ok(set.push(entry)?));
             self.or_left_out(run, pushed)?;
         }
         let is_trained_on = set.entries().iter().any(|entry| entry.role == Role::Train);
@@ -233,7 +233,7 @@ impl ReadArgs {
         let range = self.range(rated.on(first.axes()));
         let all: Vec<&Recording> = recordings.iter().collect();
         let found = faults_of(&all, &range);
-        let of_table = all.iter().all(|own| own.is_static()).then(|| {
+        let of_table = all.iter().all(|recording| recording.is_static()).then(|| {
             let table = Recording::table_of(&all);
             let found = faults(&table, &range);
             (table, found)
@@ -244,11 +244,11 @@ impl ReadArgs {
         };
         self.note_faulty(run, &noted);
         if !self.leave_out_faulty {
-            return recordings.into_iter().map(|own| self.tared(run, own)).collect();
+            return recordings.into_iter().map(|recording| self.tared(run, recording)).collect();
         }
         let name = first.name();
         let parts = recordings.iter().zip(&found);
-        let parts = parts.flat_map(|(own, found)| found.left_out_of(own, &range));
+        let parts = parts.flat_map(|(recording, found)| found.left_out_of(recording, &range));
         let parts: Vec<Recording> = parts.collect();
         match parts.len() {
             0 => {

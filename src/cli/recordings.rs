@@ -102,7 +102,7 @@ impl RecordingArgs {
 
 /// Returns an error that names the figures of the calibration that exceed their limit or are unknown; `Ok` if there are none.
 pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
-    let failed = limits.iter().filter(|own| !own.pass);
+    let failed = limits.iter().filter(|limit| !limit.pass);
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
     if failed.is_empty() {
         Ok(())

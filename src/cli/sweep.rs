@@ -131,7 +131,7 @@ fn measure_arg() -> impl TypedValueParser<Value = MeasureArg> {
             "Root mean square over all axes in percent of full scale",
         ),
     ];
-    let groups = groups.map(|(own, name, about)| (MeasureArg::Of(own), name, about));
+    let groups = groups.map(|(measure, name, about)| (MeasureArg::Of(measure), name, about));
     let axes = Axis::ALL.into_iter().zip(["fx", "fy", "fz", "mx", "my", "mz"]);
     let axes = axes.map(|(axis, name)| (MeasureArg::Axis(axis), name, axis.symbol()));
     one_of(groups.into_iter().chain(axes))
@@ -143,7 +143,7 @@ impl MeasureArg {
             Self::Of(measure) => return Ok(measure),
             Self::Axis(axis) => axis,
         };
-        let at = scale.axes.iter().position(|own| *own == axis);
+        let at = scale.axes.iter().position(|known| *known == axis);
         at.map(Measure::Axis).ok_or_else(|| {
             let (axis, axes) = (axis.symbol(), Axis::symbols(&scale.axes).join(" "));
             JobError::Usage(format!("the recordings have no {axis}; their axes are {axes}"))
@@ -339,7 +339,7 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
 }
 
 fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
-    let Setting { label, option, unit: own, .. } = pick.block.setting();
+    let Setting { label, option, unit: named, .. } = pick.block.setting();
     let [left_out, without] =
         [pick.left_out, pick.left_out_without].map(|error| significant(error, 4));
     let n = pick.n_tried;
@@ -349,7 +349,7 @@ fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::R
             "{label}: none of {n} lists of values lowers the cross-validation error of {without} {unit} with 90 % confidence"
         );
     }
-    let (words, values) = (own.words, listed(&pick.values, ","));
+    let (words, values) = (named.words, listed(&pick.values, ","));
     writeln!(
         out,
         "{label} ({words}): --{option} {values}: cross-validation error {left_out} {unit}, and {without} {unit} without this feature; {n} lists of values tried"

@@ -57,7 +57,7 @@ pub fn one_of<T: Copy + Send + Sync + 'static>(
         all.iter().map(|(_, name, explanation)| PossibleValue::new(*name).help(*explanation));
     let parser = PossibleValuesParser::new(names.collect::<Vec<_>>());
     parser.map(move |name| {
-        let named = all.iter().find(|(_, own, _)| *own == name);
+        let named = all.iter().find(|(_, known, _)| *known == name);
         named.expect("no other name passes").0
     })
 }

@@ -210,7 +210,8 @@ impl<R> Rows<R> {
         head: impl Fn(&C) -> Column,
         cell: impl Fn(&R, &C) -> Cell,
     ) -> Self {
-        of.into_iter().fold(self, |rows, own| rows.column(head(&own), |row| cell(row, &own)))
+        of.into_iter()
+            .fold(self, |rows, column| rows.column(head(&column), |row| cell(row, &column)))
     }
 
     pub fn words<T: Into<String>>(self, name: impl Into<String>, text: impl Fn(&R) -> T) -> Self {
@@ -267,9 +268,9 @@ impl Table {
         let mut names = names.join(" ");
         let mut unit = self.columns[column].unit.to_owned();
         if unit.is_empty()
-            && let Some((name, own)) = names.strip_suffix(']').and_then(|it| it.rsplit_once(" ["))
+            && let Some((name, found)) = names.strip_suffix(']').and_then(|it| it.rsplit_once(" ["))
         {
-            (unit, names) = (own.to_owned(), name.to_owned());
+            (unit, names) = (found.to_owned(), name.to_owned());
         }
         let is_number = matches!(cell.value, Value::Number(_)) && !cell.text.ends_with('%');
         let group = self.columns[column].group.as_ref();
@@ -380,7 +381,7 @@ impl Table {
             let cells = row.iter().zip(&self.columns).enumerate().filter(|(at, _)| !ends(*at));
             let reasons = cells.filter_map(|(_, (cell, column))| Some((cell.reason()?, column)));
             for same in reasons.collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
-                let names = first(NAMED, same.iter().map(|own| &own.1.name));
+                let names = first(NAMED, same.iter().map(|pair| &pair.1.name));
                 lines.push(format!("    {names}: {}", same[0].0));
             }
         }

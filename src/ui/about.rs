@@ -31,9 +31,9 @@ impl About {
         }
         ui.separator();
         let crates = "Lists the Rust crates in this program, with their authors and licences";
-        let own = OWN_LICENCES
+        let of_program = OWN_LICENCES
             .map(|(name, text)| (name, text, "Shows the text of this licence of the program"));
-        let texts = [own[0], own[1], ("Crates", LICENCES_OF_CRATES, crates)];
+        let texts = [of_program[0], of_program[1], ("Crates", LICENCES_OF_CRATES, crates)];
         ui.horizontal(|ui| {
             ui.label("Licence: MIT or Apache-2.0, at your choice");
             for (at, (name, _, explanation)) in texts.iter().enumerate() {

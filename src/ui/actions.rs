@@ -362,7 +362,7 @@ pub fn workspaces() -> Vec<Action> {
         let name = format!("Workspace {title}");
         action(name, explanation, keys, Command::Show(workspace))
     };
-    let own = [
+    let of_window = [
         action(
             "Maximise a pane, or show all panes",
             "The pane under the pointer fills the window; a double click on a tab does the same",
@@ -382,7 +382,7 @@ pub fn workspaces() -> Vec<Action> {
             Command::ResetWorkspace,
         ),
     ];
-    Workspace::ALL.into_iter().zip(keys).map(show).chain(own).collect()
+    Workspace::ALL.into_iter().zip(keys).map(show).chain(of_window).collect()
 }
 
 /// Returns one action for each pane, which shows the pane. The first nine of them have a shortcut with a number key.
@@ -515,9 +515,9 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ou
     });
     for action in actions {
         let Some(keys) = action.keys else { continue };
-        let own = [Modifiers::NONE, Modifiers::SHIFT].contains(&keys.modifiers)
+        let is_for_text = [Modifiers::NONE, Modifiers::SHIFT].contains(&keys.modifiers)
             || keys.logical_key == Key::Z;
-        let taken = (typing && own) || (focused && keys.logical_key == Key::Space);
+        let taken = (typing && is_for_text) || (focused && keys.logical_key == Key::Space);
         let is_function_key = (Key::F1..=Key::F12).contains(&keys.logical_key);
         if taken && !is_function_key {
             continue;
@@ -578,8 +578,8 @@ mod tests {
             let context = egui::Context::default();
             let mut output = context.run_ui(input, |ui| listen(ui.ctx(), &engine, can, &mut asked));
             output.textures_delta.clear();
-            let (asked, own) = (format!("{:?}", asked.0), format!("{:?}", [&action.command]));
-            assert_eq!(asked, own, "{}", action.name);
+            let (asked, expected) = (format!("{:?}", asked.0), format!("{:?}", [&action.command]));
+            assert_eq!(asked, expected, "{}", action.name);
         }
     }
 }

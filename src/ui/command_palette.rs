@@ -128,8 +128,8 @@ fn field_id() -> Id {
 }
 
 fn is_press(event: &Event, key: Key, held: Modifiers) -> bool {
-    matches!(event, Event::Key { key: own, pressed: true, modifiers, .. }
-        if *own == key && modifiers.matches_exact(held))
+    matches!(event, Event::Key { key: typed, pressed: true, modifiers, .. }
+        if *typed == key && modifiers.matches_exact(held))
 }
 
 /// Returns true if every typed word occurs in the name of an action.

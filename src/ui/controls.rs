@@ -10,7 +10,7 @@ use egui::{
 use crate::engine::Engine;
 
 pub trait Controls {
-    fn own(&mut self) -> &mut Ui;
+    fn this_ui(&mut self) -> &mut Ui;
 
     /// Draws a button. Returns true if it was pressed.
     fn press(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
@@ -25,12 +25,12 @@ pub trait Controls {
         about: impl Into<WidgetText>,
     ) -> bool {
         let button = Button::new(label.into());
-        let button = self.own().add_enabled(makes_sense, button);
+        let button = self.this_ui().add_enabled(makes_sense, button);
         button.on_hover_text(about).clicked()
     }
 
     fn press_small(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
-        let button = self.own().small_button(label.into());
+        let button = self.this_ui().small_button(label.into());
         button.on_hover_text(about).clicked()
     }
 
@@ -40,12 +40,12 @@ pub trait Controls {
         label: impl Into<WidgetText>,
         about: impl Into<WidgetText>,
     ) -> bool {
-        let tick = self.own().checkbox(on, label.into());
+        let tick = self.this_ui().checkbox(on, label.into());
         tick.on_hover_text(about).changed()
     }
 
     fn select<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
-        let button = self.own().selectable_value(chosen, one, label);
+        let button = self.this_ui().selectable_value(chosen, one, label);
         button.on_hover_text(about);
     }
 
@@ -58,11 +58,11 @@ pub trait Controls {
         for (one, label, about) in values {
             self.select(chosen, one, label, about);
         }
-        self.own().separator();
+        self.this_ui().separator();
     }
 
     fn select_radio<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
-        let button = self.own().radio_value(chosen, one, label);
+        let button = self.this_ui().radio_value(chosen, one, label);
         button.on_hover_text(about);
     }
 
@@ -98,13 +98,13 @@ pub trait Controls {
     fn copies(&mut self, what: &str, text: impl FnOnce() -> String) {
         let about = format!("Copies the {what} as tab-separated text");
         if self.press(format!("Copy {what}"), about) {
-            self.own().copy_text(text());
+            self.this_ui().copy_text(text());
         }
     }
 
     fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
-        let label = self.own().label(label);
-        self.own().add(field).labelled_by(label.id)
+        let label = self.this_ui().label(label);
+        self.this_ui().add(field).labelled_by(label.id)
     }
 
     fn explained_field(
@@ -113,29 +113,29 @@ pub trait Controls {
         field: impl Widget,
         about: &str,
     ) -> Response {
-        let label = self.own().label(label).on_hover_text(about);
-        self.own().add(field).labelled_by(label.id).on_hover_text(about)
+        let label = self.this_ui().label(label).on_hover_text(about);
+        self.this_ui().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
     /// Returns true if the user pressed Enter in this text field.
     fn entered(&mut self, field: &Response) -> bool {
-        let ui = self.own();
+        let ui = self.this_ui();
         field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter))
     }
 
     fn warn(&mut self, text: impl Into<RichText>) -> Response {
-        let ui = self.own();
+        let ui = self.this_ui();
         ui.colored_label(ui.visuals().warn_fg_color, text)
     }
 
     fn fail(&mut self, text: impl Into<RichText>) -> Response {
-        let ui = self.own();
+        let ui = self.this_ui();
         ui.colored_label(ui.visuals().error_fg_color, text)
     }
 
     /// Says why a result is not there yet: no recordings are loaded, or the result is still being computed.
     fn awaited(&mut self, what: &str, engine: &Engine) {
-        self.own().weak(if engine.project().recordings.entries().is_empty() {
+        self.this_ui().weak(if engine.project().recordings.entries().is_empty() {
             format!("{what} appears here as soon as recordings are loaded.")
         } else {
             format!("{what} is being computed.")
@@ -145,19 +145,19 @@ pub trait Controls {
     /// Draws contents in the free area of the pane, with scroll bars if they do not fit.
     fn scrolled(&mut self, contents: impl FnOnce(&mut Ui)) {
         let area = ScrollArea::both().auto_shrink([false, false]);
-        area.show(self.own(), contents);
+        area.show(self.this_ui(), contents);
     }
 
     /// Draws a button that opens a menu of input fields. The menu stays open while the fields are used.
     fn menu_of_fields(&mut self, button: Button<'_>, contents: impl FnOnce(&mut Ui)) -> Response {
         let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let menu = MenuButton::from_button(button).config(stays);
-        menu.ui(self.own(), contents).0
+        menu.ui(self.this_ui(), contents).0
     }
 }
 
 impl Controls for Ui {
-    fn own(&mut self) -> &mut Ui {
+    fn this_ui(&mut self) -> &mut Ui {
         self
     }
 }

@@ -64,18 +64,18 @@ mod tests {
 
     #[test]
     fn indices_take_one_sign_or_a_group() {
-        let own = |place, text: &str| (place, text.to_owned());
+        let piece = |place, text: &str| (place, text.to_owned());
         assert_eq!(
             pieces("L = C^{-1}S_i + c"),
             [
-                own(Place::Line, "L = C"),
-                own(Place::High, "-1"),
-                own(Place::Line, "S"),
-                own(Place::Low, "i"),
-                own(Place::Line, " + c"),
+                piece(Place::Line, "L = C"),
+                piece(Place::High, "-1"),
+                piece(Place::Line, "S"),
+                piece(Place::Low, "i"),
+                piece(Place::Line, " + c"),
             ]
         );
-        assert_eq!(pieces("a_{open"), [own(Place::Line, "a"), own(Place::Low, "open")]);
-        assert_eq!(pieces("^"), [own(Place::High, "")]);
+        assert_eq!(pieces("a_{open"), [piece(Place::Line, "a"), piece(Place::Low, "open")]);
+        assert_eq!(pieces("^"), [piece(Place::High, "")]);
     }
 }

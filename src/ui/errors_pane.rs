@@ -94,17 +94,19 @@ fn expected(ui: &mut Ui, engine: &Engine) {
 fn is_of_screen(engine: &Engine) -> bool {
     let answered = engine.lane::<AskExpectedError>().answered();
     let shown = engine.analysis().zip(answered);
-    shown.is_some_and(|(own, answered)| Arc::ptr_eq(&own.calibration, &answered.calibration))
+    shown.is_some_and(|(analysis, answered)| {
+        Arc::ptr_eq(&analysis.calibration, &answered.calibration)
+    })
 }
 
 /// Returns a table with one row for each axis: the expected error, then the errors on training samples, on test samples and
 /// by cross-validation.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
-    let known = engine.lane::<AskExpectedError>().answer().and_then(|own| own.as_ref().ok());
-    let known = known.filter(|own| own.axes.len() == analysis.calibration.axes.len());
+    let known = engine.lane::<AskExpectedError>().answer().and_then(|answer| answer.as_ref().ok());
+    let known = known.filter(|expected| expected.axes.len() == analysis.calibration.axes.len());
     let title = if is_of_screen(engine) { "Expected" } else { "Expected, updating" };
-    let expected = known.map(|own| (title.to_owned(), expected_error_column(own)));
+    let expected = known.map(|expected| (title.to_owned(), expected_error_column(expected)));
     let tables = ScoreSet::ALL.into_iter().filter_map(|set| {
         let table = errors(&analysis.calibration, factory, set, Shown::Units).ok()?;
         Some((set.title().to_owned(), table))

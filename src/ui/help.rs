@@ -206,7 +206,7 @@ fn guide_page(ui: &mut Ui, laid_out: &mut CommonMarkCache, text: &str) {
 
 fn shortcuts(ui: &mut Ui, actions: &[Action]) {
     let context = ui.ctx().clone();
-    let own = actions
+    let of_actions = actions
         .iter()
         .filter_map(|action| Some((context.format_shortcut(&action.keys?), &*action.name)));
     let others = [
@@ -221,7 +221,7 @@ fn shortcuts(ui: &mut Ui, actions: &[Action]) {
     ];
     let others = others.map(|(keys, name)| (keys.to_owned(), name));
     egui::Grid::new("shortcuts").num_columns(2).striped(true).spacing([16.0, 6.0]).show(ui, |ui| {
-        for (keys, name) in own.chain(others) {
+        for (keys, name) in of_actions.chain(others) {
             ui.label(RichText::new(keys).strong());
             ui.add(Label::new(name).wrap());
             ui.end_row();
@@ -233,7 +233,8 @@ fn equations(ui: &mut Ui) {
     let color = ui.visuals().strong_text_color();
     egui::Grid::new("equations").num_columns(2).striped(true).spacing([16.0, 8.0]).show(ui, |ui| {
         let known = EQUATIONS.map(|(number, equation, words)| (number, equation, words.to_owned()));
-        let blocks = BLOCKS.iter().map(|own| (own.name(), own.formula(), own.setting().help()));
+        let blocks =
+            BLOCKS.iter().map(|block| (block.name(), block.formula(), block.setting().help()));
         for (number, equation, words) in known.into_iter().chain(blocks) {
             ui.label(RichText::new(number).strong());
             ui.vertical(|ui| {
@@ -254,7 +255,7 @@ mod tests {
         for (title, text) in GUIDE {
             for picture in text.split("](").skip(1) {
                 let name = picture.split(')').next().unwrap_or_default();
-                let is_there = PICTURES.iter().any(|(own, _)| *own == name);
+                let is_there = PICTURES.iter().any(|(known, _)| *known == name);
                 let is_other = !name.ends_with(".png") || name.starts_with("../");
                 assert!(is_there || is_other, "{title}: {name}");
             }

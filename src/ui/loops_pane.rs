@@ -256,7 +256,7 @@ impl LoopsPane {
         let axes = engine.project().axes().iter();
         ui.select_from(
             &mut self.axis,
-            axes.map(|own| (*own, own.symbol(), "Shows the plot of this axis")),
+            axes.map(|axis| (*axis, axis.symbol(), "Shows the plot of this axis")),
         );
     }
 

@@ -139,13 +139,13 @@ mod tests {
             let grounds = [visuals.panel_fill, visuals.window_fill, visuals.extreme_bg_color];
             for (name, text) in texts {
                 for ground in grounds.into_iter().chain([striped]) {
-                    let own = contrast(text, ground);
-                    assert!(own >= 4.5, "{name} on {ground:?}, dark {is_dark}: {own:.2}");
+                    let ratio = contrast(text, ground);
+                    assert!(ratio >= 4.5, "{name} on {ground:?}, dark {is_dark}: {ratio:.2}");
                 }
             }
             for widget in [&visuals.widgets.inactive, &visuals.widgets.hovered] {
-                let own = contrast(widget.fg_stroke.color, widget.weak_bg_fill);
-                assert!(own >= 4.5, "a button, dark {is_dark}: {own:.2}");
+                let ratio = contrast(widget.fg_stroke.color, widget.weak_bg_fill);
+                assert!(ratio >= 4.5, "a button, dark {is_dark}: {ratio:.2}");
             }
             let selection = visuals.selection;
             assert!(contrast(selection.stroke.color, selection.bg_fill) >= 4.5);

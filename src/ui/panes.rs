@@ -46,7 +46,7 @@ impl Default for Views {
 
 impl Views {
     pub fn of(&mut self, pane: Pane) -> Option<&mut dyn PaneView> {
-        let found = self.0.iter_mut().find(|(own, _)| *own == pane)?;
+        let found = self.0.iter_mut().find(|(known, _)| *known == pane)?;
         Some(&mut *found.1)
     }
 }

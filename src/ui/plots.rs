@@ -439,8 +439,8 @@ fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) 
     let (mut part, mut offset): (Vec<Pos2>, f32) = (Vec::new(), 0.0);
     let mut end = |part: &mut Vec<Pos2>, offset| {
         if part.len() > 1 {
-            let own = Shape::dashed_line_with_offset(part, stroke, &[dash], &[gap], offset);
-            shapes.extend(own);
+            let dashed = Shape::dashed_line_with_offset(part, stroke, &[dash], &[gap], offset);
+            shapes.extend(dashed);
         }
         part.clear();
     };
@@ -560,19 +560,22 @@ mod tests {
         assert_eq!(strip(&slope, white, 1.0), None);
         let mesh = strip(&points, white, 1.0).unwrap();
         assert!(mesh.is_valid());
-        let solid = mesh.vertices.iter().filter(|own| own.color == Color32::WHITE);
-        let solid: Vec<Pos2> = solid.map(|own| own.pos).collect();
+        let solid = mesh.vertices.iter().filter(|vertex| vertex.color == Color32::WHITE);
+        let solid: Vec<Pos2> = solid.map(|vertex| vertex.pos).collect();
         for point in &points {
-            let near = solid.iter().filter(|own| (own.x - point.x).abs() <= 1.0);
-            let (low, high) = near.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), own| {
-                (low.min(own.y), high.max(own.y))
-            });
+            let near = solid.iter().filter(|place| (place.x - point.x).abs() <= 1.0);
+            let (low, high) = near
+                .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), place| {
+                    (low.min(place.y), high.max(place.y))
+                });
             assert!(low < point.y && point.y < high, "{point:?}");
             assert!(low >= 49.0 && high <= 131.0, "half a line beyond the points at most");
         }
         let last = points[399];
-        let narrow: Vec<f32> =
-            (solid.iter()).filter(|own| own.x == last.x).map(|own| own.y - last.y).collect();
+        let narrow: Vec<f32> = (solid.iter())
+            .filter(|place| place.x == last.x)
+            .map(|place| place.y - last.y)
+            .collect();
         assert_eq!(narrow, [-0.5, 0.5]);
         assert!(solid.len() < 2 * 160);
     }
@@ -586,18 +589,18 @@ mod tests {
         assert_eq!(dashes(&seen, stroke, dash, &frame), all);
         // A zoom of 10⁹.
         let far = [pos2(-1e9, 0.0), pos2(1e9, 200.0), pos2(3.0, 1e12), pos2(-4.0, -1e12)];
-        let own = dashes(&far, stroke, dash, &frame);
-        assert!((20..200).contains(&own.len()), "{}", own.len());
+        let dashed = dashes(&far, stroke, dash, &frame);
+        assert!((20..200).contains(&dashed.len()), "{}", dashed.len());
         // The dashes of the visible part stand as if counted from the beginning of the line.
         let long = [pos2(-1000.0, 50.0), pos2(2000.0, 50.0)];
         let whole = Shape::dashed_line(&long, stroke, dash[0], dash[1]);
-        let own = dashes(&long, stroke, dash, &frame);
+        let dashed = dashes(&long, stroke, dash, &frame);
         let is_seen = |shape: &&Shape| frame.intersects(shape.visual_bounding_rect());
         let starts = |shapes: &[Shape]| -> Vec<f32> {
             let seen = shapes.iter().filter(is_seen);
             seen.map(|shape| shape.visual_bounding_rect().left().round()).collect()
         };
-        assert_eq!(starts(&own), starts(&whole));
+        assert_eq!(starts(&dashed), starts(&whole));
         assert!(dashes(&[pos2(-9.0, -99.0), pos2(600.0, -99.0)], stroke, dash, &frame).is_empty());
     }
 }

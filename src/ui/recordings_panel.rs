@@ -219,7 +219,8 @@ fn as_table(engine: &Engine) -> Table {
             },
             |(row, _), (output, _, at, _)| {
                 let result = engine.result_of(*row);
-                let rmse = result.map(|own| [&own.conventional_rmse, &own.compensated_rmse]);
+                let rmse =
+                    result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
                 let rmse = rmse.and_then(|rmse| rmse[*output].as_ref());
                 Cell::digits(rmse.and_then(|rmse| rmse.get(*at)).copied(), 5)
             },

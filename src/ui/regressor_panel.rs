@@ -49,12 +49,12 @@ pub fn regressor(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: 
 }
 
 pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
-    let own: &[Setting] = match settings.regressor.learner() {
+    let of_learner: &[Setting] = match settings.regressor.learner() {
         Some(Learner::Network) => &[EPOCHS, SEED, CONSTANT_RATE, EARLY_STOPPING, CROSS_VALIDATE],
         Some(Learner::Kernel) => &[LANDMARKS],
         None => &[],
     };
-    [&[RIDGE], own].concat()
+    [&[RIDGE], of_learner].concat()
 }
 
 pub fn ridge(ui: &mut Ui, ridge: &mut RidgeChoice) {
@@ -119,7 +119,7 @@ fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learn
             });
         } else {
             let wants_score = learner == Learner::Network && settings.network.cross_validate;
-            let lacks_score = wants_score && trained.is_none_or(|own| !own.is_cross_validated());
+            let lacks_score = wants_score && trained.is_none_or(|model| !model.is_cross_validated());
             let label = match learner {
                 Learner::Network if wants_score => cost_text(settings, epochs.last()),
                 Learner::Network => "Train the network".to_owned(),

@@ -54,7 +54,7 @@ pub fn seek(context: &egui::Context, setting: Setting) {
 pub fn found(setting: &Setting, control: &Response) {
     let id = sought_id();
     let sought: Option<Sought> = control.ctx.data(|data| data.get_temp(id));
-    let Some((_, frames)) = sought.filter(|(own, _)| own == setting) else {
+    let Some((_, frames)) = sought.filter(|(known, _)| known == setting) else {
         return;
     };
     if frames == 0 || control.has_focus() {

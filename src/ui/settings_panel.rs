@@ -124,7 +124,8 @@ fn changed(ui: &mut Ui, settings: &FitSettings, out: &mut Out) {
             format!("history rate {history_rate_hz} Hz"),
         ),
     ];
-    let others = others.into_iter().filter(|own| own.0).map(|(_, setting, text)| (setting, text));
+    let others =
+        others.into_iter().filter(|other| other.0).map(|(_, setting, text)| (setting, text));
     let all: Vec<(Setting, String)> = blocks.chain(others).collect();
     if all.is_empty() {
         return;
@@ -289,7 +290,7 @@ fn decimation(ui: &mut Ui, settings: &mut FitSettings) {
 /// Draws the reference values of the auxiliary channels, at which their effects are zero.
 fn auxiliary_references(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
     let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature of the calibration. The calibration matrix of the gauges and the offset hold at this value. From data: the mean of the channel in the training recordings";
-    let Some(analysis) = engine.analysis().filter(|own| own.fitted) else {
+    let Some(analysis) = engine.analysis().filter(|analysis| analysis.fitted) else {
         return;
     };
     if settings.features.blocks.of(&Auxiliary).is_empty() {

@@ -189,8 +189,8 @@ impl Shell {
                 self.engine.act(action);
             }
             Command::ShowPane(pane) => self.workspaces.bring(pane),
-            Command::OpenPane(pane) => self.workspaces.own_mut().bring(pane),
-            Command::ClosePane(pane) => self.workspaces.own_mut().close(pane),
+            Command::OpenPane(pane) => self.workspaces.arrangement_mut().bring(pane),
+            Command::ClosePane(pane) => self.workspaces.arrangement_mut().close(pane),
             Command::Show(workspace) => self.workspaces.show(workspace),
             Command::ResetWorkspace => self.workspaces.reset(),
             Command::ToggleMaximized(pane) => {

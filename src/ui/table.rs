@@ -139,18 +139,18 @@ fn head(ui: &mut Ui, column: &Column, sort: &mut Sort) {
 
 fn show_cell(ui: &mut Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {
     let (column, cell) = (&table.columns[at], &table.rows[row][at]);
-    let own = RichText::new(&cell.text);
+    let text = RichText::new(&cell.text);
     let label = match cell.value {
         Value::Number(_) if !cell.about.is_empty() => {
             let group = column.group.as_ref().map_or("", |(name, _)| name);
-            explained(ui, own, &format!("{group} {}\n{}", column.name, cell.about))
+            explained(ui, text, &format!("{group} {}\n{}", column.name, cell.about))
         }
-        Value::Missing => explained(ui, own.small().weak(), &cell.about),
+        Value::Missing => explained(ui, text.small().weak(), &cell.about),
         Value::Words if is_narrow && cell.text.chars().count() > MAX_WORDS => {
             let about = format!("{}\n{}", cell.text, cell.about);
             explained(ui, RichText::new(elided(&cell.text, MAX_WORDS)), about.trim())
         }
-        _ => explained(ui, own, &cell.about),
+        _ => explained(ui, text, &cell.about),
     };
     if matches!(cell.value, Value::Number(_) | Value::Missing) {
         say(&label, || table.spoken(row, at));

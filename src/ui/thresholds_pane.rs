@@ -139,7 +139,8 @@ impl View {
             let sets = [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test];
             ui.select_from(&mut self.on, sets.map(|set| (set, set.title(), set.explanation())));
             let hint = format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS));
-            let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
+            let formats =
+                MAP_FORMATS.iter().map(|format| format!(".{}: {}; ", format.ending, format.holds));
             let formats = formats.collect::<String>() + ".png: this pane as on screen";
             let about = ["Path of the file; its ending chooses the format", "Save", &formats];
             if let Some(path) = ui.path_field("Save as", &mut self.path, (130.0, &hint), about) {

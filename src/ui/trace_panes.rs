@@ -228,9 +228,9 @@ fn view_choice(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let button = egui::ComboBox::from_label("on screen").width(180.0).truncate();
     let views = std::iter::once(Shown::All).chain((0..entries.len()).map(Shown::One));
     let mut view = engine.project().view;
-    let described = |own| {
-        let is_chosen = own == engine.project().view;
-        (elided(name(own), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
+    let described = |view| {
+        let is_chosen = view == engine.project().view;
+        (elided(name(view), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
     };
     choice(ui, button, &mut view, views, described)
         .on_hover_text("Recording on screen. All shows the recordings one after the other");

@@ -34,7 +34,7 @@ fn in_order(panes: impl Iterator<Item = Pane>) -> Vec<Pane> {
 }
 
 fn place_in_menus(pane: &Pane) -> Option<usize> {
-    panes::all().position(|own| own == *pane)
+    panes::all().position(|known| known == *pane)
 }
 
 /// Arrangements of all workspaces, and the workspace on screen.
@@ -81,21 +81,21 @@ impl Workspaces {
         self.show(self.shown);
     }
 
-    fn own(&self) -> &Arrangement {
+    fn arrangement(&self) -> &Arrangement {
         &self.arrangements[&self.shown]
     }
 
-    pub fn own_mut(&mut self) -> &mut Arrangement {
+    pub fn arrangement_mut(&mut self) -> &mut Arrangement {
         self.arrangements.entry(self.shown).or_insert_with(|| Arrangement::of(self.shown))
     }
 
     pub fn is_open(&self, pane: Pane) -> bool {
-        self.own().is_open(pane)
+        self.arrangement().is_open(pane)
     }
 
     /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
-        self.maximized.map_or_else(|| self.own().on_screen(), |pane| vec![pane])
+        self.maximized.map_or_else(|| self.arrangement().on_screen(), |pane| vec![pane])
     }
 
     /// Selects the tab of a pane, in the present workspace or else in the first workspace that contains the pane.
@@ -106,17 +106,16 @@ impl Workspaces {
         };
         let all = Workspace::ALL.iter().map(|(workspace, ..)| *workspace);
         let place = std::iter::once(self.shown).chain(all).find(has_it);
-        self.maximized.take_if(|own| *own != pane);
+        self.maximized.take_if(|shown| *shown != pane);
         if let Some(place) = place.filter(|place| *place != self.shown) {
             self.show(place);
         }
-        self.own_mut().bring(pane);
+        self.arrangement_mut().bring(pane);
     }
 
     /// Maximises a pane, or shows all panes again if a pane is maximised.
     pub fn toggle_maximized(&mut self, pane: Option<Pane>) {
-        let own = pane.filter(|pane| self.maximized.is_none() && self.is_open(*pane));
-        self.maximized = own;
+        self.maximized = pane.filter(|pane| self.maximized.is_none() && self.is_open(*pane));
     }
 
     pub fn draw(
@@ -126,8 +125,8 @@ impl Workspaces {
         draw: &mut dyn FnMut(&mut Ui, &mut Out, Pane),
     ) {
         let maximized = self.maximized;
-        let own = self.own_mut();
-        let mut drawing = Drawing { draw, focus: own.focus.take(), out };
+        let arrangement = self.arrangement_mut();
+        let mut drawing = Drawing { draw, focus: arrangement.focus.take(), out };
         match maximized {
             Some(mut pane) => {
                 ui.horizontal(|ui| {
@@ -142,12 +141,12 @@ impl Workspaces {
                 });
                 let _ = drawing.pane_ui(ui, TileId::from_u64(0), &mut pane);
             }
-            None if own.tree.is_empty() => {
+            None if arrangement.tree.is_empty() => {
                 ui.centered_and_justified(|ui| {
                     ui.label("All panes of this workspace are closed. Open panes or reset the workspace in the View menu");
                 });
             }
-            None => own.tree.ui(&mut drawing, ui),
+            None => arrangement.tree.ui(&mut drawing, ui),
         }
     }
 }
@@ -240,7 +239,7 @@ impl Arrangement {
                 None => self.tree.root = Some(self.tree.tiles.insert_tab_tile(vec![new])),
             }
         }
-        self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(own) if *own == pane));
+        self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(known) if *known == pane));
         self.focus = Some(pane);
     }
 
@@ -258,7 +257,7 @@ impl Arrangement {
             Tile::Container(Container::Tabs(tabs)) => Some((*id, &tabs.children)),
             _ => None,
         });
-        let has_traces = |tabs: &[TileId]| traces.is_some_and(|own| tabs.contains(&own));
+        let has_traces = |tabs: &[TileId]| traces.is_some_and(|tile| tabs.contains(&tile));
         tabs.max_by_key(|(_, tabs)| (has_traces(tabs), tabs.len())).map(|(id, _)| id)
     }
 
@@ -267,7 +266,7 @@ impl Arrangement {
         let tabs = self.tree.tiles.get_container(home).map(Container::children_vec);
         let tabs = tabs.unwrap_or_default().into_iter();
         let panes = tabs.filter_map(|tab| self.tree.tiles.get_pane(&tab));
-        panes.filter(|own| place_in_menus(own) < place_in_menus(&pane)).count()
+        panes.filter(|other| place_in_menus(other) < place_in_menus(&pane)).count()
     }
 
     fn panes(&self) -> impl Iterator<Item = Pane> {
@@ -408,17 +407,17 @@ mod tests {
     #[test]
     fn every_pane_has_a_workspace_and_each_shows_three_to_five_at_once() {
         let first = Workspace::ALL.map(|(workspace, ..)| Arrangement::of(workspace));
-        assert!(first.iter().all(|own| (3..=5).contains(&own.on_screen().len())));
+        assert!(first.iter().all(|arrangement| (3..=5).contains(&arrangement.on_screen().len())));
         assert!(first.iter().all(Arrangement::is_sound));
         for pane in all() {
-            assert!(first.iter().any(|own| own.is_open(pane)), "{}", pane.title);
+            assert!(first.iter().any(|arrangement| arrangement.is_open(pane)), "{}", pane.title);
         }
     }
 
     #[test]
     fn a_pane_is_brought_where_it_is_and_each_workspace_keeps_its_own_arrangement() {
         let mut workspaces = Workspaces::default();
-        workspaces.own_mut().close(named("errors"));
+        workspaces.arrangement_mut().close(named("errors"));
         workspaces.bring(named("loops"));
         assert_eq!(workspaces.shown(), Workspace::Loops);
         workspaces.show(Workspace::Calibrate);
@@ -454,7 +453,7 @@ mod tests {
     fn arrangements_come_back_from_json_and_a_broken_one_does_not() {
         let mut workspaces = Workspaces::default();
         workspaces.show(Workspace::Loops);
-        workspaces.own_mut().close(named("recordings"));
+        workspaces.arrangement_mut().close(named("recordings"));
         let value = workspaces.to_value();
         let back = Workspaces::from_value(&value).expect("what was written");
         assert_eq!(back.shown(), Workspace::Loops);

@@ -64,12 +64,13 @@ impl CloudPicture {
                 let columns = column * step..((column + 1) * step).min(cells[0]);
                 let (mut mixed, mut sum, mut strongest) = ([0.0_f32; 3], 0.0_f32, 0.0_f32);
                 for cloud in clouds {
-                    let own = &cloud.density.levels;
-                    let rows = rows.clone().flat_map(|row| &own[row * cells[0]..][columns.clone()]);
-                    let own = strength(rows.copied().max().unwrap_or(0));
-                    (sum, strongest) = (sum + own, strongest.max(own));
+                    let levels = &cloud.density.levels;
+                    let rows =
+                        rows.clone().flat_map(|row| &levels[row * cells[0]..][columns.clone()]);
+                    let density = strength(rows.copied().max().unwrap_or(0));
+                    (sum, strongest) = (sum + density, strongest.max(density));
                     for (mixed, part) in mixed.iter_mut().zip(cloud.color) {
-                        *mixed += own * f32::from(part);
+                        *mixed += density * f32::from(part);
                     }
                 }
                 let share = if sum > 0.0 { sum.recip() } else { 0.0 };

@@ -76,7 +76,7 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
                         let mut rule = table.rule(&header, report.number - 1);
                         let before = rule.clone();
                         row.set_selected(selection.rows.contains(&row.index()));
-                        let alike = reports.iter().filter(|own| own.header == report.header);
+                        let alike = reports.iter().filter(|other| other.header == report.header);
                         let name = match (report.header.as_str(), alike.count()) {
                             ("", _) => format!("column {}", report.number),
                             (header, 1) => format!("column {header}"),

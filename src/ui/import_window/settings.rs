@@ -13,7 +13,7 @@ use crate::ui::controls::Controls as _;
 pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
         let button = ComboBox::from_label("delimiter").width(90.0);
-        choice(ui, button, &mut text.delimiter, Delimiter::ALL, |own| (own.name(), ""))
+        choice(ui, button, &mut text.delimiter, Delimiter::ALL, |delimiter| (delimiter.name(), ""))
             .on_hover_text("Character between the cells of a line in the file");
         let mut comma = text.decimal == Decimal::Comma;
         if ui.tick(
@@ -25,7 +25,7 @@ pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
         }
         let button = ComboBox::from_label("thousands").width(90.0);
         let all = [None].into_iter().chain(Thousands::ALL.map(Some));
-        let described = |own: Option<Thousands>| (own.map_or("none", Thousands::name), "");
+        let described = |mark: Option<Thousands>| (mark.map_or("none", Thousands::name), "");
         choice(ui, button, &mut text.thousands, all, described).on_hover_text(
             "Character between groups of three digits, such as the comma in 1,234.5",
         );
@@ -58,10 +58,10 @@ pub fn parts(ui: &mut Ui, parts: &[FilePart], text: &mut TextLayout) {
                 part.what
             );
             if ui.tick(&mut is_used, &part.name, explanation) {
-                let used = parts.iter().filter(|own| {
-                    if own.name == part.name { is_used } else { own.is_used }
+                let used = parts.iter().filter(|other| {
+                    if other.name == part.name { is_used } else { other.is_used }
                 });
-                let used: Vec<String> = used.map(|own| own.name.clone()).collect();
+                let used: Vec<String> = used.map(|part| part.name.clone()).collect();
                 if !used.is_empty() {
                     text.parts = used;
                 }
@@ -76,10 +76,10 @@ pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
         optional(ui, ["sample rate", " Hz", about], 100.0, &mut map.table.sample_rate_hz);
         let button = ComboBox::from_label("times").width(150.0);
         let described = |stamps| {
-            let named = Stamps::ALL.into_iter().find(|(own, ..)| *own == stamps);
+            let named = Stamps::ALL.into_iter().find(|(known, ..)| *known == stamps);
             named.map_or(("", ""), |(_, name, explanation)| (name, explanation))
         };
-        choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(own, ..)| own), described)
+        choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(stamps, ..)| stamps), described)
             .on_hover_text("What is done with rows whose times are out of order or equal");
         let about = "Replaces each burst of gauge samples by its mean. Samples that are no further apart than this time belong to one burst";
         let bursts = ["average bursts within", " s", about];
@@ -97,7 +97,7 @@ fn tare(ui: &mut Ui, tare: &mut Option<Tare>) {
         Some(Tare::Interval(..)) => ("an interval of time", ""),
     };
     let button = ComboBox::from_label("tare").width(150.0);
-    let segment = tare.filter(|own| *own != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
+    let segment = tare.filter(|tare| *tare != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
     let all = [None, Some(Tare::Auto), Some(segment)];
     choice(ui, button, tare, all, described).on_hover_text(
         "Subtracts the mean gauge values of an interval in which the sensor is unloaded",

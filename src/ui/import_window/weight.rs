@@ -75,9 +75,9 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
         }
     });
     let mut nth = 0;
-    weight.mounts.retain_mut(|own| {
+    weight.mounts.retain_mut(|edited| {
         nth += 1;
-        ui.push_id(nth, |ui| mount(ui, nth, own)).inner
+        ui.push_id(nth, |ui| mount(ui, nth, edited)).inner
     });
 }
 

@@ -114,13 +114,17 @@ fn drawing<'a>(
         up: Scale::new(axis.label_of("error"), frame.outputs),
         lines: lines
             .filter(|(_, is_shown)| *is_shown)
-            .flat_map(|(((output, own), color), _)| {
+            .flat_map(|(((output, dwell), color), _)| {
                 let name = output.label();
                 [
-                    Line { opacity: 0.45, width: 1.0, ..Line::new(name, color, [&own.points[..]]) },
+                    Line {
+                        opacity: 0.45,
+                        width: 1.0,
+                        ..Line::new(name, color, [&dwell.points[..]])
+                    },
                     Line {
                         width: 2.2,
-                        ..Line::new(format!("{name} fitted"), color, [&own.fit[..]])
+                        ..Line::new(format!("{name} fitted"), color, [&dwell.fit[..]])
                     },
                 ]
             })

@@ -54,18 +54,18 @@ impl<'a> Shared<'a> {
     pub fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
         let analysis = engine.analysis()?;
         let traces = &*analysis.traces;
-        let axis = traces.axes.iter().find(|own| own.axis == plot.question.axis)?;
+        let axis = traces.axes.iter().find(|traced| traced.axis == plot.question.axis)?;
         let entries = engine.entries();
-        let part = |own: &loops::Part| {
+        let part = |of_loop: &loops::Part| {
             let mut segments = traces.segments.iter();
-            let segment = segments.find(|segment| segment.recording == own.recording)?;
+            let segment = segments.find(|segment| segment.recording == of_loop.recording)?;
             let over_traces =
                 |sample: usize| (segment.samples.start + sample).min(segment.samples.end);
             Some(Part {
                 segment,
-                samples: over_traces(own.samples.start)..over_traces(own.samples.end),
+                samples: over_traces(of_loop.samples.start)..over_traces(of_loop.samples.end),
                 calculated: axis.calculated.as_deref()?,
-                recording: &entries.get(own.recording)?.recording,
+                recording: &entries.get(of_loop.recording)?.recording,
                 decimation: analysis.calibration.decimation,
             })
         };
@@ -135,10 +135,11 @@ impl<'a> Shared<'a> {
         let segment = self.part_of(k)?.segment;
         let first = segment.samples.start;
         let cycles = self.plot.cycles.iter().enumerate();
-        let own = cycles.filter(|(_, cycle)| {
+        let around = cycles.filter(|(_, cycle)| {
             cycle.recording == segment.recording && cycle.samples.contains(&(k - first))
         });
-        let (at, loops::Part { samples, .. }) = own.min_by_key(|(_, cycle)| cycle.samples.len())?;
+        let (at, loops::Part { samples, .. }) =
+            around.min_by_key(|(_, cycle)| cycle.samples.len())?;
         let is_within = |other: &&loops::Part| {
             other.recording == segment.recording
                 && (samples.start..=samples.end).contains(&other.samples.start)
@@ -182,7 +183,7 @@ pub fn link(
     if !drawn.response.context_menu_opened() {
         tell(ui, drawn, view, shared, (output, k), cycle.as_ref());
     }
-    cycle.filter(|_| drawn.response.clicked()).map(|own| own.samples)
+    cycle.filter(|_| drawn.response.clicked()).map(|found| found.samples)
 }
 
 fn color(output: Option<Trace>, visuals: &egui::Visuals) -> egui::Color32 {

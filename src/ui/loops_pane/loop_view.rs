@@ -67,7 +67,7 @@ pub fn show(
             ui.weak(format!("No mean loop: {reason}."));
         }
         counts(ui, &view);
-        if let Some(missing) = shared.as_ref().and_then(|own| own.missing()) {
+        if let Some(missing) = shared.as_ref().and_then(|shared| shared.missing()) {
             ui.weak(missing);
         }
         lag(ui, pane, picture);

@@ -24,17 +24,17 @@ impl ModelPlots {
     pub fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let engine = cx.engine;
         let axes = engine.project().axes();
-        let chosen = self.axis.filter(|own| axes.contains(own));
+        let chosen = self.axis.filter(|axis| axes.contains(axis));
         let Some(mut axis) = chosen.or(axes.first().copied()) else { return };
         ui.horizontal_wrapped(|ui| {
             ui.strong("Model on screen").on_hover_text(
                 "To show another model here, press the button Use in its row of the list",
             );
-            for own in axes {
-                ui.select(&mut axis, *own, own.symbol(), "Shows the plots of this axis");
+            for one in axes {
+                ui.select(&mut axis, *one, one.symbol(), "Shows the plots of this axis");
             }
         });
-        if self.axis.is_some_and(|own| own != axis) {
+        if self.axis.is_some_and(|before| before != axis) {
             self.zooms = Default::default();
         }
         self.axis = Some(axis);

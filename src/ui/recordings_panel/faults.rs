@@ -79,11 +79,11 @@ fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>)
         "for each gauge",
         "Sets separate limits for each gauge, for gauges on different amplifiers",
     ) {
-        let own = |gauge: usize| range.of(gauge);
+        let range_of = |gauge: usize| range.of(gauge);
         *range = if by_gauge {
-            GaugeRange::Each((0..names.len()).map(own).collect())
+            GaugeRange::Each((0..names.len()).map(range_of).collect())
         } else {
-            let known = (0..names.len()).filter_map(own).flat_map(|(low, high)| [low, high]);
+            let known = (0..names.len()).filter_map(range_of).flat_map(|(low, high)| [low, high]);
             let all = || gauge_extremes(project.recordings.entries(), None);
             GaugeRange::All(known.collect::<MinMax>().ends().unwrap_or_else(all))
         };
@@ -97,18 +97,18 @@ fn gauge_range(ui: &mut Ui, project: &Project, entered: &mut Option<GaugeRange>)
     let response = ui.menu_of_fields(button, |ui| {
         egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
             egui::Grid::new("limits of gauges").show(ui, |ui| {
-                for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
-                    let mut knows = own.is_some();
+                for (gauge, (name, limits)) in names.iter().zip(ranges).enumerate() {
+                    let mut knows = limits.is_some();
                     if ui.tick(
                         &mut knows,
                         printable(name),
                         "Ticked if the limits of this gauge are known",
                     ) {
                         let entries = project.recordings.entries();
-                        *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
+                        *limits = knows.then(|| gauge_extremes(entries, Some(gauge)));
                     }
-                    if let Some(own) = own {
-                        ends(ui, own, name);
+                    if let Some(limits) = limits {
+                        ends(ui, limits, name);
                     }
                     ui.end_row();
                 }

@@ -41,13 +41,14 @@ fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &
         let pattern = text.parse::<GroupPattern>().ok();
         move |(_, entry): (usize, &Entry)| pattern.as_ref()?.group_of(&entry.recording)
     };
-    let own = |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
+    let alone =
+        |(at, entry): (usize, &Entry)| Some(format!("{} {}", at + 1, entry.recording.name()));
     type GroupOf<'a> = &'a dyn Fn((usize, &Entry)) -> Option<String>;
     let all: [(&str, GroupOf<'_>); 4] = [
         ("Groups as detected", &|_| None),
         ("One group for each file", &by("{file}")),
         ("One group for each folder", &by("{folder}")),
-        ("One group for each recording", &own),
+        ("One group for each recording", &alone),
     ];
     for (label, group) in all {
         if ui.button(label).clicked() {
@@ -108,7 +109,7 @@ pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
         ("Test", Role::Test, "Used only to score the fit"),
         ("Off", Role::Off, "Used neither by the fit nor for scores"),
     ];
-    let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |own| own.0);
+    let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |role| role.0);
     if !entry.recording.has_reference() {
         ui.weak("–").on_hover_text(
             "This recording has no reference load. A calibration can be applied to the recording, but neither fitted nor scored",

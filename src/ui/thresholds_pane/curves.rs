@@ -59,14 +59,14 @@ fn curve(
         Along::F => (ShownFTh::of(map.distance).factor, &map.grid.f_ths),
         Along::T => (1.0, &map.grid.t_ths_secs),
     };
-    let own = along.of(present);
+    let threshold = along.of(present);
     let curve = |ink: &dyn Fn(ScoreSet) -> [u8; 3]| Figure {
-        marked: Some(own * factor),
+        marked: Some(threshold * factor),
         ..threshold_curve(map, group, along, map.nearest(present), None, ink)
     };
     let visuals = ui.visuals().clone();
     let mut figure = curve(&|set| palette::bytes(palette::score(set, &visuals)));
-    figure.across.range = (0.0, factor * all.iter().copied().fold(own, f64::max));
+    figure.across.range = (0.0, factor * all.iter().copied().fold(threshold, f64::max));
     let title = measure_text(map, group);
     let label = &figure.across.label;
     let id = ("threshold curve", group.label(&map.scale), label);

@@ -149,8 +149,8 @@ impl MapTexture {
         set: ScoreSet,
     ) {
         let n_rows = map.n_rows_done();
-        let same = self.made.as_ref().is_some_and(|(own, rows, m, s)| {
-            Arc::ptr_eq(own, map) && (*rows, *m, *s) == (n_rows, measure, set)
+        let same = self.made.as_ref().is_some_and(|(known, rows, m, s)| {
+            Arc::ptr_eq(known, map) && (*rows, *m, *s) == (n_rows, measure, set)
         });
         if same {
             return;

@@ -191,15 +191,15 @@ impl Cursors {
 /// filled in.
 fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
     let number = |number: Option<f64>| {
-        number.map_or_else(|| Cell::words(""), |own| Cell::digits(Some(own), 4))
+        number.map_or_else(|| Cell::words(""), |number| Cell::digits(Some(number), 4))
     };
     let at_b = |row: &Row| b.map(|b| row.series.value(b));
     type OfSpan = fn(&Figures) -> f64;
     let of_span: [(&str, OfSpan); 4] = [
-        ("mean", |own| own.mean),
-        ("SD", |own| own.deviation()),
-        ("min", |own| own.min),
-        ("max", |own| own.max),
+        ("mean", |figures| figures.mean),
+        ("SD", |figures| figures.deviation()),
+        ("min", |figures| figures.min),
+        ("max", |figures| figures.max),
     ];
     Table::of(&span.rows)
         .words("", |row| &row.name)

@@ -116,7 +116,8 @@ fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, St
     let unit = axis.axis.unit();
     Trace::LISTED.into_iter().filter_map(move |trace| {
         let load = axis.load(trace)?.value(k);
-        let error = axis.error(trace).map(|own| format!("error {}", significant(own.value(k), 3)));
+        let error =
+            axis.error(trace).map(|error| format!("error {}", significant(error.value(k), 3)));
         let load = format!("{} {unit}", significant(load, 4));
         Some((trace, load, error.unwrap_or_default()))
     })

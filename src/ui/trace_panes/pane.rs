@@ -155,7 +155,7 @@ fn show_values(
     let sample = pointer.and_then(|at| traces.sample_at(plot.transform.value_from_position(at).x));
     // If the pointer is on no plot, the first plot shows the tooltip of the sample at the playing position.
     let is_first =
-        kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
+        kind == Kind::Load && traces.axes.first().is_some_and(|first| first.axis == axis.axis);
     let shown = match (sample, is_first && panes.playing.stepped) {
         (Some(k), _) => Some((k, None)),
         (None, true) => hovered.map(|k| (k, Some(plot.response.rect))),
@@ -200,8 +200,8 @@ impl<'a> Visible<'a> {
         if segments.len() > columns {
             return vec![of(samples.clone())];
         }
-        let own = segments.iter().map(|segment| &segment.samples);
-        own.map(|own| of(own.start.max(samples.start)..own.end.min(samples.end))).collect()
+        let ranges = segments.iter().map(|segment| &segment.samples);
+        ranges.map(|part| of(part.start.max(samples.start)..part.end.min(samples.end))).collect()
     }
 
     /// Shades the band that contains the load with a probability of about 95 %, if the regressor computes such a band.
