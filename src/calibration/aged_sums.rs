@@ -62,11 +62,11 @@ impl TakesRows for AgedSums {
             move || {
                 let mut rows = rows;
                 for run in classes.chunk_by(|a, b| a == b) {
-                    let (own, rest) = rows.split_at(run.len() * stride);
+                    let (of_run, rest) = rows.split_at(run.len() * stride);
                     rows = rest;
                     let products = &mut self.products[run[0] * class_len..][..class_len];
                     for (row, products) in tile_rows(products, stride) {
-                        add_tiles(products, own, self.first + row, 0..stride);
+                        add_tiles(products, of_run, self.first + row, 0..stride);
                     }
                 }
             },
@@ -113,9 +113,9 @@ pub fn aged_sums(
     let pass = Pass { design, conventional, past, is_cold, progress };
     let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
     pass.sums(pieces, empty, |k, past| {
-        let own = past[0][k] as usize;
-        let age = times[k] - times[own];
-        (own != k).then(|| ages.t_ths_secs.partition_point(|t_th| *t_th < age))
+        let nearest = past[0][k] as usize;
+        let age = times[k] - times[nearest];
+        (nearest != k).then(|| ages.t_ths_secs.partition_point(|t_th| *t_th < age))
     })
 }
 
@@ -133,7 +133,7 @@ pub fn look_back_sums(
     let past = past.iter().map(Vec::as_slice).collect();
     let pass = Pass { design, conventional, past, is_cold: false, progress };
     let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
-    pass.sums(pieces, empty, |k, past| past.iter().any(|own| own[k] as usize != k).then_some(0))
+    pass.sums(pieces, empty, |k, past| past.iter().any(|past| past[k] as usize != k).then_some(0))
 }
 
 #[cfg(test)]
@@ -178,8 +178,8 @@ mod tests {
             ThresholdAges { past: &past(2.0, 9.0), further: &further, t_ths_secs: &t_ths_secs };
         let aged =
             aged_sums(&design, conventional_loads, ages, &pieces, false, &Progress::default());
-        let direct = |own: Vec<u32>| {
-            let past = [own, further[0].clone()];
+        let direct = |nearest: Vec<u32>| {
+            let past = [nearest, further[0].clone()];
             recording_sums(&design, conventional_loads, &past, &pieces, false, &Progress::default())
         };
         let mut running = direct((0..n as u32).collect());

@@ -33,7 +33,9 @@ pub struct Blocks {
 
 /// Returns the weighted sum over the axes of the squared errors in each block. `squares` is `n_blocks × n_axes`, row-major.
 pub(crate) fn weighed(squares: &[f64], weights: &[f64]) -> Vec<f64> {
-    let of_block = |own: &[f64]| own.iter().zip(weights).map(|(own, weight)| own * weight).sum();
+    let of_block = |squares: &[f64]| {
+        squares.iter().zip(weights).map(|(squares, weight)| squares * weight).sum()
+    };
     squares.chunks_exact(weights.len().max(1)).map(of_block).collect()
 }
 
@@ -109,7 +111,7 @@ impl Blocks {
         blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mean = |blocks: &[(f64, f64)]| {
             let all: f64 = blocks.iter().map(|(_, n)| n).sum();
-            blocks.iter().map(|(own, n)| own * n).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+            blocks.iter().map(|(error, n)| error * n).sum::<f64>() / all.max(f64::MIN_POSITIVE)
         };
         let n = blocks.len();
         let aside = if n < FEWEST_TRIMMED { 0 } else { ((TRIMMED * n as f64) as usize).max(1) };
@@ -118,10 +120,10 @@ impl Blocks {
         // Winsorised variance of the differences (Yuen 1974), with each block weighted by its number of samples.
         let ends = (n > 0).then(|| (blocks[aside].0, blocks[n - 1 - aside].0));
         let (low, high) = ends.unwrap_or_default();
-        blocks.iter_mut().for_each(|(own, _)| *own = own.clamp(low, high));
+        blocks.iter_mut().for_each(|(error, _)| *error = error.clamp(low, high));
         let centre = mean(&blocks);
         let all: f64 = blocks.iter().map(|(_, n)| n).sum();
-        let squares = blocks.iter().map(|(own, n)| (n / all * (own - centre)).powi(2));
+        let squares = blocks.iter().map(|(error, n)| (n / all * (error - centre)).powi(2));
         let kept = (n - 2 * aside) as f64 / n.max(1) as f64;
         let correction = n as f64 / n.saturating_sub(1).max(1) as f64;
         Comparison {
@@ -135,8 +137,9 @@ impl Blocks {
     /// Returns true if the RMS error of one fit is below `factor` times that of the other fit with 90 % confidence. `one` and
     /// `other` are their squared errors in each block.
     pub fn is_below(&self, one: &[f64], other: &[f64], factor: f64) -> bool {
-        let other: Vec<f64> = other.iter().map(|own| factor * factor * (1.0 - TIE) * own).collect();
-        one.iter().all(|own| own.is_finite()) && self.compare(one, &other).is_below()
+        let other: Vec<f64> =
+            other.iter().map(|square| factor * factor * (1.0 - TIE) * square).collect();
+        one.iter().all(|square| square.is_finite()) && self.compare(one, &other).is_below()
     }
 
     /// Returns the group of recordings with the largest ratio of the fit's error to the conventional error, if a group
@@ -145,7 +148,7 @@ impl Blocks {
     /// A group of at least [`FEWEST_OF_GROUP`] blocks must exceed the limit with 90 % confidence. In a group of fewer
     /// blocks, the conventional error may be low by chance. If the conventional error of the group is below the mean of all
     /// groups, the fit's error is compared with this mean.
-    fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
+    fn harm(&self, fitted: &[f64], conventional: &[f64]) -> Option<Refusal> {
         let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
         let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);
         let harms = (0..n_groups).filter_map(|group| {
@@ -153,17 +156,17 @@ impl Blocks {
                 let all = values.iter().zip(&self.groups);
                 all.filter(|(_, of)| **of == group).map(|(value, _)| *value).collect()
             };
-            let (own, conventional) = (of(own), of(conventional));
+            let (fitted, conventional) = (of(fitted), of(conventional));
             let samples = of(&self.samples);
             let sum = |values: &[f64]| values.iter().sum::<f64>();
             let n = sum(&samples);
             let blocks = Self { groups: vec![0; samples.len()], samples };
-            let harms = if own.len() < FEWEST_OF_GROUP {
-                sum(&own) > HARM * HARM * sum(&conventional).max(pooled * n)
+            let harms = if fitted.len() < FEWEST_OF_GROUP {
+                sum(&fitted) > HARM * HARM * sum(&conventional).max(pooled * n)
             } else {
-                blocks.is_below(&conventional, &own, 1.0 / HARM)
+                blocks.is_below(&conventional, &fitted, 1.0 / HARM)
             };
-            let ratio = (sum(&own) / sum(&conventional)).sqrt();
+            let ratio = (sum(&fitted) / sum(&conventional)).sqrt();
             harms.then_some((group, ratio))
         });
         let worst = harms.max_by(|a, b| a.1.total_cmp(&b.1));
@@ -218,7 +221,7 @@ pub(crate) fn simplest_good(
     let Some(last) = n_tried.checked_sub(1) else { return 0 };
     let squares: Vec<Vec<f64>> =
         (0..n_tried).rev().map(|at| (0..n_parts).map(|part| square(at, part)).collect()).collect();
-    let is_finite = |own: &Vec<f64>| own.iter().all(|square| square.is_finite());
+    let is_finite = |errors: &Vec<f64>| errors.iter().all(|square| square.is_finite());
     if !is_finite(&squares[0]) {
         // The simplest setting cannot be fitted, so the simplest one that can be fitted is chosen.
         return (0..n_tried).rev().find(|at| is_finite(&squares[last - at])).unwrap_or(0);
@@ -331,10 +334,10 @@ mod tests {
     /// An error that is large only relative to a very small conventional error does not count as harm.
     #[test]
     fn a_group_without_error_does_not_refuse_all() {
-        let (mut conventional, mut own) = ([1.0; 10], [0.3; 10]);
+        let (mut conventional, mut fitted) = ([1.0; 10], [0.3; 10]);
         conventional[..2].copy_from_slice(&[0.01; 2]);
-        own[..2].copy_from_slice(&[0.02; 2]);
-        assert_eq!(chosen(0.05, &[conventional, own]).accurate, 1);
+        fitted[..2].copy_from_slice(&[0.02; 2]);
+        assert_eq!(chosen(0.05, &[conventional, fitted]).accurate, 1);
     }
 
     /// Checks one group of six blocks, then two blocks, then one block.

@@ -28,9 +28,9 @@ impl CoefficientErrors {
         let n = fits.len() as f64;
         let first = &fits.first().filter(|_| fits.len() > 1)?.matrix;
         let standard = |axis: usize, column: usize| {
-            let of_fits = || fits.iter().map(|own| own.matrix[axis][column]);
+            let of_fits = || fits.iter().map(|fit| fit.matrix[axis][column]);
             let mean = of_fits().sum::<f64>() / n;
-            let squares = of_fits().map(|own| (own - mean).powi(2));
+            let squares = of_fits().map(|coefficient| (coefficient - mean).powi(2));
             ((n - 1.0) / n * squares.sum::<f64>()).sqrt()
         };
         let of_axis =

@@ -42,8 +42,9 @@ pub struct ExpectedError {
 impl ExpectedError {
     /// Returns the expected error of an axis in its unit, or the reason why it is unknown.
     pub fn of_axis(&self, axis: Axis) -> Result<f64, String> {
-        let own = self.axes.iter().find(|own| own.axis == axis);
-        own.and_then(|own| own.value)
+        let found = self.axes.iter().find(|found| found.axis == axis);
+        found
+            .and_then(|found| found.value)
             .ok_or_else(|| format!("the load on {axis} hardly changes in the recordings"))
     }
 
@@ -55,8 +56,8 @@ impl ExpectedError {
 
 impl fmt::Display for ExpectedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let words = |(own, noun, how): (&Option<HeldOut>, _, _)| {
-            let HeldOut { groups, samples } = own.as_ref()?;
+        let words = |(held_out, noun, how): (&Option<HeldOut>, _, _)| {
+            let HeldOut { groups, samples } = held_out.as_ref()?;
             Some(format!("{}{how} ({samples} samples)", counted(*groups, noun)))
         };
         let left_out = (&self.cross_validation, "group", " left out in turn");

@@ -81,7 +81,8 @@ impl Learned {
     pub fn is_silent(&self, axis: usize) -> bool {
         match self {
             Self::Kernel(kernel) => {
-                kernel.offset[axis] == 0.0 && kernel.weights[axis].iter().all(|own| *own == 0.0)
+                kernel.offset[axis] == 0.0
+                    && kernel.weights[axis].iter().all(|weight| *weight == 0.0)
             }
             Self::Network(network) => {
                 network.target_shift[axis] == 0.0 && network.target_scale[axis] == 0.0

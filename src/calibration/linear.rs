@@ -111,8 +111,8 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
             let column: Vec<f64> = (rank + 1..m).map(|i| lower[i * m + rank]).collect();
             for (i, factor) in (rank + 1..m).zip(&column) {
                 let row = &mut lower[i * m..][rank + 1..=i];
-                for (own, other) in row.iter_mut().zip(&column) {
-                    *own -= factor * other;
+                for (entry, other) in row.iter_mut().zip(&column) {
+                    *entry -= factor * other;
                 }
             }
             rank += 1;
@@ -175,13 +175,13 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
     let q = sums.n_targets();
     assert_eq!(shares.len(), q, "there must be one list of ridge shares per target");
     let mut found = fit(sums, terms, Ridge::None);
-    for (at, own) in shares.iter().enumerate() {
-        if own.iter().all(|share| *share == 0.0) || shares[..at].contains(own) {
+    for (at, ridge_shares) in shares.iter().enumerate() {
+        if ridge_shares.iter().all(|share| *share == 0.0) || shares[..at].contains(ridge_shares) {
             continue;
         }
-        let kept = Terms { used: &terms.kept(own), ..terms };
-        let shrunk = fit(sums, kept, Ridge::Shares(own)).coefficients;
-        for target in (at..q).filter(|target| shares[*target] == *own) {
+        let kept = Terms { used: &terms.kept(ridge_shares), ..terms };
+        let shrunk = fit(sums, kept, Ridge::Shares(ridge_shares)).coefficients;
+        for target in (at..q).filter(|target| shares[*target] == *ridge_shares) {
             for feature in 0..sums.n_features() {
                 found.coefficients[feature * q + target] = shrunk[feature * q + target];
             }

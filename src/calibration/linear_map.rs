@@ -95,8 +95,9 @@ impl LinearMap {
         let n_axes = self.matrix.len();
         let mut coefficients = vec![0.0; design.n_columns() * n_axes];
         for (axis, row) in self.matrix.iter().enumerate() {
-            let own = design.standardised_coefficients(row);
-            for (out, value) in coefficients.iter_mut().skip(axis).step_by(n_axes).zip(own) {
+            let standardised = design.standardised_coefficients(row);
+            for (out, value) in coefficients.iter_mut().skip(axis).step_by(n_axes).zip(standardised)
+            {
                 *out = value;
             }
         }
@@ -112,9 +113,9 @@ impl LinearMap {
             .iter()
             .enumerate()
             .map(|(axis, base)| {
-                let own: Vec<f64> =
+                let standardised: Vec<f64> =
                     coefficients.iter().skip(axis).step_by(n_axes).copied().collect();
-                let mut row = design.raw_coefficients(&own);
+                let mut row = design.raw_coefficients(&standardised);
                 for (column, value) in present.iter().zip(base) {
                     row[*column] += value;
                 }

@@ -135,8 +135,8 @@ impl NormalEquations {
     pub(crate) fn add_products(&mut self, first: usize, products: &[f64]) {
         let stride = self.stride();
         for (column, row) in (first..).zip(products.chunks_exact(stride)) {
-            let own = &mut self.gram[column * stride + column..(column + 1) * stride];
-            for (sum, product) in own.iter_mut().zip(&row[column..]) {
+            let sums_of_row = &mut self.gram[column * stride + column..(column + 1) * stride];
+            for (sum, product) in sums_of_row.iter_mut().zip(&row[column..]) {
                 *sum += product;
             }
             for (before, product) in row[..first].iter().enumerate() {

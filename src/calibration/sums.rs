@@ -316,9 +316,9 @@ mod tests {
             let whole = Piece { samples: 0..segment.n_samples(), fold: 0 };
             let expected = &of(&segment, &[whole], false)[0];
             for column in 0..design.n_columns() {
-                let [own, expected] =
+                let [actual, expected] =
                     [cold, expected].map(|sums| sums.feature_product(column, column));
-                assert!((own - expected).abs() <= 1e-9 * expected.abs(), "column {column}");
+                assert!((actual - expected).abs() <= 1e-9 * expected.abs(), "column {column}");
             }
         }
         assert_ne!(cold[1], warm[1]);

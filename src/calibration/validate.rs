@@ -41,7 +41,7 @@ impl Calibration {
         let ends = self.gauge_limits.iter().flat_map(|(low, high)| [low, high]);
         let ends: Vec<f64> = ends.filter_map(|end| *end).collect();
         let errors = self.quality.coefficients.iter();
-        let errors: Vec<f64> = errors.flat_map(|own| own.standard.concat()).collect();
+        let errors: Vec<f64> = errors.flat_map(|known| known.standard.concat()).collect();
         let scale = &self.gauge_scale;
         let rate = self.rate_hz.as_slice();
         let n_limits = if self.limits.is_empty() { 0 } else { n_axes };

@@ -36,7 +36,7 @@ impl AuxiliaryChannel {
     pub fn measure(training: &[&Recording], name: &str) -> Result<Self, String> {
         let tables = training.iter().map(|recording| recording.auxiliary());
         let placed = tables.filter_map(|table| {
-            let at = table.names().iter().position(|own| own == name)?;
+            let at = table.names().iter().position(|known| known == name)?;
             Some((table, at))
         });
         let Some((first, at)) = placed.clone().next() else {

@@ -90,7 +90,7 @@ impl Design {
             columns: self.look_backs().collect(),
         }];
         for (block, values) in self.features.blocks.used() {
-            let own = FeatureSettings {
+            let of_block = FeatureSettings {
                 look_backs: Vec::new(),
                 blocks: Blocks::default().with(block, values),
                 ..self.features.clone()
@@ -102,9 +102,9 @@ impl Design {
                 }
                 Appends::Auxiliary => self.where_column(is_auxiliary),
             };
-            blocks.push(OfBlock { block: Some(block), description: own.describe(), columns });
+            blocks.push(OfBlock { block: Some(block), description: of_block.describe(), columns });
         }
-        blocks.retain(|own| !own.columns.is_empty());
+        blocks.retain(|block| !block.columns.is_empty());
         blocks
     }
 
@@ -127,9 +127,9 @@ impl Design {
     /// Returns this design with default thresholds in all look-backs. Two designs that differ only in thresholds give equal
     /// results.
     pub fn with_any_thresholds(&self) -> Self {
-        let mut own = self.clone();
-        own.features.look_backs.fill(Thresholds::default());
-        own
+        let mut design = self.clone();
+        design.features.look_backs.fill(Thresholds::default());
+        design
     }
 
     /// Returns all column indices.

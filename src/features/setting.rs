@@ -65,7 +65,7 @@ impl Range {
             Self::NotNegative | Self::NotNegativeOrAuto => value >= 0.0 && value.is_finite(),
             Self::UpTo(max) => value > 0.0 && value <= max,
             Self::Whole(min, max) => (min as f64..=max as f64).contains(&value),
-            Self::OneOf(choices) => choices.iter().any(|own| f64::from(own.value) == value),
+            Self::OneOf(choices) => choices.iter().any(|choice| f64::from(choice.value) == value),
             Self::Switch => value == 0.0 || value == 1.0,
         }
     }

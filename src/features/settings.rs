@@ -87,8 +87,8 @@ pub enum Stored<'a> {
 }
 
 fn position(block: &dyn Block) -> usize {
-    let own = BLOCKS.iter().position(|own| *own == block);
-    own.expect("every feature block is in the list `BLOCKS`")
+    let place = BLOCKS.iter().position(|place| *place == block);
+    place.expect("every feature block is in the list `BLOCKS`")
 }
 
 /// Features that are appended to the present gauges: look-backs and other blocks. In files, each block has the key of its

@@ -29,9 +29,9 @@ impl AuxiliaryTable {
     /// Returns true if, at this time (s), the value of at least one channel is outdated: measured earlier or later by more
     /// than the minimum length of a pause.
     pub fn is_held_at(&self, secs: f64) -> bool {
-        self.held.iter().any(|own| {
-            let at = own.partition_point(|(_, to)| *to < secs);
-            own.get(at).is_some_and(|(from, _)| *from <= secs)
+        self.held.iter().any(|spans| {
+            let at = spans.partition_point(|(_, to)| *to < secs);
+            spans.get(at).is_some_and(|(from, _)| *from <= secs)
         })
     }
 
@@ -97,7 +97,7 @@ impl AuxiliaryTable {
 
 /// Returns the index of each of these names in `among`. The error is the first name that is missing there.
 pub(crate) fn places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
-    let place = |name: &'a String| among.iter().position(|own| own == name).ok_or(&**name);
+    let place = |name: &'a String| among.iter().position(|known| known == name).ok_or(&**name);
     names.iter().map(place).collect()
 }
 

@@ -194,8 +194,8 @@ impl SensorFile {
 pub fn rate(rated_loads: &BTreeMap<Axis, f64>, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
     if axes.iter().any(|axis| rated_loads.contains_key(axis)) {
         full_scale.resize(axes.len(), None);
-        for (own, axis) in full_scale.iter_mut().zip(axes) {
-            *own = own.or(rated_loads.get(axis).copied());
+        for (entered, axis) in full_scale.iter_mut().zip(axes) {
+            *entered = entered.or(rated_loads.get(axis).copied());
         }
     }
 }

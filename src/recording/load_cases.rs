@@ -17,8 +17,8 @@ pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
     let mut first: Vec<&[f64]> = Vec::new();
     let rows = loads.chunks_exact(axes.len().max(1));
     rows.map(|row| {
-        let is_same = |own: &&[f64]| {
-            let mut pairs = own.iter().zip(row).zip(&within);
+        let is_same = |known: &&[f64]| {
+            let mut pairs = known.iter().zip(row).zip(&within);
             pairs.all(|((a, b), within)| (a - b).abs() <= *within)
         };
         first.iter().position(is_same).unwrap_or_else(|| {

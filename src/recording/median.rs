@@ -12,7 +12,7 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// Returns the standard deviation of the white noise in a signal that is otherwise smooth.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
-    let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
+    let bends = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
     // In a smooth signal, second differences contain only noise. The median magnitude of normal noise is 0.6745 standard
     // deviations, and the variance of a second difference is six times that of the noise.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())

@@ -12,7 +12,8 @@ const SAME_PROGRAMME: f64 = 0.05;
 impl Recording {
     /// Returns true if the load takes the same course in both recordings, at the same or another speed.
     pub(crate) fn repeats(&self, other: &Self) -> bool {
-        let is_comparable = |own: &Self| own.n_samples() >= FEWEST_SAMPLES && own.has_reference();
+        let is_comparable =
+            |recording: &Self| recording.n_samples() >= FEWEST_SAMPLES && recording.has_reference();
         if self.axes() != other.axes() || ![self, other].into_iter().all(is_comparable) {
             return false;
         }
@@ -21,7 +22,7 @@ impl Recording {
             let sample = at * (of.n_samples() - 1) / (COMPARED - 1);
             of.loads()[sample * n_axes + axis]
         };
-        let range: f64 = other.load_ranges().iter().map(|own| own.span().powi(2)).sum();
+        let range: f64 = other.load_ranges().iter().map(|range| range.span().powi(2)).sum();
         let most = SAME_PROGRAMME.powi(2) * range * COMPARED as f64;
         let mut squares = 0.0;
         // The sum stops as soon as it exceeds the limit: for most different programmes, a few samples suffice.

@@ -528,7 +528,7 @@ pub(crate) fn load_ranges<'a>(
     n_axes: usize,
 ) -> Vec<MinMax> {
     let mut all = vec![MinMax::NONE; n_axes];
-    recordings.for_each(|own| join(&mut all, own.load_ranges()));
+    recordings.for_each(|recording| join(&mut all, recording.load_ranges()));
     all
 }
 

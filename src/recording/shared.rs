@@ -14,15 +14,15 @@ pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shared {
     all: Arc<Vec<f64>>,
-    own: Range<usize>,
+    part: Range<usize>,
 }
 
 impl Shared {
     pub fn part(&self, range: Range<usize>) -> Self {
-        assert!(range.start <= range.end && range.end <= self.own.len());
+        assert!(range.start <= range.end && range.end <= self.part.len());
         Self {
             all: Arc::clone(&self.all),
-            own: self.own.start + range.start..self.own.start + range.end,
+            part: self.part.start + range.start..self.part.start + range.end,
         }
     }
 
@@ -41,7 +41,7 @@ impl Shared {
 
     /// Returns the numbers as a list of their own. A part of a longer list is copied.
     pub fn whole(&self) -> Arc<Vec<f64>> {
-        if self.own.len() == self.all.len() {
+        if self.part.len() == self.all.len() {
             Arc::clone(&self.all)
         } else {
             Arc::new(self.to_vec())
@@ -50,7 +50,7 @@ impl Shared {
 
     /// Returns the numbers for changing them. Numbers that other recordings share are copied first.
     pub fn make_mut(&mut self) -> &mut Vec<f64> {
-        if self.own.len() < self.all.len() {
+        if self.part.len() < self.all.len() {
             *self = self.to_vec().into();
         }
         Arc::make_mut(&mut self.all)
@@ -59,7 +59,7 @@ impl Shared {
 
 impl From<Vec<f64>> for Shared {
     fn from(values: Vec<f64>) -> Self {
-        Self { own: 0..values.len(), all: Arc::new(values) }
+        Self { part: 0..values.len(), all: Arc::new(values) }
     }
 }
 
@@ -67,13 +67,13 @@ impl Deref for Shared {
     type Target = [f64];
 
     fn deref(&self) -> &[f64] {
-        &self.all[self.own.clone()]
+        &self.all[self.part.clone()]
     }
 }
 
 impl PartialEq for Shared {
     fn eq(&self, other: &Self) -> bool {
-        let same = Arc::ptr_eq(&self.all, &other.all) && self.own == other.own;
+        let same = Arc::ptr_eq(&self.all, &other.all) && self.part == other.part;
         same || **self == **other
     }
 }
@@ -124,8 +124,8 @@ impl PartialEq for Ranged {
 }
 
 /// Extends the range of each column in `all` by the range of the same column in `own`.
-pub(super) fn join(all: &mut [MinMax], own: &[MinMax]) {
-    all.iter_mut().zip(own).for_each(|(all, own)| *all = all.joined(*own));
+pub(super) fn join(all: &mut [MinMax], more: &[MinMax]) {
+    all.iter_mut().zip(more).for_each(|(all, more)| *all = all.joined(*more));
 }
 
 fn ranges(rows: &[f64], width: usize) -> Vec<MinMax> {
@@ -138,8 +138,8 @@ fn ranges(rows: &[f64], width: usize) -> Vec<MinMax> {
         }
         ranges
     };
-    let joined = |mut all: Vec<MinMax>, own: Vec<MinMax>| {
-        join(&mut all, &own);
+    let joined = |mut all: Vec<MinMax>, more: Vec<MinMax>| {
+        join(&mut all, &more);
         all
     };
     rows.par_chunks(width.max(1) * SAMPLES_A_THREAD).fold(none, with).reduce(none, joined)

@@ -149,13 +149,13 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
 }
 
 fn mean(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> f64 {
-    let own = values[rows.start * width + column..].iter().step_by(width);
-    own.take(rows.len()).sum::<f64>() / rows.len() as f64
+    let channel = values[rows.start * width + column..].iter().step_by(width);
+    channel.take(rows.len()).sum::<f64>() / rows.len() as f64
 }
 
 fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> MinMax {
-    let own = values[rows.start * width + column..].iter().step_by(width);
-    own.take(rows.len()).collect()
+    let channel = values[rows.start * width + column..].iter().step_by(width);
+    channel.take(rows.len()).collect()
 }
 
 #[cfg(test)]

@@ -125,8 +125,9 @@ impl Kernel {
                 let parts = whitened.sums(rows, step, progress)?;
                 progress.advance(rows.n_runs() as u64);
                 let tuned = whitened.tuned(&parts, &columns, progress)?;
-                let (error, of_parts) = tuned
-                    .map_or((f64::INFINITY, Vec::new()), |own| (own.least_error, own.of_parts));
+                let (error, of_parts) = tuned.map_or((f64::INFINITY, Vec::new()), |tuned| {
+                    (tuned.least_error, tuned.of_parts)
+                });
                 if best.as_ref().is_none_or(|(_, least, _)| error < *least) {
                     best = Some((*scale, error, of_parts));
                 }
@@ -231,9 +232,9 @@ impl Standardised {
             rows.pass(run, &mut |block| {
                 for row in block.inputs.chunks_exact(d) {
                     if at.is_multiple_of(step) {
-                        let mut own = Vec::new();
-                        self.apply(row, &mut own);
-                        candidates.push(own);
+                        let mut candidate = Vec::new();
+                        self.apply(row, &mut candidate);
+                        candidates.push(candidate);
                     }
                     at += 1;
                 }
@@ -512,7 +513,7 @@ impl Columns {
             kinds.extend(&stage.kinds);
             known.extend(&stage.known);
             let before = vec![0.0; m + 1];
-            shares.extend(stage.shares.iter().map(|own| [&before[..], own].concat()));
+            shares.extend(stage.shares.iter().map(|added| [&before[..], added].concat()));
         }
         Self {
             of_kernel: (0..=m).collect(),
@@ -706,8 +707,8 @@ mod tests {
             whitening.transpose() * &whitening
         };
         for x in [-4.0, 0.2, 3.3] {
-            let own = (x - kernel.input_shift[0]) * kernel.input_scale[0];
-            let similar: Vec<f64> = samples.iter().map(|(x, _)| k(own, *x)).collect();
+            let standardised = (x - kernel.input_shift[0]) * kernel.input_scale[0];
+            let similar: Vec<f64> = samples.iter().map(|(x, _)| k(standardised, *x)).collect();
             let weights: Vec<f64> =
                 (0..12).map(|i| (0..12).map(|j| similar[j] * inverse[(j, i)]).sum()).collect();
             let mean: f64 = weights.iter().zip(&samples).map(|(w, (_, y))| w * y).sum();

@@ -178,19 +178,19 @@ impl Stream for Effects {
             (auxiliary[at] - reference) * inverse_scale
         };
         if self.states.is_empty() {
-            self.states = (0..n * self.taus_secs.len()).map(|own| now(own % n)).collect();
+            self.states = (0..n * self.taus_secs.len()).map(|state| now(state % n)).collect();
             self.last_secs = time;
         }
         let elapsed = time - self.last_secs;
         self.last_secs = time;
         self.scale.apply(gauges, &mut self.z);
         let mut columns = out.chunks_exact_mut(1 + gauges.len());
-        for (own, state) in self.states.iter_mut().enumerate() {
-            let tau_secs = self.taus_secs[own / n];
+        for (at, state) in self.states.iter_mut().enumerate() {
+            let tau_secs = self.taus_secs[at / n];
             if tau_secs > 0.0 {
-                *state += -(-elapsed / tau_secs).exp_m1() * (now(own % n) - *state)
+                *state += -(-elapsed / tau_secs).exp_m1() * (now(at % n) - *state)
             } else {
-                *state = now(own % n)
+                *state = now(at % n)
             }
             let columns = columns.next().expect("columns for each state");
             columns[0] = *state;

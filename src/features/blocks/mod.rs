@@ -35,8 +35,8 @@ mod tests {
                 [block.name(), setting.key, setting.option, setting.label]
             };
             for other in &BLOCKS[..at] {
-                let (own, others) = (names(*block), names(*other));
-                assert!(own.iter().zip(others).all(|(own, other)| *own != other));
+                let (these, others) = (names(*block), names(*other));
+                assert!(these.iter().zip(others).all(|(these, other)| *these != other));
             }
         }
     }

@@ -245,7 +245,8 @@ mod tests {
         for radius in [0.2, 0.8, 1.7, 4.0] {
             let warm = &positions(radius, &all)[200..];
             let cold = positions(radius, &all[200..]);
-            let n_silent = (cold.iter().zip(&all[200..])).take_while(|(own, gauge)| own == gauge);
+            let n_silent =
+                (cold.iter().zip(&all[200..])).take_while(|(state, gauge)| state == gauge);
             let n_silent = n_silent.count();
             assert!(n_silent > 0 && (radius < 4.0) == (n_silent < 200), "{radius}: {n_silent}");
             if radius < 4.0 {

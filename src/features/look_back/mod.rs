@@ -271,13 +271,13 @@ impl<const D: usize> Path<D> {
                 let k = first + lane;
                 advance(&mut oldest, k);
                 let point = self.point(k);
-                let own = if own_is_near {
+                let far = if own_is_near {
                     0
                 } else {
                     far_lanes(&self.groups[group], &point, least) & ((2 << lane) - 1)
                 };
-                let found = if own != 0 {
-                    Some(first + own.ilog2() as usize)
+                let found = if far != 0 {
+                    Some(first + far.ilog2() as usize)
                 } else {
                     self.find(&point, end, oldest / LANES, least)
                 };
@@ -515,8 +515,8 @@ mod tests {
     fn zero_threshold_gives_the_sample_itself() {
         let (times, rows) = walk(100, 3, 1);
         let thresholds = Thresholds { f_th: 0.0, t_th_secs: 15.0 };
-        let own: Vec<u32> = (0..100).collect();
-        assert_eq!(path(&rows, 3).past_samples(&times, thresholds), own);
+        let itself: Vec<u32> = (0..100).collect();
+        assert_eq!(path(&rows, 3).past_samples(&times, thresholds), itself);
     }
 
     /// The load rises by 1 N per second, so the past sample is F_th seconds old once the recording is long enough.

@@ -122,15 +122,15 @@ mod tests {
             let recordings = super::late(7, late);
             // The force computed from the first gauge alone.
             let outputs: Vec<Vec<f64>> = (recordings.iter())
-                .map(|own| {
-                    own.gauges().iter().step_by(2).map(|gauge| gauge / GAUGES[0].0).collect()
+                .map(|recording| {
+                    recording.gauges().iter().step_by(2).map(|gauge| gauge / GAUGES[0].0).collect()
                 })
                 .collect();
             let runs: Vec<LagRun<'_>> = (recordings.iter().zip(&outputs))
-                .map(|(own, outputs)| LagRun {
-                    times: own.times(),
-                    gauges: own.gauges(),
-                    loads: own.loads(),
+                .map(|(recording, outputs)| LagRun {
+                    times: recording.times(),
+                    gauges: recording.gauges(),
+                    loads: recording.loads(),
                     outputs,
                 })
                 .collect();
