@@ -10,13 +10,15 @@ use serde::Serialize;
 
 use super::choices::{CommonArgs, fit_arguments};
 use super::error::JobError;
-use super::exports::{check_determined, check_endings, export, with_history_that_fits};
+use super::exports::{
+    check_determined, check_endings, check_formats, export, with_history_that_fits,
+};
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
 use crate::engine::SEARCH_MINUTES;
-use crate::export::{Together, interrupt_stops};
+use crate::export::{Outline, Together, interrupt_stops};
 use crate::features::Range;
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
@@ -76,6 +78,9 @@ impl Work for BestJob {
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
             within: 0.01 * self.within,
         };
+        // The features are not chosen yet, but number of gauges and axes are known.
+        let outline = Outline::of_fit(&search.settings, recordings.layout());
+        check_formats(&self.export, &outline)?;
         run.say.line("preparing the recordings");
         let so_far: Mutex<Option<Best>> = Mutex::new(None);
         interrupt_stops(&run.progress);

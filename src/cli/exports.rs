@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::error::{JobError, failed};
 use super::run::Run;
 use crate::calibration::Calibration;
-use crate::export::{Together, add_calibration, caution, known_target};
+use crate::export::{Outline, Together, add_calibration, caution, known_target};
 use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::history::coarse_history;
@@ -15,6 +15,17 @@ use crate::recording::identity::Identity;
 /// Checks that each file name ends like an export format (such as `.json` or `.h`).
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
     paths.iter().try_for_each(|path| known_target(path).map(drop).map_err(JobError::Usage))
+}
+
+/// Checks, before the fit, that each format can hold the calibration. All refusals are reported together, and nothing is
+/// written.
+pub fn check_formats(paths: &[PathBuf], outline: &Outline<'_>) -> Result<(), JobError> {
+    let refusals = paths.iter().filter_map(|path| {
+        let refusal = (known_target(path).ok()?.refusal)(outline)?;
+        Some(format!("cannot write {}: {refusal}", path.display()))
+    });
+    let refusals: Vec<String> = refusals.collect();
+    if refusals.is_empty() { Ok(()) } else { failed(refusals.join("; ")) }
 }
 
 /// Checks that the recordings have enough samples to determine the calibration. With `force`, every calibration passes.

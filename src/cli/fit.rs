@@ -8,7 +8,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::error::JobError;
-use super::exports::{check_determined, check_endings, export, with_history_that_fits};
+use super::exports::{
+    check_determined, check_endings, check_formats, export, with_history_that_fits,
+};
 use super::inputs::Files;
 use super::messages::Messages;
 use super::recordings::{FitArgs, FitInputs, keep_limits};
@@ -18,7 +20,7 @@ use super::values::named_file;
 use crate::calibration::{
     Calibration, EpochReport, FactoryScores, FitSettings, Quality, Regressor,
 };
-use crate::export::{Footprint, Outline, Together, WriteError, listed_targets, target_for};
+use crate::export::{Footprint, Outline, Together, listed_targets};
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::finding::{Face, Finding, Id};
 use crate::progress::Progress;
@@ -73,15 +75,8 @@ impl Work for FitJob {
         check_endings(&self.export)?;
         self.traces.check()?;
         let FitInputs { recordings, settings, sensor, limits } = self.fit.read(run)?;
-        for path in &self.export {
-            if let Some(target) = target_for(path) {
-                let outline = Outline::of_fit(&settings, recordings.layout());
-                (target.check)(&outline).map_err(|refusal| WriteError {
-                    path: path.clone(),
-                    source: io::Error::other(refusal),
-                })?;
-            }
-        }
+        let n_recordings = recordings.entries().len();
+        check_formats(&self.export, &Outline::of_fit(&settings, recordings.layout()))?;
         let mut request = Request::fit(Arc::new(recordings), settings);
         if !self.export.is_empty() {
             request = with_history_that_fits(run, request, &run.progress)?;

@@ -7,9 +7,9 @@ mod act;
 mod leave;
 mod take;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 use crate::calibration::Calibration;
@@ -23,7 +23,7 @@ use crate::engine::preferences::Preferences;
 use crate::engine::project::{Edit, Project, SessionFile, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
-use crate::engine::saving::{Doubt, Existing, FileContent};
+use crate::engine::saving::{Doubt, Existing, FileContent, Output, Unwritten};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
@@ -82,6 +82,8 @@ pub(super) const MAX_NOTICES: usize = 200;
 pub enum Action {
     /// Change the document.
     Edit(Edit),
+    /// Begin an empty document. If there are unsaved changes, the user is first asked whether to save them.
+    New,
     /// Undo the last edit.
     Undo,
     /// Redo the last undone edit.
@@ -98,9 +100,9 @@ pub enum Action {
     LeaveOutFaulty,
     /// Write this content to the file at this path.
     Save(FileContent, PathBuf, Existing),
-    /// Write the calibration in the format that the file name ending selects.
-    Export(PathBuf, Existing),
-    /// Answer to whether the file of [`Engine::replacing`] may be written: true writes it.
+    /// Write the calibration to each of these files, in the format that its file name ending selects.
+    Export(Vec<PathBuf>, Existing),
+    /// Answer to whether the files of [`Engine::replacing`] may be written: true writes them.
     Replace(bool),
     /// Train the network or kernel regression that the settings select.
     Train,
@@ -158,8 +160,17 @@ pub enum Action {
 #[derive(Clone, Debug)]
 pub enum Leaving {
     Close,
+    New,
     Open(Vec<OpenedFile>),
     Restore(PathBuf, Box<OpenedSession>),
+}
+
+/// Parts of a document that are neither edits nor results. They are set aside when a new document begins, and come back when
+/// undo returns to the recordings of the document.
+struct SetAside {
+    recordings: Weak<RecordingSet>,
+    session: Option<PathBuf>,
+    models: Models,
 }
 
 /// State of the whole program except its window.
@@ -187,8 +198,13 @@ pub struct Engine {
     /// Notices.
     pub notices: Vec<Notice>,
     n_notices: u64,
-    /// Content and path of a file that is written only after the user confirms it, and the reason for asking.
-    pub replacing: Option<(FileContent, PathBuf, Doubt)>,
+    /// Files that are written only after the user confirms it, and the reason for asking.
+    pub replacing: Option<(Output, Doubt)>,
+    /// Files of the last export with the reasons why some were not written, and the document from which they were exported.
+    exported: Option<(Project, BTreeMap<PathBuf, Result<(), String>>)>,
+    /// Number of documents that began since the start of the program. The window shows each document with fresh panes.
+    pub n_documents: u64,
+    aside: Vec<SetAside>,
     /// State of the import window for the file whose columns the user is choosing; `None` if the window is closed.
     pub importing: Option<Importing>,
     /// Autosaved sessions of windows that crashed, oldest first.
@@ -381,11 +397,19 @@ impl Engine {
         let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
         let fitted_to = applied.is_none().then(|| Box::new(self.request()));
         let identity = &self.project.identity;
-        let calibration = match *identity == calibration.identity {
-            true => Arc::clone(calibration),
-            false => Arc::new(calibration.of_sensor(identity)),
+        let calibration = if *identity == calibration.identity {
+            Arc::clone(calibration)
+        } else {
+            Arc::new(Calibration { identity: identity.clone(), ..Calibration::clone(calibration) })
         };
         Some(FileContent::Calibration(calibration, fitted_to))
+    }
+
+    /// Returns the result of the export to this path: the reason if the file was not written. `None` if there was no export to
+    /// it, or the document has changed since.
+    pub fn exported(&self, path: &Path) -> Option<&Result<(), String>> {
+        let (_, files) = self.exported.as_ref().filter(|(of, _)| *of == self.project)?;
+        files.get(&std::path::absolute(path).ok()?)
     }
 
     /// Returns the content of the HTML report to be written.
@@ -457,6 +481,10 @@ impl Engine {
     }
 
     fn edit(&mut self, edit: Edit) {
+        if matches!(edit, Edit::New) {
+            self.drop_work();
+            self.set_aside();
+        }
         if let Err(error) = self.change(|project| project.edit(edit)) {
             self.notice(Level::Error, error.to_string());
         }

@@ -1,7 +1,7 @@
 //! The document: everything that a session saves, and every change of it.
 //!
-//! Guarantees: the document contains no computed results and no state of the window. A refused change changes nothing. When
-//! the last recording is closed, the applied calibration, the split and the entered full scales are removed, too.
+//! Guarantees: the document contains no computed results and no state of the window. A refused change changes nothing. A new
+//! document has the settings, the identity and the notes of no earlier one. Recordings of other gauges begin a new document.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -99,11 +99,11 @@ pub struct Project {
     pub lost: Vec<SessionFile>,
 }
 
-// Fields that no edit changes (the view, the column maps and the missing files) are not compared.
+// Fields that no edit changes (the view and the column maps) are not compared.
 same_where!(Project:
     shared(recordings)
-    value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity)
-    besides(view, maps, lost)
+    value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity, lost)
+    besides(view, maps)
 );
 
 /// Change of the document. Each edit is one step of undo.
@@ -133,8 +133,8 @@ pub enum Edit {
     OverloadTolerance(f64),
     /// Close the recording with this index.
     Remove(usize),
-    /// Close all recordings.
-    CloseAll,
+    /// Begin an empty document with default settings. The column maps stay, because each belongs to a file.
+    New,
     /// Replace the recordings by these, such as tared ones.
     Replace(Arc<RecordingSet>),
     /// Split each recording in time. This share, from its start, is used for training, and the remainder for testing.
@@ -217,11 +217,7 @@ impl Project {
                 self.keep_days_of_parts();
             }
             Edit::Remove(at) => self.remove(at),
-            Edit::CloseAll => {
-                self.applied = None;
-                self.view = View::One(0);
-                self.take_set(RecordingSet::default())?;
-            }
+            Edit::New => self.begin_anew(),
             Edit::Replace(recordings) => {
                 self.recordings = recordings;
                 self.split = None;
@@ -254,7 +250,8 @@ impl Project {
                     });
                 }
                 self.take_rated_loads(&applied.calibration);
-                if self.identity.is_empty() {
+                // The items are not mixed, because they may be of two sensors.
+                if !applied.calibration.identity.is_empty() {
                     self.identity = applied.calibration.identity.clone();
                 }
                 self.applied = Some(applied);
@@ -271,15 +268,40 @@ impl Project {
         Ok(())
     }
 
-    /// Returns the document `other` of an undo step, but with the view, the column maps and the missing files of this
-    /// document. Undo does not change these.
+    /// Returns the document `other` of an undo step, but with the view and the column maps of this document. Undo does not
+    /// change these.
     pub fn with_edits_of(&self, other: Self) -> Self {
         Self {
             view: self.view.within(other.recordings.entries().len()),
             maps: self.maps.clone(),
-            lost: self.lost.clone(),
             ..other
         }
+    }
+
+    fn begin_anew(&mut self) {
+        *self = Self { maps: std::mem::take(&mut self.maps), ..Self::default() };
+    }
+
+    /// Returns true if the recordings that are or were loaded have other gauges, so that the settings and the identity are of
+    /// another sensor.
+    pub fn is_of_other(&self, gauges: &[String]) -> bool {
+        let known = &self.recordings.layout().gauge_names;
+        !known.is_empty() && known != gauges
+    }
+
+    /// Returns true if these recordings of files would begin a new document, because they are of another sensor and no other
+    /// recordings of files are loaded.
+    pub fn begins_with(&self, files: &[Vec<Recording>]) -> bool {
+        let is_free = self.recordings.is_simulated() || self.recordings.entries().is_empty();
+        let first = files.iter().flatten().next().filter(|_| is_free);
+        first.is_some_and(|first| self.is_of_other(first.gauge_names()))
+    }
+
+    /// Begins a new document for another sensor. A manufacturer's matrix stays, because it may have been opened for this sensor.
+    pub fn begin_for_other(&mut self) {
+        let factory = self.factory.take();
+        self.begin_anew();
+        self.factory = factory;
     }
 
     pub fn valid_range(&self) -> ValidRange {
@@ -379,9 +401,13 @@ impl Project {
     pub fn add(&mut self, files: Vec<Vec<Recording>>) -> Vec<String> {
         let mut refused = Vec::new();
         // Recordings of files replace the simulated recordings of the built-in sensor, which are only an example.
-        let mut set = match self.recordings.is_simulated() {
-            true => RecordingSet::default(),
-            false => RecordingSet::clone(&self.recordings),
+        if self.begins_with(&files) {
+            self.begin_for_other();
+        }
+        let mut set = if self.recordings.is_simulated() {
+            RecordingSet::default()
+        } else {
+            RecordingSet::clone(&self.recordings)
         };
         let before = set.entries().len();
         let had_default = self.settings.features.look_backs == [self.default_thresholds()];
@@ -695,7 +721,9 @@ mod tests {
         let error = project.edit(Edit::Compare(Some(applied(other))));
         assert!(error.unwrap_err().to_string().contains("made for 2 gauges"));
         assert_eq!(project.factory, Some(own));
-        project.edit(Edit::CloseAll).unwrap();
+        while !project.recordings.entries().is_empty() {
+            project.edit(Edit::Remove(0)).unwrap();
+        }
         assert!(project.factory.is_some(), "the matrix stays until other recordings are opened");
         let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]]);
         assert!(refused[0].contains("made for 3 gauges"), "{refused:?}");
@@ -754,7 +782,7 @@ mod tests {
         let mut project = Project::default();
         project.add(vec![vec![scaled("a", 1.0)]]);
         assert_eq!(project.thresholds().f_th, 3.0);
-        project.edit(Edit::CloseAll).unwrap();
+        project.edit(Edit::New).unwrap();
         project.add(vec![vec![scaled("small", 0.4)]]);
         assert_eq!(project.thresholds().f_th, 0.5, "F_th is an eighth of 4 N");
         project.add(vec![vec![scaled("large", 1000.0)]]);
@@ -773,7 +801,7 @@ mod tests {
         project.measuring.reversal_thresholds = vec![None, None, Some(0.5)];
         add(&mut project, "a", &GAUGES, &FORCES);
         assert_eq!(project.settings.full_scale.len(), 3, "the axes are the same");
-        project.edit(Edit::CloseAll).unwrap();
+        project.edit(Edit::New).unwrap();
         add(&mut project, "b", &["S1"], &[Axis::Fz]);
         fitted(&project);
         assert!(project.settings.full_scale.is_empty());
@@ -809,7 +837,7 @@ mod tests {
         let mut project = with_files();
         let calibration = Calibration::clone(&fitted(&project));
         project.edit(Edit::Apply(Some(applied(calibration)))).unwrap();
-        project.edit(Edit::CloseAll).unwrap();
+        project.edit(Edit::New).unwrap();
         assert!(project.recordings.entries().is_empty());
         assert!(project.applied.is_none() && project.split.is_none());
         assert_eq!(project.files().count(), 0);

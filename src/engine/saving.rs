@@ -16,6 +16,22 @@ use crate::questions::thresholds::{MAP_FORMATS, Measure, ThresholdMap, map_forma
 use crate::questions::{OnScreen, Request, handed_over};
 use crate::report::Table;
 
+/// Content to be written to one or several files.
+#[derive(Clone, Debug)]
+pub struct Output {
+    pub content: FileContent,
+    pub paths: Vec<PathBuf>,
+    pub existing: Existing,
+}
+
+/// Reason why a file was not written.
+#[derive(Debug)]
+pub enum Unwritten {
+    /// The file exists, and the user has not yet allowed to replace it.
+    Exists,
+    Because(String),
+}
+
 /// Content of a file to be written. If there are several formats, the file name ending selects the format.
 #[derive(Clone, Debug)]
 pub enum FileContent {
@@ -44,9 +60,8 @@ pub enum Existing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
     IsThere,
-    /// The recordings do not determine the calibration, so the user must confirm. The second value says what to do with an
-    /// existing file.
-    Undetermined(Undetermined, Existing),
+    /// The recordings do not determine the calibration, so the user must confirm.
+    Undetermined(Undetermined),
 }
 
 impl FileContent {
@@ -93,6 +108,16 @@ impl FileContent {
         matches!(self, Self::Report(..) | Self::Traces(_))
     }
 
+    /// Returns the content as it is written. A fitted calibration gets the names and hashes of its recordings.
+    ///
+    /// # Errors
+    /// The reason in words.
+    pub fn handed_over(&self, progress: &Progress) -> Result<Self, String> {
+        let Self::Calibration(calibration, Some(request)) = self else { return Ok(self.clone()) };
+        let whole = handed_over(request, calibration, progress);
+        Ok(Self::Calibration(Arc::new(whole.map_err(|error| error.to_string())?), None))
+    }
+
     /// Returns the paths of all files that are written for this path.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self {
@@ -101,18 +126,14 @@ impl FileContent {
         }
     }
 
-    /// Writes the file completely or not at all.
+    /// Writes the file completely or not at all. A fitted calibration must have been [handed over](Self::handed_over).
     ///
     /// # Errors
     /// The reason in words.
     pub fn write(&self, path: &Path, progress: &Progress) -> Result<(), String> {
         let mut files = Together::default();
         let written: Result<(), WriteError> = match self {
-            Self::Calibration(calibration, Some(request)) => {
-                let own = handed_over(request, calibration, progress);
-                write_calibration(&own.map_err(|error| error.to_string())?, path)
-            }
-            Self::Calibration(calibration, None) => write_calibration(calibration, path),
+            Self::Calibration(calibration, _) => write_calibration(calibration, path),
             Self::Report(asked) => {
                 let made = report(asked, progress).map_err(|error| error.to_string())?;
                 write_report(path, &made)

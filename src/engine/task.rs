@@ -7,7 +7,7 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::engine::files::{OpenedFile, open_all};
 use crate::engine::lost::find;
 use crate::engine::project::SessionFile;
-use crate::engine::saving::{Existing, FileContent};
+use crate::engine::saving::{Existing, FileContent, Output, Unwritten};
 use crate::engine::session::{OpenedSession, SessionPart, prove_trained};
 use crate::export::{TargetError, check_targets};
 use crate::finding::{Advice, Face};
@@ -39,9 +39,8 @@ pub enum Done {
     Changed(Arc<RecordingSet>, RecordingSet, Vec<String>),
     /// Recordings to be replaced, and the simulated recordings of the built-in sensor that replace them.
     Simulated(Arc<RecordingSet>, RecordingSet),
-    Written(FileContent, PathBuf),
-    /// Content that was not written, because a file at this path already exists.
-    IsThere(FileContent, PathBuf),
+    /// Content, and the files to which it was or was not written.
+    Written(FileContent, Vec<(PathBuf, Result<(), Unwritten>)>),
     Map(Box<ColumnMap>),
     Weight(PathBuf, Box<WeightEstimate>),
     Restored(PathBuf, Box<OpenedSession>),
@@ -100,23 +99,24 @@ impl Task {
         })
     }
 
-    /// Writes a file, unless it is one of `inputs` (the files of the loaded recordings), which must not be overwritten.
-    pub fn write(
-        content: FileContent,
-        path: PathBuf,
-        existing: Existing,
-        inputs: Vec<PathBuf>,
-    ) -> Self {
-        let (title, is_seen) = (format!("Writing {}", file_name(&path)), content.takes_long());
+    /// Writes files, except those of `inputs` (the files of the loaded recordings), which must not be overwritten.
+    pub fn write(Output { content, paths, existing }: Output, inputs: Vec<PathBuf>) -> Self {
+        let title = match &paths[..] {
+            [one] => format!("Writing {}", file_name(one)),
+            many => format!("Writing {} files", many.len()),
+        };
+        let is_seen = content.takes_long();
         let write = Self::new(title, move |progress| {
-            let (content, path) = (content.clone(), path.clone());
+            let whole = content.handed_over(progress).map_err(Unanswered::Because)?;
             let replaces = existing == Existing::Replace;
-            match check_targets(&inputs, &content.files(&path), replaces) {
-                Err(TargetError::Exists { .. }) => return Ok(Done::IsThere(content, path)),
-                checked => checked.map_err(because)?,
-            }
-            content.write(&path, progress).map_err(Unanswered::Because)?;
-            Ok(Done::Written(content, path))
+            let write = |path: &PathBuf| match check_targets(&inputs, &whole.files(path), replaces)
+            {
+                Err(TargetError::Exists { .. }) => Err(Unwritten::Exists),
+                Err(error) => Err(Unwritten::Because(error.text(Face::Window))),
+                Ok(()) => whole.write(path, progress).map_err(Unwritten::Because),
+            };
+            let written = paths.iter().map(|path| (path.clone(), write(path))).collect();
+            Ok(Done::Written(content.clone(), written))
         });
         Self { is_seen, ..write }
     }

@@ -28,13 +28,16 @@ use crate::progress::Progress;
 use crate::questions::Mark;
 use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Question, TableOf};
+use crate::questions::metrology::MetrologySettings;
 use crate::questions::models::asked::Train;
 use crate::questions::question::Query;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, View, analyse};
 use crate::recording::simulated::Late;
-use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Source, Tare};
+use crate::recording::{
+    Axis, Entry, GaugeRange, Identity, Item, Recording, RecordingSet, Role, Source, Tare,
+};
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
 pub(super) const GAUGES: [&str; 3] = ["S1", "S2", "S3"];
@@ -453,13 +456,140 @@ fn closing_leaves_nothing_of_the_recordings() {
     assert_eq!(engine.problem(), None);
     let calibration = fitted(engine.project());
     open_calibration(&mut engine, &calibration);
-    edit(&mut engine, Edit::CloseAll);
+    edit(&mut engine, Edit::New);
     for _ in 0..2 {
         assert!(engine.project().recordings.entries().is_empty());
         assert!(engine.analysis().is_none() && engine.project().applied.is_none());
         settle(&mut engine);
     }
     assert!(engine.problem().is_some_and(|problem| problem.contains("no recording is loaded")));
+}
+
+/// Opens a recording of another sensor, which has two gauges.
+fn open_other(engine: &mut Engine) {
+    let other = of_file("other", &["G1", "G2"], &[Axis::Fz]);
+    finish(engine, Done::Opened(vec![read(other)]));
+}
+
+/// Returns everything that a session of the document would save.
+fn saved_of(project: &Project) -> serde_json::Value {
+    let text = Session::of(project, None).to_json(Path::new(""));
+    serde_json::from_slice(&text).unwrap()
+}
+
+fn serial_number(serial: &str) -> Identity {
+    let mut identity = Identity::default();
+    identity.set(Item::Serial, serial);
+    identity
+}
+
+/// Enters all that belongs to one sensor: identity, settings, notes, groups and a list of models, and saves the session.
+fn enter_all(engine: &mut Engine, session: &Path) {
+    let mut settings = engine.project().settings.clone();
+    settings.features.look_backs.clear();
+    settings.features.blocks = settings.features.blocks.with(&Play, &[0.5]).with(&Creep, &[9.0]);
+    settings.ridge = crate::calibration::RidgeChoice::Strength(0.5);
+    for own in [
+        Edit::Settings(settings),
+        Edit::Identity(serial_number("SN-0042")),
+        Edit::Notes("oiled".to_owned()),
+        Edit::Groups(vec![Some("monday".to_owned())]),
+        Edit::GaugeRange(Some(GaugeRange::All((-10.0, 10.0)))),
+        Edit::OverloadTolerance(0.5),
+        Edit::ShowAxis(Axis::Fz, false),
+        Edit::Measuring(MetrologySettings { hold_secs: 1.5, ..MetrologySettings::default() }),
+    ] {
+        edit(engine, own);
+    }
+    settle(engine);
+    engine.act(Action::KeepModel);
+    settle(engine);
+    assert_eq!(engine.models.rows.len(), 1);
+    save_session(engine, session);
+}
+
+#[test]
+fn a_new_document_has_nothing_of_the_former_sensor_and_undo_brings_it_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let (session, export) = (folder.path().join("s.json"), folder.path().join("c.json"));
+    let mut engine = engine_with_files();
+    enter_all(&mut engine, &session);
+    engine.act(Action::New);
+    assert!(engine.leaving.is_none(), "everything is saved");
+    assert_eq!((engine.entries().len(), engine.models.rows.len()), (0, 0));
+    assert!(engine.session.is_none() && !engine.is_unsaved());
+    open_other(&mut engine);
+    let mut expected = Project::default();
+    add(&mut expected, "other", &["G1", "G2"], &[Axis::Fz]);
+    assert_eq!(saved_of(engine.project()), saved_of(&expected));
+    analysed(&mut engine);
+    engine.act(Action::Export(vec![export.clone()], Existing::Ask));
+    settle(&mut engine);
+    assert!(read_calibration(&export).unwrap().identity.is_empty());
+
+    engine.act(Action::Undo);
+    engine.act(Action::Undo);
+    assert_eq!(names(engine.project()), ["a", "b", "test"]);
+    assert_eq!(engine.project().identity.get(Item::Serial), "SN-0042");
+    assert_eq!((engine.session.as_ref(), engine.models.rows.len()), (Some(&session), 1));
+    assert!(engine.models.rows[0].is_present(engine.project()));
+    engine.act(Action::Redo);
+    assert!(engine.session.is_none() && engine.models.rows.is_empty());
+    assert!(engine.project().identity.is_empty());
+}
+
+#[test]
+fn recordings_of_other_gauges_begin_with_default_settings_and_those_of_the_same_do_not() {
+    let folder = tempfile::tempdir().unwrap();
+    for is_other in [false, true] {
+        let mut engine = engine_with_files();
+        enter_all(&mut engine, &folder.path().join("s.json"));
+        while !engine.entries().is_empty() {
+            edit(&mut engine, Edit::Remove(0));
+        }
+        let before = engine.project().settings.clone();
+        if is_other {
+            open_other(&mut engine);
+        } else {
+            open(&mut engine, &["c"]);
+        }
+        let serial = engine.project().identity.get(Item::Serial);
+        if is_other {
+            assert_eq!((serial, &*engine.project().notes), ("", ""));
+            assert_eq!(engine.project().settings, FitSettings::default());
+            assert!(engine.session.is_none(), "the session of the former sensor stays as it is");
+        } else {
+            assert_eq!((serial, &engine.project().settings), ("SN-0042", &before));
+        }
+    }
+}
+
+#[test]
+fn a_new_document_asks_only_about_unsaved_changes() {
+    let mut engine = engine_with_files();
+    engine.act(Action::New);
+    assert!(matches!(engine.leaving, Some(Leaving::New)));
+    engine.act(Action::Stay);
+    assert_eq!(engine.entries().len(), 3);
+    engine.act(Action::New);
+    engine.act(Action::Discard);
+    assert_eq!(engine.entries().len(), 0);
+    engine.act(Action::Undo);
+    assert_eq!(engine.entries().len(), 3);
+}
+
+#[test]
+fn the_identity_of_an_applied_calibration_replaces_that_of_the_former_sensor() {
+    let mut engine = engine_with_files();
+    let calibration = Calibration::clone(&analysed(&mut engine).calibration);
+    let mut identity = serial_number("SN-0042");
+    identity.set(Item::Model, "F10");
+    edit(&mut engine, Edit::Identity(identity.clone()));
+    open_calibration(&mut engine, &Arc::new(calibration.clone()));
+    assert_eq!(engine.project().identity, identity, "the calibration has no identity");
+    let own = serial_number("SN-0043");
+    open_calibration(&mut engine, &Arc::new(Calibration { identity: own.clone(), ..calibration }));
+    assert_eq!(engine.project().identity, own);
 }
 
 #[test]
@@ -497,7 +627,7 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
         "{:?}",
         engine.lane::<AskFigures>().problem()
     );
-    edit(&mut engine, Edit::CloseAll);
+    edit(&mut engine, Edit::New);
     assert!(engine.lane::<AskFigures>().answer().is_none());
     // Other recordings of the same gauges and axes, before and after the running work has ended.
     for settled in [false, true] {
@@ -507,7 +637,7 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
             settle(&mut engine);
         }
         ask_figures(&mut engine);
-        edit(&mut engine, Edit::CloseAll);
+        edit(&mut engine, Edit::New);
         open(&mut engine, &["e", "f"]);
         assert!(engine.analysis().is_none());
         assert!(engine.lane::<AskFigures>().answer().is_none());
@@ -517,7 +647,7 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
             "there is no question about these recordings"
         );
         assert_eq!(analysed(&mut engine).calibration.trained_on, ["e", "f"]);
-        edit(&mut engine, Edit::CloseAll);
+        edit(&mut engine, Edit::New);
     }
 }
 
@@ -566,7 +696,7 @@ fn a_threshold_study_of_other_recordings_goes() {
     let answered = engine.lane::<StudyThresholds>().answered().unwrap();
     assert!(Query::is_akin(answered, &study_of(engine.project())) && has_map(&engine));
 
-    edit(&mut engine, Edit::CloseAll);
+    edit(&mut engine, Edit::New);
     ask_study(&mut engine);
     settle(&mut engine);
     assert!(engine.lane::<StudyThresholds>().answer().is_none());
@@ -594,7 +724,7 @@ fn cancel_does_not_ask_the_same_again() {
 #[test]
 fn export_needs_an_analysis_and_a_known_ending() {
     let folder = tempfile::tempdir().unwrap();
-    let export = |name: &str| Action::Export(folder.path().join(name), Existing::Ask);
+    let export = |name: &str| Action::Export(vec![folder.path().join(name)], Existing::Ask);
     let mut engine = engine_with_files();
     engine.act(export("c.json"));
     last_notice(&engine, Level::Error, "no calibration");
@@ -618,6 +748,32 @@ fn export_needs_an_analysis_and_a_known_ending() {
 }
 
 #[test]
+fn each_exported_file_has_its_own_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let [written, failed, existing] = ["c.json", "gone/c.csv", "c.csv"].map(at);
+    fs::write(&existing, "precious").unwrap();
+    let mut engine = engine_with_files();
+    analysed(&mut engine);
+    let paths = [&written, &failed, &existing].map(Clone::clone).to_vec();
+    engine.act(Action::Export(paths, Existing::Ask));
+    settle(&mut engine);
+    assert_eq!(engine.exported(&written), Some(&Ok(())));
+    let reason = engine.exported(&failed).unwrap().clone().unwrap_err();
+    assert!(reason.contains("gone"), "{reason}");
+    assert_eq!(engine.exported(&existing), None, "the user is asked first");
+    let (asked, doubt) = engine.replacing.as_ref().unwrap();
+    assert_eq!((&asked.paths[..], *doubt), (&[existing.clone()][..], Doubt::IsThere));
+    assert_eq!(fs::read_to_string(&existing).unwrap(), "precious");
+    engine.act(Action::Replace(true));
+    settle(&mut engine);
+    assert!(engine.exported(&existing).unwrap().is_ok() && engine.exported(&failed).is_some());
+    assert!(fs::read_to_string(&existing).unwrap().contains("S1_past"));
+    edit(&mut engine, Edit::Notes("oiled".to_owned()));
+    assert_eq!(engine.exported(&written), None, "the files are of an earlier document");
+}
+
+#[test]
 fn an_applied_calibration_is_exported_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("d.json");
@@ -628,7 +784,7 @@ fn an_applied_calibration_is_exported_unchanged() {
     edit(&mut engine, Edit::Role(0, Role::Test));
     let rescored = analysed(&mut engine);
     assert_ne!(rescored.calibration.quality, calibration.quality);
-    engine.act(Action::Export(path.clone(), Existing::Ask));
+    engine.act(Action::Export(vec![path.clone()], Existing::Ask));
     settle(&mut engine);
     let mut expected = (*calibration).clone();
     expected.quality.free_coefficients = None; // no file keeps it
@@ -644,17 +800,17 @@ fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
     finish(&mut engine, Done::Opened(vec![read(short)]));
     analysed(&mut engine);
     for yes in [false, true] {
-        engine.act(Action::Export(path.clone(), Existing::Ask));
-        let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
+        engine.act(Action::Export(vec![path.clone()], Existing::Ask));
+        let doubt = engine.replacing.as_ref().map(|(_, doubt)| *doubt);
         assert!(matches!(doubt, Some(Doubt::Undetermined(..))), "{doubt:?}");
         engine.act(Action::Replace(yes));
         settle(&mut engine);
         assert_eq!(path.exists(), yes);
     }
-    engine.act(Action::Export(path.clone(), Existing::Ask));
+    engine.act(Action::Export(vec![path.clone()], Existing::Ask));
     engine.act(Action::Replace(true));
     settle(&mut engine);
-    let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
+    let doubt = engine.replacing.as_ref().map(|(_, doubt)| *doubt);
     assert_eq!(doubt, Some(Doubt::IsThere), "the user is also asked about an existing file");
 }
 
@@ -664,7 +820,7 @@ fn parts_that_a_format_leaves_out_are_reported() {
     let path = folder.path().join("c.inc");
     let mut engine = engine_with_files();
     analysed(&mut engine);
-    engine.act(Action::Export(path.clone(), Existing::Ask));
+    engine.act(Action::Export(vec![path.clone()], Existing::Ask));
     last_notice(&engine, Level::Warning, "c.inc leaves out the compensation");
     settle(&mut engine);
     assert!(path.exists());
@@ -750,7 +906,7 @@ fn files_are_read_and_an_empty_list_does_nothing() {
     let read = &engine.project().recordings.entries()[1].recording;
     assert_eq!(read.loads(), of_file("a", &GAUGES, &FORCES).loads());
     assert_eq!(engine.preferences.recent[0], files[1]);
-    edit(&mut engine, Edit::CloseAll);
+    edit(&mut engine, Edit::New);
     engine.act(Action::Open(vec![folder.path().to_owned()]));
     settle(&mut engine);
     assert_eq!(names(engine.project()), ["a", "b"], "all files of the folder are opened");
@@ -770,7 +926,7 @@ fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() 
     settle(&mut engine);
     assert_eq!(names(engine.project()), ["b", "a"]);
     assert!(engine.notices.is_empty(), "{:?}", engine.notices);
-    edit(&mut engine, Edit::CloseAll);
+    edit(&mut engine, Edit::New);
     engine.act(Action::Open(vec![files[0].clone()]));
     engine.act(Action::Open(vec![files[1].clone()]));
     engine.act(Action::Cancel);
@@ -1642,7 +1798,7 @@ fn a_saved_session_opens_unchanged() {
     save_session(&mut engine, &path);
     let saved = engine.project().clone();
     let calibration = analysed(&mut engine).calibration.clone();
-    edit(&mut engine, Edit::CloseAll);
+    edit(&mut engine, Edit::New);
 
     engine.act(Action::Open(vec![path.clone()]));
     settle(&mut engine);

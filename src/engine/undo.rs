@@ -196,7 +196,7 @@ mod tests {
         let own = with_f_th(&project, 2.5);
         edit(&mut project, &mut history, own, Some(1));
         open(&mut project, &mut history, "b", "S1");
-        edit(&mut project, &mut history, Edit::CloseAll, None);
+        edit(&mut project, &mut history, Edit::New, None);
         open(&mut project, &mut history, "other", "G1");
         undo(&mut project, &mut history);
         undo(&mut project, &mut history);
@@ -266,7 +266,7 @@ mod tests {
             Edit::Groups(vec![Some("monday".to_owned())]),
             Edit::Days(vec!["2024-05-03".parse().ok()]),
             Edit::Remove(1),
-            Edit::CloseAll,
+            Edit::New,
             Edit::Replace(with_others()),
             Edit::Split(0.25),
             Edit::Unsplit,
@@ -298,7 +298,7 @@ mod tests {
             Edit::Role(..) => 3,
             Edit::AllRoles(_) => 4,
             Edit::Remove(_) => 5,
-            Edit::CloseAll => 6,
+            Edit::New => 6,
             Edit::Replace(_) => 7,
             Edit::Split(_) => 8,
             Edit::Unsplit => 9,

@@ -33,7 +33,7 @@ pub use hash::sha256;
 pub(crate) use sources::used_recordings;
 pub use sources::with_sources;
 pub use target::Export;
-pub(crate) use target::Outline;
+pub(crate) use target::{Outline, Target};
 pub use targets::{TARGETS, name_gauges, target_for};
 pub(crate) use targets::{known_target, listed_targets, names_gauges, target_endings};
 pub(crate) use template::filled_markup;

@@ -25,8 +25,8 @@ pub struct Target {
     /// Returns a warning, shown before writing, if the file gives other loads than this program shows. The text names the
     /// parts that the file omits.
     pub caution: fn(&Calibration) -> Option<String>,
-    /// Checks whether the format can hold a calibration with this outline. The text of a refusal says what to do instead.
-    pub check: fn(&Outline<'_>) -> Result<(), Refusal>,
+    /// Returns the reason why the format cannot hold a calibration with this outline, and what to do instead.
+    pub refusal: fn(&Outline<'_>) -> Option<String>,
     /// Writes a calibration that was checked for this format.
     pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
     pub reader: Option<ReadBack>,
@@ -45,7 +45,7 @@ impl Target {
         holds: "",
         leaves_out: |_| "nothing",
         caution: |_| None,
-        check: |_| Ok(()),
+        refusal: |_| None,
         write: |_, _| Ok(()),
         reader: None,
         on_controller: false,
@@ -106,8 +106,9 @@ pub(super) fn of_target<'a>(
     name: &'a str,
 ) -> io::Result<Export<'a>> {
     calibration.validate().map_err(io::Error::other)?;
-    let outline = Outline::of(calibration);
-    (target.check)(&outline).map_err(io::Error::other)?;
+    if let Some(refusal) = (target.refusal)(&Outline::of(calibration)) {
+        return Err(io::Error::other(refusal));
+    }
     let facts = facts(calibration, target.holds, (target.leaves_out)(calibration));
     Ok(Export { calibration, facts, name })
 }

@@ -85,6 +85,12 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         built_in.map(|(name, about, late)| action(name, about, None, Do::OpenBuiltIn(late)));
     let files = [
         action(
+            "New",
+            "Closes all recordings, and begins with default settings, for another sensor. Their files are kept",
+            ctrl(Key::N),
+            Do::New,
+        ),
+        action(
             "Open…",
             "Opens recordings, calibrations or sessions; files can also be dropped on the window",
             ctrl(Key::O),
@@ -111,9 +117,9 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
     );
     let close = action(
         "Close all recordings",
-        "Removes all recordings from the window; their files are kept",
+        "Does the same as New: settings, identity and notes go with the recordings; their files are kept",
         None,
-        Edit::CloseAll,
+        Do::New,
     );
     let last = [
         recover.only_if(!engine.recoverable.is_empty()),

@@ -22,7 +22,7 @@ pub struct Pane {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Workspace {
-    /// Recordings, their roles (training, test, off) and the sensor's identity.
+    /// Recordings and their roles (training, test, off).
     Import,
     /// Settings of the model, traces of the loads, and errors of the model.
     Calibrate,
@@ -34,18 +34,14 @@ pub enum Workspace {
     Models,
     /// Check of the recordings, and the loads of a log file to which rows are still being added.
     Check,
-    /// Calibration matrices and their export.
+    /// Identity of the sensor, calibration matrices and their export.
     Export,
 }
 
 impl Workspace {
     /// All workspaces in the order of the work, with title and explanation.
     pub const ALL: [(Self, &'static str, &'static str); 7] = [
-        (
-            Self::Import,
-            "Import",
-            "Recordings with their roles, groups and faults; the identity of the sensor; your notes",
-        ),
+        (Self::Import, "Import", "Recordings with their roles, groups and faults; your notes"),
         (
             Self::Calibrate,
             "Calibrate",
@@ -63,7 +59,11 @@ impl Workspace {
             "Check",
             "Checks whether the recordings determine the model, and shows a log file that is still being written",
         ),
-        (Self::Export, "Export", "The calibration matrices, and their export to files"),
+        (
+            Self::Export,
+            "Export",
+            "The identity of the sensor, the calibration matrices, and their export to files",
+        ),
     ];
 }
 

@@ -39,7 +39,7 @@ pub fn save_to(content: FileContent, path: PathBuf) -> Command {
 pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
     let action = match content {
         // The export itself checks that the file's ending belongs to an export format.
-        FileContent::Calibration(..) => Action::Export(path, existing),
+        FileContent::Calibration(..) => Action::Export(vec![path], existing),
         content => Action::Save(content, path, existing),
     };
     action.into()

@@ -1,27 +1,33 @@
-//! Pane of the exports: the path, the button that writes all chosen files, and a description of each format.
+//! Pane of the exports: the identity of the sensor, the path, the button that writes all chosen files, and a row for each
+//! format.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use egui::{Label, RichText, TextEdit, Ui};
+
 use crate::engine::{Action, Edit, Engine, Existing};
-use crate::export::{Footprint, TARGETS, caution, target_endings};
+use crate::export::{Footprint, Outline, TARGETS, Target, known_target, target_endings};
 use crate::finding::Face;
 use crate::questions::check::cold_start::AskColdStart;
 use crate::questions::history::AskHistory;
-use crate::shown::first;
+use crate::recording::Item;
+use crate::shown::{counted, first};
 use crate::ui::command::{Command, Out, Pane};
 use crate::ui::controls::Controls as _;
-use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 
 const BUTTONS: f32 = 118.0;
-/// Maximum number of characters of the notice about the last export that the pane shows.
-const RESULT_CHARS: usize = 160;
+/// Minimum width of a field of the identity, in points.
+const FIELD: f32 = 150.0;
+/// Items of the identity that are always in sight.
+const IN_SIGHT: [Item; 5] =
+    [Item::Model, Item::Serial, Item::Operator, Item::Date, Item::Reference];
 
 pub const PANE: Pane = Pane {
     key: "export",
     title: "Export",
-    explanation: "Writes the calibration to files, as data or as code that a robot runs",
+    explanation: "Identity of the sensor, and the files to which the calibration is written, as data or as code for a robot",
 };
 
 #[derive(Debug)]
@@ -37,19 +43,12 @@ impl Default for View {
 }
 
 impl PaneView for View {
-    fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
+        identity(ui, cx.engine, cx.out);
+        ui.separator();
         self.export_row(ui, cx.engine, cx.out);
         let Some(analysis) = cx.engine.analysis() else { return };
         let calibration = &analysis.calibration;
-        let paths = self.paths().into_iter().map(|path| path.display().to_string());
-        let paths: Vec<String> = paths.collect();
-        let names_one = |text: &str| paths.iter().any(|path| text.contains(path));
-        if let Some(notice) = cx.engine.notices.iter().rev().find(|own| names_one(&own.text)) {
-            ui.label(elided(&notice.text, RESULT_CHARS)).on_hover_text(&notice.text);
-        }
-        if let Some(caution) = caution(calibration, Path::new(self.path.trim())) {
-            ui.warn(caution);
-        }
         if let Some((of, exact)) = cx.engine.exact().filter(|(_, exact)| exact.fitted) {
             let calibration = Arc::clone(&exact.calibration);
             let ask = AskColdStart { request: of.clone(), calibration };
@@ -86,19 +85,17 @@ impl PaneView for View {
             }
             cx.ask(ask);
         }
+        let outline = Outline::of(calibration);
         ui.scrolled(|ui| {
             for target in TARGETS {
-                let ending = target.endings[0];
                 ui.separator();
-                let mut chosen = self.also.contains(&ending);
-                let name = egui::RichText::new(format!("{} (.{ending})", target.name)).strong();
-                let about =
-                    "Also writes the calibration in this format, to the same path with this ending";
-                if ui.tick(&mut chosen, name, about) {
-                    self.also.retain(|own| *own != ending);
-                    self.also.extend(chosen.then_some(ending));
-                }
+                let refusal = (target.refusal)(&outline);
+                self.format_row(ui, target, refusal.is_none(), cx.engine);
                 ui.label(format!("This format holds {}", target.holds));
+                if let Some(refusal) = refusal {
+                    ui.warn(refusal);
+                    continue;
+                }
                 if target.on_controller {
                     ui.weak(&on_controller).on_hover_text(to_need_less);
                 }
@@ -114,43 +111,147 @@ impl PaneView for View {
     }
 }
 
+/// Draws the form of the sensor's identity, which every export and the report contain.
+fn identity(ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    let identity = &engine.project().identity;
+    let mut edited = identity.clone();
+    let gap = ui.spacing().item_spacing.x;
+    let columns = ((ui.available_width() + gap) / (FIELD + gap)).floor().max(1.0);
+    let width = (ui.available_width() + gap) / columns - gap;
+    let mut fields = |ui: &mut Ui, items: &[Item]| {
+        for row in items.chunks(columns as usize) {
+            ui.horizontal(|ui| {
+                for item in row.iter().copied() {
+                    ui.vertical(|ui| {
+                        ui.set_width(width);
+                        let mut text = identity.get(item).to_owned();
+                        let label = if item == Item::Serial && text.is_empty() {
+                            ui.warn(format!("{} is missing", item.label()))
+                        } else {
+                            ui.label(item.label())
+                        };
+                        let field = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
+                        let field = ui.add(field).labelled_by(label.id);
+                        field.on_hover_text(format!("{}: {}", item.label(), item.placeholder()));
+                        if text != identity.get(item) {
+                            edited.set(item, text);
+                        }
+                    });
+                }
+            });
+        }
+    };
+    fields(ui, &IN_SIGHT);
+    egui::CollapsingHeader::new("More about the sensor").show(ui, |ui| {
+        let others = Item::all().filter(|item| !IN_SIGHT.contains(item));
+        fields(ui, &others.collect::<Vec<_>>());
+        ui.weak("The rated load of each axis is entered in the pane Settings, as its full scale.");
+    });
+    if edited != *identity {
+        out.send(Edit::Identity(edited));
+    }
+}
+
 impl View {
-    fn export_row(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
-        ui.horizontal(|ui| {
+    fn export_row(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
+        let paths = ui.horizontal(|ui| {
             let label = ui.label("Export to");
-            let field = egui::TextEdit::singleline(&mut self.path)
+            let field = TextEdit::singleline(&mut self.path)
                 .hint_text(format!("path ending in one of {}", target_endings()))
                 .desired_width((ui.available_width() - BUTTONS).clamp(40.0, 400.0));
             let field = ui.add(field).labelled_by(label.id).on_hover_text(
                 "Path of the exported calibration; its ending chooses the format. The Enter key writes the files",
             );
             let entered = ui.entered(&field);
-            ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
-                let paths = self.paths();
-                let names =
-                    first(TARGETS.len(), paths.iter().map(|path| path.display().to_string()));
-                let export = ui.press("Write files", format!("Writes {names}"));
-                if export || entered {
-                    for path in paths {
-                        out.send(Action::Export(path, Existing::Ask));
-                    }
-                }
-                if ui.press("…", "Opens a dialog in which the file to write is chosen") {
-                    out.send(Command::ChooseExport);
+            let paths = self.paths(engine);
+            let names = first(TARGETS.len(), paths.iter().map(|path| path.display().to_string()));
+            let about = if paths.is_empty() {
+                "No file can be written: type a path whose format can hold this calibration, or select a format below"
+                    .to_owned()
+            } else {
+                format!("Writes {names}")
+            };
+            let is_possible = engine.analysis().is_some() && !paths.is_empty();
+            let write = ui.add_enabled(is_possible, egui::Button::new("Write files"));
+            let write = write.on_hover_text(&about).on_disabled_hover_text(about);
+            if write.clicked() || entered && is_possible {
+                out.send(Action::Export(paths.clone(), Existing::Ask));
+            }
+            let about = "Opens a dialog in which the file to write is chosen";
+            if ui.press_if(engine.analysis().is_some(), "…", about) {
+                out.send(Command::ChooseExport);
+            }
+            paths
+        });
+        let paths = paths.inner;
+        let results = paths.iter().filter_map(|path| engine.exported(path));
+        let results: Vec<_> = results.collect();
+        let n_written = results.iter().filter(|result| result.is_ok()).count();
+        let unknown = known_target(self.path.trim().as_ref()).err();
+        // One line is always there, so that nothing below moves.
+        match (unknown.filter(|_| !self.path.trim().is_empty()), results.len()) {
+            (Some(unknown), _) => ui.warn(unknown),
+            (None, 0) if engine.project().identity.get(Item::Serial).is_empty() => {
+                ui.warn("The files will contain no serial number")
+            }
+            (None, 0) => ui.weak("Nothing written yet"),
+            (None, all) if n_written == all => {
+                ui.label(format!("{} written", counted(all, "file")))
+            }
+            (None, all) => ui.fail(format!("{n_written} of {} written", counted(all, "file"))),
+        };
+    }
+
+    /// Draws the name of a format with its tick, and beside it the result of the last export in this format.
+    fn format_row(&mut self, ui: &mut Ui, target: &Target, is_possible: bool, engine: &Engine) {
+        let ending = target.endings[0];
+        let is_typed = self.is_typed(target);
+        let mut chosen = is_typed || self.also.contains(&ending);
+        ui.horizontal(|ui| {
+            let name = RichText::new(format!("{} (.{ending})", target.name)).strong();
+            let about =
+                "Also writes the calibration in this format, to the same path with this ending";
+            ui.add_enabled_ui(is_possible && !is_typed, |ui| {
+                if ui.tick(&mut chosen, name, about) {
+                    self.also.retain(|own| *own != ending);
+                    self.also.extend(chosen.then_some(ending));
                 }
             });
+            let path = self.path_of(target);
+            match path.as_ref().and_then(|path| engine.exported(path)) {
+                None => {}
+                Some(Ok(())) => drop(ui.label("Written")),
+                Some(Err(reason)) => {
+                    let color = ui.visuals().error_fg_color;
+                    ui.add(Label::new(RichText::new(reason).color(color)).truncate());
+                }
+            }
         });
     }
 
-    /// Returns the files to write: the typed path, then the same path with the ending of each ticked format.
-    fn paths(&self) -> Vec<PathBuf> {
+    fn is_typed(&self, target: &Target) -> bool {
+        let typed = known_target(self.path.trim().as_ref());
+        typed.is_ok_and(|typed| typed.endings == target.endings)
+    }
+
+    /// Returns the file to write in a format: the typed path, or the same path with the ending of a ticked format.
+    fn path_of(&self, target: &Target) -> Option<PathBuf> {
         let typed = PathBuf::from(self.path.trim());
-        if typed.as_os_str().is_empty() {
-            return Vec::new();
+        if self.is_typed(target) {
+            return Some(typed);
         }
-        let beside = self.also.iter().map(|ending| typed.with_extension(ending));
-        let mut paths = vec![typed.clone()];
-        paths.extend(beside.filter(|path| *path != typed));
-        paths
+        let is_chosen = self.also.contains(&target.endings[0]) && !typed.as_os_str().is_empty();
+        is_chosen.then(|| typed.with_extension(target.endings[0]))
+    }
+
+    /// Returns the files to write. Files whose format cannot hold the present calibration are omitted.
+    fn paths(&self, engine: &Engine) -> Vec<PathBuf> {
+        let Some(analysis) = engine.analysis() else { return Vec::new() };
+        let outline = Outline::of(&analysis.calibration);
+        let typed = PathBuf::from(self.path.trim());
+        let is_unknown = known_target(&typed).is_err() && !typed.as_os_str().is_empty();
+        let possible = TARGETS.iter().filter(|target| (target.refusal)(&outline).is_none());
+        let paths = possible.filter_map(|target| self.path_of(target));
+        is_unknown.then_some(typed.clone()).into_iter().chain(paths).collect()
     }
 }

@@ -35,7 +35,6 @@ mod plots;
 mod recordings_panel;
 mod regressor_panel;
 mod reversal_threshold;
-mod sensor_pane;
 mod setting;
 mod settings_panel;
 mod shell;

@@ -19,7 +19,6 @@ const PANES: &[Entry] = &[
     (super::notes_pane::PANE, of::<super::notes_pane::View>),
     (super::live_pane::PANE, of::<super::live_pane::View>),
     (super::check_pane::PANE, of::<super::check_pane::View>),
-    (super::sensor_pane::PANE, of::<super::sensor_pane::View>),
 ];
 
 fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {

@@ -56,6 +56,8 @@ pub struct Shell {
     /// True once the user agreed to close the window with unsaved changes.
     closing: bool,
     title: String,
+    /// Number of the document for which the panes were made; see [`Engine::n_documents`].
+    n_documents: u64,
     /// Preferences that the last frame used. Theme and text size are set again if the preferences have changed.
     looks: Option<Preferences>,
 }
@@ -100,6 +102,7 @@ impl Shell {
             presents: false,
             closing: false,
             title: String::new(),
+            n_documents: 0,
             looks: None,
         }
     }
@@ -298,6 +301,10 @@ impl Shell {
         if title != self.title {
             ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
+        }
+        if self.n_documents != self.engine.n_documents {
+            self.n_documents = self.engine.n_documents;
+            (self.views, self.time) = (Views::default(), TimeView::default());
         }
         let layout = self.engine.layout.take();
         if let Some(workspaces) = layout.as_ref().and_then(Workspaces::from_value) {

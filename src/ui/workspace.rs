@@ -167,16 +167,15 @@ impl Arrangement {
             errors_pane::PANE as ERRORS, export_pane::PANE as EXPORT, live_pane::PANE as LIVE,
             loops_pane::PANE as LOOPS, metrology_pane::PANE as METROLOGY,
             models_pane::PANE as MODELS, notes_pane::PANE as NOTES,
-            recordings_panel::PANE as RECORDINGS, sensor_pane::PANE as SENSOR,
-            settings_panel::PANE as SETTINGS, thresholds_pane::PANE as THRESHOLDS,
-            trace_panes::PANE as TRACES,
+            recordings_panel::PANE as RECORDINGS, settings_panel::PANE as SETTINGS,
+            thresholds_pane::PANE as THRESHOLDS, trace_panes::PANE as TRACES,
         };
         use LinearDir::{Horizontal, Vertical};
         let mut tiles = Tiles::default();
         let mut build = Build(&mut tiles);
         let (left, right, share) = match workspace {
             Workspace::Import => {
-                let right = build.column([&[TRACES], &[SENSOR, NOTES]], 0.62);
+                let right = build.column([&[TRACES], &[NOTES]], 0.62);
                 (build.tabs(&[RECORDINGS]), right, 0.4)
             }
             Workspace::Calibrate => {

@@ -39,6 +39,7 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
         ("--export a.h --export a.h", &["a.h", "same file"]),
         ("--export a.h --export sub/../a.h", &["sub/../a.h", "same"]),
         ("--export a.json --export a.cal --export a.h", &["a.cal", "up to 8 gauges"]),
+        ("--export a.cal --export b.cal", &["a.cal", "b.cal"]),
         ("--export a.json --export a.xyz", &["a.xyz", "format"]),
         ("--export a.json --export gone/a.h", &["gone/a.h", "no folder gone"]),
         ("--export a.json --traces test.csv --force", &["test.csv", "replace the input"]),

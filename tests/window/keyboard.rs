@@ -143,7 +143,7 @@ fn the_palette_opens_recent_files() {
     let files = Files::new();
     let mut window = window(files.three());
     let send = window.state_mut().as_mut().unwrap();
-    send.send(Edit::CloseAll);
+    send.send(Edit::New);
     settle(&mut window);
     find(&mut window, "open test_c");
     assert_eq!(names(&window), ["test_c"]);

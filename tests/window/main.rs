@@ -793,7 +793,7 @@ fn an_answer_about_recordings_that_were_closed_meanwhile_is_dropped() {
     window.step();
     window.step();
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Edit::CloseAll);
+    shell.send(Edit::New);
     settle(&mut window);
     assert!(state(&window).analysis().is_none());
     assert!(state(&window).problem().is_some());

@@ -460,6 +460,60 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
 }
 
 #[test]
+fn a_new_document_forgets_the_identity_and_the_exported_path() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    show(&mut window, "export");
+    type_into(&mut window, "Serial number is missing", "SN-0042");
+    settle(&mut window);
+    let path = files.path("first.json");
+    type_into(&mut window, "Export to", path.to_str().unwrap());
+    click(&mut window, Role::Button, "Write files");
+    assert_eq!(read_calibration(&path).unwrap().identity.get(recording::Item::Serial), "SN-0042");
+
+    ctrl(&mut window, Key::N);
+    assert_eq!(names(&window).len(), 3, "the user is asked about unsaved changes");
+    click(&mut window, Role::Button, "Discard");
+    assert_eq!(names(&window), Vec::<String>::new());
+    let other = files
+        .write("other.csv", "t [s],G1,G2,Fz [N]\n0,1,2,3\n1,2,1,4\n2,0,1,7\n3,1,3,5\n4,2,2,8\n");
+    let shell = window.state_mut().as_mut().unwrap();
+    shell.send(Action::Open(vec![other]));
+    settle(&mut window);
+    show(&mut window, "export");
+    let field = window.get_by_role_and_label(Role::TextInput, "Export to");
+    assert_eq!(field.value().as_deref(), Some("calibration.json"));
+    let serial = window.get_by_role_and_label(Role::TextInput, "Serial number is missing");
+    assert_eq!(serial.value().unwrap_or_default(), "");
+    assert!(state(&window).project().identity.is_empty());
+}
+
+/// The recordings have three axes, which a `.cal` file cannot hold. The folder of the second path does not exist.
+#[test]
+fn each_format_shows_its_result_and_one_that_cannot_hold_the_calibration_is_disabled() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    show(&mut window, "export");
+    let cal = window.get_by_role_and_label(Role::CheckBox, "ATI-style calibration (XML) (.cal)");
+    assert!(cal.accesskit_node().is_disabled());
+    let path = files.path("c.cal");
+    type_into(&mut window, "Export to", path.to_str().unwrap());
+    settle(&mut window);
+    let write = window.get_by_role_and_label(Role::Button, "Write files");
+    assert!(write.accesskit_node().is_disabled());
+    type_into(&mut window, "Export to", files.path("c.json").to_str().unwrap());
+    settle(&mut window);
+    click(&mut window, Role::CheckBox, "Matrices (CSV) (.csv)");
+    click(&mut window, Role::Button, "Write files");
+    assert_eq!(window.query_all_by_role_and_label(Role::Label, "Written").count(), 2);
+    type_into(&mut window, "Export to", files.path("gone/c.json").to_str().unwrap());
+    click(&mut window, Role::Button, "Write files");
+    assert_eq!(window.query_all_by_role_and_label(Role::Label, "Written").count(), 0);
+    assert!(has(&window, "0 of 2 files written"));
+    assert_eq!(state(&window).exported(&files.path("c.json")), Some(&Ok(())));
+}
+
+#[test]
 fn a_path_is_typed_where_there_is_no_dialog() {
     let files = Files::new();
     let mut window = window(files.three());

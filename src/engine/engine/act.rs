@@ -10,8 +10,9 @@ impl Engine {
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Edit(edit) => self.edit(edit),
-            Action::Undo => self.history.undo(&mut self.project),
-            Action::Redo => self.history.redo(&mut self.project),
+            Action::New => self.leave_for(Leaving::New),
+            Action::Undo => self.travel(History::undo),
+            Action::Redo => self.travel(History::redo),
             Action::Show(view) => self.project.view = view,
             Action::Open(paths) => self.open(paths),
             Action::OpenBuiltIn(late) => self.await_turn(InTurn::Simulate(late)),
@@ -21,8 +22,10 @@ impl Engine {
                 self.await_turn(InTurn::Tare(which, tare));
             }
             Action::LeaveOutFaulty => self.await_turn(InTurn::LeaveOutFaulty),
-            Action::Save(content, path, existing) => self.save(content, path, existing),
-            Action::Export(path, existing) => self.export(path, existing),
+            Action::Save(content, path, existing) => {
+                self.save(Output { content, paths: vec![path], existing });
+            }
+            Action::Export(paths, existing) => self.export(paths, existing),
             Action::Replace(yes) => self.replace(yes),
             Action::Train => self.train(),
             Action::StopTraining => self.lane::<Train>().cancel(),
@@ -71,7 +74,7 @@ impl Engine {
             }
             Action::Forget(at) => {
                 if at < self.project.lost.len() {
-                    self.project.lost.remove(at);
+                    self.change(|project| project.lost.remove(at));
                     self.prove();
                 }
             }
@@ -97,14 +100,14 @@ impl Engine {
         self.follow();
     }
 
-    /// Writes the file that waits for confirmation in [`Engine::replacing`] if `yes`; otherwise drops it.
+    /// Writes the files that wait for confirmation in [`Engine::replacing`] if `yes`; otherwise drops them.
     pub(super) fn replace(&mut self, yes: bool) {
         match self.replacing.take().filter(|_| yes) {
             None => {}
-            Some((content, path, Doubt::IsThere)) => self.save(content, path, Existing::Replace),
-            Some((content, path, Doubt::Undetermined(_, existing))) => {
-                self.save_whole(content, path, existing);
+            Some((output, Doubt::IsThere)) => {
+                self.save(Output { existing: Existing::Replace, ..output });
             }
+            Some((output, Doubt::Undetermined(_))) => self.save_whole(output),
         }
     }
 
@@ -156,38 +159,44 @@ impl Engine {
         }
     }
 
-    pub(super) fn save(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
-        let path = std::path::absolute(&path).unwrap_or(path);
+    pub(super) fn save(&mut self, mut output: Output) {
+        for path in &mut output.paths {
+            if let Ok(absolute) = std::path::absolute(&*path) {
+                *path = absolute;
+            }
+        }
         let inputs = self.project.files().map(Path::to_owned).collect();
-        self.start(Task::write(content, path, existing, inputs));
+        self.start(Task::write(output, inputs));
     }
 
-    pub(super) fn export(&mut self, path: PathBuf, existing: Existing) {
+    pub(super) fn export(&mut self, mut paths: Vec<PathBuf>, existing: Existing) {
         let Some(content) = self.calibration_content() else {
             self.notice(Level::Error, "There is no calibration to export yet");
             return;
         };
-        if let Err(text) = known_target(&path) {
-            self.notice(Level::Error, text);
-            return;
-        }
+        paths.retain(|path| {
+            let unknown = known_target(path).err();
+            let is_known = unknown.is_none();
+            unknown.into_iter().for_each(|text| self.notice(Level::Error, text));
+            is_known
+        });
+        let output = Output { content, paths, existing };
         // A calibration that comes with a request was fitted in this session, not read from a file.
-        if let FileContent::Calibration(calibration, Some(_)) = &content
+        if let FileContent::Calibration(calibration, Some(_)) = &output.content
             && let Some(undetermined) = calibration.undetermined()
         {
-            let doubt = Doubt::Undetermined(undetermined, existing);
-            self.replacing = Some((content, path, doubt));
-            return;
+            self.replacing = Some((output, Doubt::Undetermined(undetermined)));
+        } else {
+            self.save_whole(output);
         }
-        self.save_whole(content, path, existing);
     }
 
-    /// Writes the whole content to a file, with a warning if the file format cannot hold a part of a calibration.
-    pub(super) fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
-        if let Some(caution) = content.caution(&path) {
+    /// Writes the whole content to its files, with a warning for each file format that cannot hold a part of a calibration.
+    pub(super) fn save_whole(&mut self, output: Output) {
+        for caution in output.paths.iter().filter_map(|path| output.content.caution(path)) {
             self.notice(Level::Warning, caution);
         }
-        self.save(content, path, existing);
+        self.save(output);
     }
 
     pub(super) fn open(&mut self, paths: Vec<PathBuf>) {
@@ -288,7 +297,11 @@ impl Engine {
                 let Some(Importing { map, .. }) = &self.importing else { return };
                 let mut text = Vec::new();
                 match map.write_json(&mut text) {
-                    Ok(()) => self.save(FileContent::Bytes(text.into()), path, Existing::Ask),
+                    Ok(()) => self.save(Output {
+                        content: FileContent::Bytes(text.into()),
+                        paths: vec![path],
+                        existing: Existing::Ask,
+                    }),
                     Err(error) => self.notice(Level::Error, error.to_string()),
                 }
             }

@@ -26,10 +26,48 @@ impl Engine {
             None => Project::default(),
         });
         self.session = path;
+        self.n_documents += 1;
         // Undo must not bring back the data of the previous session, because saving would then write them over this session.
         self.history = History::default();
         self.lanes.of_mut::<Analyse>().forget();
         self.prove();
+    }
+
+    /// Drops the running and waiting work on the present document.
+    pub(super) fn drop_work(&mut self) {
+        self.lanes.cancel();
+        self.tasks.retain(|task| task.turn.is_none());
+        self.waiting.clear();
+        self.following.forget();
+        self.importing = None;
+    }
+
+    /// Sets the session file and the list of models of the present document aside, because a new document begins.
+    pub(super) fn set_aside(&mut self) {
+        self.lanes.of_mut::<TryModels>().forget();
+        (self.saved, self.saved_trained, self.unproven) = (None, None, None);
+        self.n_documents += 1;
+        self.aside.retain(|own| own.recordings.strong_count() > 0);
+        self.aside.push(SetAside {
+            recordings: Arc::downgrade(&self.project.recordings),
+            session: self.session.take(),
+            models: std::mem::take(&mut self.models),
+        });
+    }
+
+    /// Undoes or redoes an edit. If this leads to another document, its session file and its list of models come back.
+    pub(super) fn travel(&mut self, step: fn(&mut History, &mut Project)) {
+        let before = Arc::downgrade(&self.project.recordings);
+        step(&mut self.history, &mut self.project);
+        let now = Arc::as_ptr(&self.project.recordings);
+        let is_own = |own: &&mut SetAside| std::ptr::eq(own.recordings.as_ptr(), now);
+        if let Some(own) = self.aside.iter_mut().find(is_own) {
+            self.lanes.of_mut::<TryModels>().forget();
+            std::mem::swap(&mut self.session, &mut own.session);
+            std::mem::swap(&mut self.models, &mut own.models);
+            own.recordings = before;
+            self.saved = None;
+        }
     }
 
     /// Carries out an action that discards all loaded data. If there are unsaved changes, the user is asked first.
@@ -44,6 +82,7 @@ impl Engine {
         match self.leaving.take() {
             None => {}
             Some(Leaving::Close) => self.closes = true,
+            Some(Leaving::New) => self.edit(Edit::New),
             Some(Leaving::Open(files)) => self.take_files(files),
             Some(Leaving::Restore(path, opened)) => {
                 self.take_session(None, *opened);

@@ -144,15 +144,7 @@ impl Engine {
                 warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
             }
             Done::Simulated(_, set) => self.take_simulated(set),
-            Done::Written(FileContent::Session(_, project, trained), path) => {
-                self.take_saved(*project, trained, path);
-            }
-            Done::Written(_, path) => {
-                self.notice(Level::Info, format!("Wrote {}", path.display()));
-            }
-            Done::IsThere(content, path) => {
-                self.replacing = Some((content, path, Doubt::IsThere));
-            }
+            Done::Written(content, files) => self.take_written(content, files),
             Done::Map(map) => self.inspect(|own| own.take_map(*map)),
             Done::Weight(path, estimate) => {
                 if self.importing.as_ref().is_some_and(|own| own.path == path) {
@@ -185,7 +177,14 @@ impl Engine {
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
         // A session that was just opened has no unsaved changes, and stays so when its simulated recordings arrive.
         let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
+        let is_other = self.project.is_of_other(&set.layout().gauge_names);
+        if is_other {
+            self.set_aside();
+        }
         let refused = self.change(|project| {
+            if is_other {
+                project.begin_for_other();
+            }
             // A split of the opened session waits here for these recordings, because the session had none when it was opened.
             let waits = |split: &&Split| split.whole.entries().is_empty();
             let split = project.split.as_ref().filter(waits);
@@ -203,6 +202,40 @@ impl Engine {
             self.saved = Some(self.project.clone());
         }
         self.prove();
+    }
+
+    /// Reports which files were written, and asks whether those that exist may be replaced.
+    fn take_written(&mut self, content: FileContent, files: Vec<(PathBuf, Result<(), Unwritten>)>) {
+        let (mut existing, mut results) = (Vec::new(), BTreeMap::new());
+        for (path, written) in files {
+            let result = match (written, &content) {
+                (Err(Unwritten::Exists), _) => {
+                    existing.push(path);
+                    continue;
+                }
+                (Err(Unwritten::Because(reason)), _) => Err(reason),
+                (Ok(()), FileContent::Session(_, project, trained)) => {
+                    self.take_saved(Project::clone(project), trained.clone(), path);
+                    continue;
+                }
+                (Ok(()), _) => Ok(()),
+            };
+            match &result {
+                Ok(()) => self.notice(Level::Info, format!("Wrote {}", path.display())),
+                Err(reason) => self.notice(Level::Error, reason),
+            }
+            results.insert(path, result);
+        }
+        if let FileContent::Calibration(..) = content {
+            let earlier = self.exported.take().filter(|(of, _)| *of == self.project);
+            let mut all = earlier.map_or_else(BTreeMap::new, |(_, files)| files);
+            all.extend(results);
+            self.exported = Some((self.project.clone(), all));
+        }
+        if !existing.is_empty() {
+            let output = Output { content, paths: existing, existing: Existing::Ask };
+            self.replacing = Some((output, Doubt::IsThere));
+        }
     }
 
     pub(super) fn take_saved(
@@ -264,6 +297,9 @@ impl Engine {
         if let Some((path, opened)) = session {
             self.take_session(Some(path), opened);
         }
+        if self.project.begins_with(&recordings) {
+            self.set_aside();
+        }
         if !recordings.is_empty() {
             let refused = self.change(|project| project.add(recordings));
             refused.into_iter().for_each(|refused| self.notice(Level::Error, refused));
@@ -280,13 +316,10 @@ impl Engine {
     pub(super) fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
         let mut parts = Vec::new();
         for (file, part) in found {
-            let at = self.project.lost.iter().position(|lost| *lost == file);
             // The missing file is no longer in the list if another session was opened since the search began.
-            let Some(at) = at else { continue };
-            if let Some(Ok(_)) = part.loaded {
-                self.project.lost.remove(at);
+            if self.project.lost.contains(&file) {
+                parts.push((file, part));
             }
-            parts.push(part);
         }
         if parts.is_empty() {
             let text = format!(
@@ -296,7 +329,13 @@ impl Engine {
             self.notice(Level::Error, text);
             return;
         }
-        let notices = self.change(|project| add_parts(project, parts));
+        let notices = self.change(|project| {
+            let is_read = |(_, part): &&(_, SessionPart)| matches!(part.loaded, Some(Ok(_)));
+            let read: Vec<&SessionFile> =
+                parts.iter().filter(is_read).map(|(file, _)| file).collect();
+            project.lost.retain(|lost| !read.contains(&lost));
+            add_parts(project, parts.into_iter().map(|(_, part)| part).collect())
+        });
         notices.into_iter().for_each(|notice| self.show_notice(notice));
         self.prove();
     }

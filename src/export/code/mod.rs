@@ -51,16 +51,13 @@ pub(in crate::export) const CODE: Target = Target {
         Some(Learned::Kernel(_)) => "the uncertainty band of the kernel",
         _ => "nothing",
     },
-    check: |outline| {
+    refusal: |outline| {
         let window_secs = outline.features.window_secs();
-        if window_secs <= LONGEST_WINDOW_SECS {
-            return Ok(());
-        }
-        Err(format!(
+        let too_long = format!(
             "the blocks look back {window_secs} s, so exported code would have to store all samples of this time \
              (at most {LONGEST_WINDOW_SECS} s); fit with a smaller t_th or lag, or use .json"
-        )
-        .into())
+        );
+        (window_secs > LONGEST_WINDOW_SECS).then_some(too_long)
     },
     ..Target::PLAIN
 };

@@ -15,7 +15,7 @@ use super::matrix::{self, MATRIX};
 use crate::calibration::{
     Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
 };
-use crate::export::target::{Export, Target};
+use crate::export::target::{Export, Outline, Target};
 use crate::export::template::filled_markup;
 use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
@@ -28,7 +28,17 @@ pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",
     endings: &["cal"],
     holds: "the conventional matrix of up to eight gauges and six axes",
-    check: |outline| matrix::check("a .cal file", (1, MOST_GAUGES), outline),
+    refusal: |outline| {
+        let Outline { n_gauges, axes, .. } = *outline;
+        let is_held = (1..=MOST_GAUGES).contains(&n_gauges) && *axes == Axis::ALL;
+        let axes = Axis::symbols(axes).join(" ");
+        (!is_held).then(|| {
+            format!(
+                "a .cal file holds up to {MOST_GAUGES} gauges and the axes Fx Fy Fz Mx My Mz, and this calibration has \
+                 {n_gauges} gauges and the axes {axes}; use .yaml, .h, .inc or .json"
+            )
+        })
+    },
     write,
     reader: Some(|content| {
         let note = "a .cal file holds only the conventional matrix, without compensation and offset, so tare the gauges";

@@ -2,8 +2,7 @@
 //! the omissions before writing.
 
 use crate::calibration::Calibration;
-use crate::export::target::{Export, Outline, Refusal, Target};
-use crate::recording::Axis;
+use crate::export::target::{Export, Target};
 use crate::shown::joined;
 
 pub(super) const MATRIX: Target = Target {
@@ -42,24 +41,4 @@ pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String)
     let offsets = (export.calibration.offset)
         .then(|| format!("offset left out, {how}: {}", comment(&joined(" ", offsets))));
     export.lines(comment).chain(offsets).collect()
-}
-
-/// Checks that a calibration has all six axes, and from `least` to `most` gauges, as the file format requires.
-pub(super) fn check(
-    file: &'static str,
-    (least, most): (usize, usize),
-    outline: &Outline<'_>,
-) -> Result<(), Refusal> {
-    if (least..=most).contains(&outline.n_gauges) && *outline.axes == Axis::ALL {
-        return Ok(());
-    }
-    let room =
-        if least == most { format!("{most} gauges") } else { format!("up to {most} gauges") };
-    Err(format!(
-        "{file} holds {room} and the axes Fx Fy Fz Mx My Mz, and this calibration has {} gauges and the axes {}; use \
-         .yaml, .h, .inc or .json",
-        outline.n_gauges,
-        Axis::symbols(outline.axes).join(" ")
-    )
-    .into())
 }

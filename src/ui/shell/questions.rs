@@ -79,17 +79,23 @@ fn ask(
 
 /// Asks before an existing file is replaced, and before a calibration is exported that the samples do not determine.
 fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
-    let Some((_, path, doubt)) = &engine.replacing else {
+    let Some((output, doubt)) = &engine.replacing else {
         return;
     };
-    let mut text = path.display().to_string();
+    let paths = output.paths.iter().map(|path| path.display().to_string());
+    let mut text = paths.collect::<Vec<_>>().join("\n");
     let (title, yes, about) = match doubt {
+        Doubt::IsThere if output.paths.len() > 1 => (
+            "These files already exist",
+            "Replace them",
+            "Overwrites the files; their present contents are lost",
+        ),
         Doubt::IsThere => (
             "The file already exists",
             "Replace it",
             "Overwrites the file; its present contents are lost",
         ),
-        Doubt::Undetermined(undetermined, _) => {
+        Doubt::Undetermined(undetermined) => {
             text += "\n";
             text += &undetermined.finding().text(Face::Window);
             (
@@ -154,6 +160,11 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
             "Closes the window; changes since the last save are lost",
             "The window stays open",
         ),
+        Leaving::New => (
+            "Saves this session, then closes its recordings; asks for a path if the session has no file yet",
+            "Closes the recordings without saving the session; Undo brings them back",
+            "The recordings stay open",
+        ),
         Leaving::Open(_) | Leaving::Restore(..) => (
             "Saves this session, then opens the other session; asks for a path if this session has no file yet",
             "Opens the other session; changes since the last save are lost",
@@ -161,7 +172,7 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
         ),
     };
     let mut text = "The session holds the list of files, their roles and all settings. The files of the recordings are not changed.".to_owned();
-    if !matches!(leaving, Leaving::Close) {
+    if matches!(leaving, Leaving::Open(_) | Leaving::Restore(..)) {
         text += "\nAnother session is about to be opened.";
     }
     let answers = [
