@@ -75,7 +75,6 @@ impl Work for FitJob {
         check_endings(&self.export)?;
         self.traces.check()?;
         let FitInputs { recordings, settings, sensor, limits } = self.fit.read(run)?;
-        let n_recordings = recordings.entries().len();
         check_formats(&self.export, &Outline::of_fit(&settings, recordings.layout()))?;
         let mut request = Request::fit(Arc::new(recordings), settings);
         if !self.export.is_empty() {
