@@ -77,6 +77,8 @@ pub mod export;
 pub mod features;
 pub mod finding;
 pub mod formats;
+#[cfg(test)]
+mod house;
 pub mod import;
 mod lanes;
 pub mod logged;
@@ -95,55 +97,3 @@ mod small_file;
 #[cfg(feature = "gui")]
 pub mod ui;
 mod vectorised;
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    /// Rooms from the bottom to the top. Rooms in one entry do not use each other, except that exports use tables.
-    const FLOORS: [&[&str]; 9] = [
-        &["recording"],
-        &["formats", "features"],
-        &["import", "calibration"],
-        &["scoring"],
-        &["report"],
-        &["export"],
-        &["questions"],
-        &["engine"],
-        &["cli", "ui"],
-    ];
-
-    fn sources(folder: &Path, all: &mut Vec<(String, String)>) {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                sources(&path, all);
-            } else if path.extension().is_some_and(|ending| ending == "rs") {
-                let text = std::fs::read_to_string(&path).unwrap();
-                all.push((path.display().to_string(), text));
-            }
-        }
-    }
-
-    #[test]
-    fn no_room_uses_a_room_above() {
-        let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-        for (floor, rooms) in FLOORS.iter().enumerate() {
-            for room in *rooms {
-                let mut all = Vec::new();
-                sources(&src.join(room), &mut all);
-                assert!(!all.is_empty(), "{room}");
-                let beside = rooms.iter().filter(|own| *own != room);
-                let above = FLOORS[floor + 1..].iter().copied().flatten().chain(beside);
-                for above in above {
-                    let used = format!("crate::{above}::");
-                    for (path, text) in all.iter().filter(|(path, _)| !path.contains("tests")) {
-                        let code = text.split("#[cfg(test)]").next().unwrap().lines();
-                        let mut code = code.filter(|line| !line.trim_start().starts_with("//"));
-                        assert!(!code.any(|line| line.contains(&used)), "{path}: {used}");
-                    }
-                }
-            }
-        }
-    }
-}

@@ -12,7 +12,7 @@ use loopscope::import::map::ColumnMap;
 use loopscope::import::read;
 use loopscope::progress::Progress;
 use loopscope::questions::loops::{
-    Channel, CrossQuestion, Look, LookRequest, LoopQuestion, Question, Span, TableOf, Up, Viewer,
+    Channel, CrossQuestion, Look, LookRequest, LoopQuestion, Question, Span, TableOf, Up, look,
 };
 use loopscope::questions::metrology::MetrologySettings;
 use loopscope::questions::{OnScreen, Request, analyse};
@@ -267,7 +267,6 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
         let axes = request.loads.calibration.axes.clone();
         let recordings = Arc::clone(&request.loads.recordings);
-        let mut viewer = Viewer::default();
         for (at, axis) in axes.iter().enumerate() {
             let pairs = recordings.entries().iter().zip(&outputs);
             let measured = pairs.map(|(entry, outputs)| {
@@ -286,7 +285,7 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
                     frame,
                     pixels,
                 });
-                match viewer.look(&request, &Progress::default()) {
+                match look(&request, &Progress::default()) {
                     Ok(Look::Loops(plot)) => {
                         let own = &plot.curves[0].drawn;
                         let strokes = own.strokes.iter().map(|one| one.points.clone());
@@ -306,7 +305,6 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
         let axes = request.loads.calibration.axes.clone();
         let recordings = Arc::clone(&request.loads.recordings);
-        let mut viewer = Viewer::default();
         let load = Channel::Load(Trace::Calculated, axes[0]);
         let output = Channel::Load(Trace::Conventional, axes[0]);
         for (across, up) in [
@@ -336,7 +334,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
             assert_to_the_pixel(&what, &measured, |frame, pixels| {
                 request.question =
                     Question::Cross(CrossQuestion { across, up, span: Span::All, frame, pixels });
-                match viewer.look(&request, &Progress::default()) {
+                match look(&request, &Progress::default()) {
                     Ok(Look::Cross(plot)) => {
                         let strokes = plot.drawn.strokes.iter().map(|one| one.points.clone());
                         let clouds = plot.drawn.clouds.iter().map(|one| Arc::clone(&one.density));
@@ -353,7 +351,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
 #[test]
 fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
     for (name, request, _) in all_fitted() {
-        let Ok(Look::Table(table)) = Viewer::default().look(&request, &Progress::default()) else {
+        let Ok(Look::Table(table)) = look(&request, &Progress::default()) else {
             panic!("no table of {name}")
         };
         for row in &table.rows {

@@ -23,7 +23,6 @@ mod normal_equations;
 mod settings;
 mod status;
 mod sums;
-mod unloaded;
 mod used_recording;
 mod validate;
 

@@ -21,9 +21,10 @@ use crate::engine::SEARCH_MINUTES;
 use crate::export::{Outline, Together, interrupt_stops};
 use crate::features::Range;
 use crate::progress::Progress;
-use crate::questions::thresholds::ScoreSet;
+use crate::questions::errors::cold_start::worse_at_start;
 use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
 use crate::recording::identity::Identity;
+use crate::scoring::score_set::ScoreSet;
 
 /// Find the best model: fit many models, the fastest first, and compute their errors on recordings that were left out of the fit.
 #[derive(Debug, Args)]
@@ -108,7 +109,7 @@ impl Work for BestJob {
             let calibration = train(&request, &progress, &mut |_| {})?;
             check_determined(&calibration, self.force)?;
             let data = request.datasets.get(&request.key(), &progress)?;
-            if let Some(worse) = data.worse_at_start(&calibration)? {
+            if let Some(worse) = worse_at_start(&data, &calibration)? {
                 run.say.finding(worse);
             }
             let mut files = Together::default();

@@ -28,7 +28,6 @@ use crate::questions::errors::{errors, factory_note};
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::expected_error::query::expected_error;
 use crate::questions::expected_error::{expected_error_table, limits_table};
-use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, read_factory,
     settings_table, train,
@@ -36,6 +35,7 @@ use crate::questions::{
 use crate::recording::Axis;
 use crate::report::Shown;
 use crate::scoring::numbers::significant;
+use crate::scoring::score_set::ScoreSet;
 
 /// Fit a conventional and a compensated calibration, and print the errors of both.
 #[derive(Debug, Args)]

@@ -17,9 +17,11 @@ use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Range, Thresholds};
 use crate::finding::Face;
+use crate::progress::Progress;
 use crate::questions::loops::TableOf;
 use crate::questions::metrology::{
-    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, table_by,
+    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, lags_of,
+    table_by,
 };
 use crate::questions::{Request, analyse};
 use crate::recording::{Recording, Role, simulated};
@@ -95,7 +97,7 @@ impl Work for MetrologyJob {
             Some(path) => self.measured(run, path)?,
             None => self.fitted(run)?,
         };
-        let table = self.measure(&subject)?;
+        let table = self.measure(&subject, &run.progress)?;
         if let Some(path) = &self.csv {
             write_atomically(path, |out| figure_records(&table).write_csv(out))?;
         }
@@ -156,7 +158,7 @@ impl MetrologyJob {
         Ok(Subject { calibration, recordings, extents, origin: format!("{on} ({rule})") })
     }
 
-    fn measure(&self, subject: &Subject) -> Result<Metrology, JobError> {
+    fn measure(&self, subject: &Subject, progress: &Progress) -> Result<Metrology, JobError> {
         let calibration = &subject.calibration;
         let applied: Vec<AppliedLoads> = (subject.recordings.iter())
             .map(|recording| calibration.apply(recording))
@@ -174,7 +176,7 @@ impl MetrologyJob {
             settings: &self.measuring.settings(),
             extents: &subject.extents,
         };
-        Ok(table_by(&runs, &rules)?)
+        Ok(table_by(&runs, &rules, || lags_of(&runs, &calibration.axes, progress))?)
     }
 }
 

@@ -15,7 +15,7 @@ use std::time::Duration;
 use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, ImportCommand, Importing, Preview};
-use crate::engine::lanes::Lanes;
+use crate::engine::lanes::{ANYONE, Asker, Lanes};
 use crate::engine::live::{Current, Follow};
 use crate::engine::models::{ModelChange, Models};
 use crate::engine::notice::{Level, Notice};
@@ -342,12 +342,22 @@ impl Engine {
 
     /// Returns the newest background request of type `Q` with its result.
     pub fn lane<Q: Query>(&self) -> &Lane<Q> {
-        self.lanes.of()
+        self.lane_of(ANYONE)
+    }
+
+    /// Returns the requests of this type that one pane asks, with their results.
+    pub fn lane_of<Q: Query>(&self, asker: Asker) -> &Lane<Q> {
+        self.lanes.of(asker)
     }
 
     /// Computes a request in the background, unless it equals the last request of its type.
     pub fn ask<Q: Query>(&mut self, question: Q) {
-        self.lanes.of_mut().ask(question);
+        self.ask_as(ANYONE, question);
+    }
+
+    /// Computes a request of a pane in the background, unless it equals the last request of its type by this pane.
+    pub fn ask_as<Q: Query>(&mut self, asker: Asker, question: Q) {
+        self.lanes.of_mut(asker).ask(question);
     }
 
     /// Returns true if any background work runs or waits, apart from following a growing file.

@@ -32,6 +32,7 @@ pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
+pub(crate) use lanes::{ANYONE, Asker};
 pub(crate) use live::{Followed, LiveTraces};
 pub use models::Models;
 pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};

@@ -26,18 +26,18 @@ use crate::import::Loaded;
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::progress::Progress;
 use crate::questions::Mark;
-use crate::questions::loops::asked::{AskFigures, LookAt};
+use crate::questions::loops::asked::LookAt;
 use crate::questions::loops::{Question, TableOf};
 use crate::questions::metrology::MetrologySettings;
 use crate::questions::models::asked::Train;
 use crate::questions::question::Query;
-use crate::questions::thresholds::ScoreSet;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, View, analyse};
 use crate::recording::simulated::Late;
 use crate::recording::{
     Axis, Entry, GaugeRange, Identity, Item, Recording, RecordingSet, Role, Source, Tare,
 };
+use crate::scoring::score_set::ScoreSet;
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
 pub(super) const GAUGES: [&str; 3] = ["S1", "S2", "S3"];
@@ -602,7 +602,7 @@ fn an_empty_document_has_no_problem() {
 
 fn ask_figures(engine: &mut Engine) {
     if let Some(look) = engine.look(None, Question::Table(TableOf::All)) {
-        engine.ask::<AskFigures>(LookAt(look));
+        engine.ask(LookAt(look));
     }
 }
 
@@ -622,13 +622,9 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
     analysed(&mut engine);
     ask_figures(&mut engine);
     settle(&mut engine);
-    assert!(
-        engine.lane::<AskFigures>().answer().is_some(),
-        "{:?}",
-        engine.lane::<AskFigures>().problem()
-    );
+    assert!(engine.lane::<LookAt>().answer().is_some(), "{:?}", engine.lane::<LookAt>().problem());
     edit(&mut engine, Edit::New);
-    assert!(engine.lane::<AskFigures>().answer().is_none());
+    assert!(engine.lane::<LookAt>().answer().is_none());
     // Other recordings of the same gauges and axes, before and after the running work has ended.
     for settled in [false, true] {
         open(&mut engine, &["c", "d"]);
@@ -640,10 +636,10 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
         edit(&mut engine, Edit::New);
         open(&mut engine, &["e", "f"]);
         assert!(engine.analysis().is_none());
-        assert!(engine.lane::<AskFigures>().answer().is_none());
+        assert!(engine.lane::<LookAt>().answer().is_none());
         settle(&mut engine);
         assert!(
-            engine.lane::<AskFigures>().answer().is_none(),
+            engine.lane::<LookAt>().answer().is_none(),
             "there is no question about these recordings"
         );
         assert_eq!(analysed(&mut engine).calibration.trained_on, ["e", "f"]);
@@ -661,11 +657,9 @@ fn figures_of_before_stay_while_the_next_are_made() {
     edit(&mut engine, other);
     analysed(&mut engine);
     ask_figures(&mut engine);
-    assert!(
-        engine.lane::<AskFigures>().answer().is_some() && !engine.lane::<AskFigures>().is_current()
-    );
+    assert!(engine.lane::<LookAt>().answer().is_some() && !engine.lane::<LookAt>().is_current());
     settle(&mut engine);
-    assert!(engine.lane::<AskFigures>().is_current());
+    assert!(engine.lane::<LookAt>().is_current());
 }
 
 #[test]

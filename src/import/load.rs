@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
+use super::column_report::has_clock;
 use super::error::{at, of_file};
-use super::inspect::columns::has_clock;
 use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};

@@ -15,11 +15,13 @@
 //! | [`live`] | rows that arrive live |
 //! | `timeline` | the unit of time, and the starts of recordings |
 //! | `assemble` | recordings from rows |
+//! | `column_report` | content of each column, such as whether it runs like a clock |
 //! | [`inspect`] | description of a file before it is loaded |
 //! | `error`, `warning`, `named_column` | messages to the user |
 
 mod assemble;
 pub(crate) mod clock_offset;
+mod column_report;
 mod device_rows;
 mod error;
 mod estimate;

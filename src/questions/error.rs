@@ -4,7 +4,6 @@ use crate::calibration::{CalibrationError, NoCrossValidation};
 use crate::features::FeatureError;
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
-use crate::questions::thresholds::{GridError, NoSuggestion};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
@@ -32,10 +31,9 @@ pub enum AnalysisError {
     MapTooLarge { t_ths: usize, columns: usize, parts: usize },
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    #[error(transparent)]
-    Grid(#[from] GridError),
-    #[error(transparent)]
-    NoSuggestion(#[from] NoSuggestion),
+    /// Reason that only one kind of question knows, such as a grid of thresholds that cannot be tried.
+    #[error("{0}")]
+    Because(String),
     #[error(transparent)]
     Calibration(CalibrationError),
     #[error(transparent)]

@@ -6,48 +6,42 @@
 //! `ui/panes.rs`, and its batch job is a file with two lines in `cli.rs`. The engine, which computes requests in the
 //! background, needs no change.
 
-mod auxiliary_inputs;
 pub mod check;
-mod cross_validated;
 mod dataset;
 pub(crate) mod error;
 pub(crate) mod errors;
 pub(crate) mod expected_error;
 pub(crate) mod history;
-mod left_out_fits;
 pub mod loops;
 pub mod metrology;
 pub(crate) mod models;
 pub mod page;
 pub(crate) mod question;
 pub(crate) mod request;
-mod side_by_side;
 pub mod thresholds;
-mod travels;
 
-pub use check::cautions::findings;
 pub use check::query::sufficiency;
-pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub use error::AnalysisError;
 pub(crate) use errors::factory::read_factory;
+pub use errors::findings::findings;
 pub use errors::intervals::OnScreen;
 pub(crate) use errors::intervals::intervals_within;
 pub(crate) use errors::query::RecordingResult;
 pub use errors::query::{Analysis, Analyst, analyse};
 pub(crate) use errors::trace_values::Segment;
 pub(crate) use errors::traces::{AxisTraces, TraceSet};
-pub use errors::view::View;
 pub use expected_error::query::expected_error;
 pub(crate) use expected_error::query::handed_over;
 pub(crate) use models::best::Best;
 pub use models::best::{Search, WITHIN, find_best};
 pub(crate) use models::comparison::{Candidate, Comparison, compare, paper_candidates};
+pub(crate) use models::cross_validated::cross_validation_cost;
 pub(crate) use models::learning::TrainingStep;
 pub(crate) use models::table::{Mark, Model, ModelRow, RELATIVE, model_table};
 pub use models::training::train;
 pub use page::report;
 pub(crate) use page::{check_limits, settings_table};
-pub use request::Request;
+pub use request::{Request, View};
 pub(crate) use thresholds::study::BlockSuggestion;
 pub use thresholds::study::{HistoryBlock, Study};

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
-use crate::questions::loops::LookError;
 
 /// Age up to which a running computation may finish although a newer question of the same type has arrived. A moving slider
 /// then still shows results.
@@ -67,15 +66,6 @@ impl From<AnalysisError> for Unanswered {
     fn from(error: AnalysisError) -> Self {
         match error {
             AnalysisError::Cancelled(_) => Self::Cancelled,
-            error => Self::Because(error.to_string()),
-        }
-    }
-}
-
-impl From<LookError> for Unanswered {
-    fn from(error: LookError) -> Self {
-        match error {
-            LookError::Cancelled(_) => Self::Cancelled,
             error => Self::Because(error.to_string()),
         }
     }

@@ -1,10 +1,10 @@
 //! Inputs that all requests for a result share: the recordings, and the settings of the fit.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings};
 use crate::questions::dataset::{Datasets, Key};
-use crate::questions::errors::view::View;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
@@ -57,6 +57,33 @@ impl Request {
             trained: false,
             factory: None,
             datasets: Datasets::default(),
+        }
+    }
+}
+
+/// Recordings that the trace panes show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum View {
+    /// The recording with this index in the recording set.
+    One(usize),
+    /// All recordings, one after another.
+    #[default]
+    All,
+}
+
+impl View {
+    /// Returns this view. If its recording does not exist, returns a view of the last recording.
+    pub fn within(self, n_recordings: usize) -> Self {
+        match self {
+            Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),
+            Self::All => Self::All,
+        }
+    }
+
+    pub(crate) fn recordings(self, n_recordings: usize) -> Range<usize> {
+        match self {
+            Self::One(at) => at..(at + 1).min(n_recordings),
+            Self::All => 0..n_recordings,
         }
     }
 }

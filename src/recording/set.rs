@@ -3,6 +3,8 @@
 //! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order. A recording without a
 //! reference may be loaded, but is neither fitted nor scored.
 
+pub(super) mod groups;
+
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};

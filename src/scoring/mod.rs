@@ -18,6 +18,7 @@ pub(crate) mod part_squares;
 pub(crate) mod pixels;
 pub(crate) mod quantile;
 pub mod rig;
+pub(crate) mod score_set;
 pub(crate) mod series;
 mod straight_lines;
 

@@ -4,10 +4,12 @@
 //! pass over the samples gives sums of products over contiguous parts of each recording, called units. Each possible fault is
 //! then corrected in these sums, and the model is fitted again.
 
+mod alternating;
 mod cause;
 mod chance;
 mod columns;
 mod fits;
+mod report;
 mod samples;
 
 use faer::Mat;
@@ -19,6 +21,8 @@ use crate::recording::{Axis, Recording};
 use crate::scoring::faults::are_of_one_table;
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
 use crate::scoring::rig::fits::{Forward, Moments, Shape};
+pub use crate::scoring::rig::report::RigReport;
+pub(crate) use crate::scoring::rig::report::{lag, lag_of_fit, same_samples};
 
 /// Minimum number of units (contiguous parts of recordings) in all recordings together. The scatter between units shows which
 /// differences arise by chance.

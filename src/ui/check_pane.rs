@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::finding::{Face, Verdict};
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::CheckData;
-use crate::questions::check::sufficiency_tables;
+use crate::questions::check::{rig_figures, sufficiency_tables};
 use crate::report::Table;
 use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
@@ -75,7 +75,7 @@ impl View {
     }
 
     fn figures(&mut self, ui: &mut Ui, found: &Sufficiency, out: &mut Out) {
-        let figures = found.rig.figures();
+        let figures = rig_figures(&found.rig);
         for (at, (figure, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
             ui.allocate_ui(egui::vec2(FIGURE_WIDTH, FIGURE_HEIGHT), |ui| {
                 let id = if at == 0 { "zeros" } else { "sensitivities" };

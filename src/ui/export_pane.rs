@@ -9,7 +9,7 @@ use egui::{Label, RichText, TextEdit, Ui};
 use crate::engine::{Action, Edit, Engine, Existing};
 use crate::export::{Footprint, Outline, TARGETS, Target, known_target, target_endings};
 use crate::finding::Face;
-use crate::questions::check::cold_start::AskColdStart;
+use crate::questions::errors::cold_start::AskColdStart;
 use crate::questions::history::AskHistory;
 use crate::recording::Item;
 use crate::shown::{counted, first};

@@ -10,7 +10,7 @@ mod save;
 use egui::{ComboBox, Ui};
 
 use crate::engine::{Edit, Engine};
-use crate::questions::loops::asked::{AskLoops, LookAt};
+use crate::questions::loops::asked::LookAt;
 use crate::questions::loops::{
     Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question, Span,
     TableOf, Up,
@@ -113,7 +113,7 @@ impl PaneView for LoopsPane {
         self.draw(ui, cx);
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
-            cx.ask::<AskLoops>(LookAt(look));
+            cx.ask_as(PANE.key, LookAt(look));
         }
     }
 }
@@ -133,13 +133,13 @@ impl LoopsPane {
             out.send(Edit::Measuring(measuring));
         }
         ui.separator();
-        if let Some(problem) = engine.lane::<AskLoops>().problem() {
+        if let Some(problem) = engine.lane_of::<LookAt>(PANE.key).problem() {
             ui.warn(problem);
         }
         let on_screen = ui.pixels_per_point() * plot_size(ui);
         self.pixels =
             [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
-        match (self.mode, engine.lane::<AskLoops>().answer()) {
+        match (self.mode, engine.lane_of::<LookAt>(PANE.key).answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
                 loop_view::show(ui, self, engine, found, time, out);
             }
@@ -209,7 +209,7 @@ impl LoopsPane {
                 self.axis_choice(ui, engine);
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
-                let used = match engine.lane::<AskLoops>().answer() {
+                let used = match engine.lane_of::<LookAt>(PANE.key).answer() {
                     Some(Look::Loops(found)) => Some(found.reversal_threshold),
                     _ => None,
                 };

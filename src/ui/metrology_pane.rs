@@ -5,7 +5,7 @@ use egui::Ui;
 
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
-use crate::questions::loops::asked::{AskFigures, LookAt};
+use crate::questions::loops::asked::LookAt;
 use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{
     Metrology, MetrologySettings, crosstalk, figure_records, overview,
@@ -44,7 +44,7 @@ impl PaneView for MetrologyPane {
         self.draw(ui, cx.engine, cx.out);
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(None, Question::Table(self.of(cx.engine))) {
-            cx.ask::<AskFigures>(LookAt(look));
+            cx.ask_as(PANE.key, LookAt(look));
         }
     }
 }
@@ -56,8 +56,8 @@ impl MetrologyPane {
     }
 
     fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
-        let (answer, problem) =
-            (engine.lane::<AskFigures>().answer(), engine.lane::<AskFigures>().problem());
+        let lane = engine.lane_of::<LookAt>(PANE.key);
+        let (answer, problem) = (lane.answer(), lane.problem());
         let table = match answer.filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,

@@ -6,8 +6,8 @@ use egui::{RichText, Ui};
 
 use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES};
 use crate::questions::RELATIVE;
-use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
+use crate::scoring::score_set::ScoreSet;
 use crate::ui::command::{Out, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;

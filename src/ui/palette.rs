@@ -6,9 +6,9 @@
 use egui::{Color32, Stroke, Visuals};
 
 use crate::questions::loops::Inks;
-use crate::questions::thresholds::ScoreSet;
 pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
+use crate::scoring::score_set::ScoreSet;
 
 impl Trace {
     pub(super) fn color(self, visuals: &Visuals) -> Color32 {

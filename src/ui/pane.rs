@@ -1,7 +1,7 @@
 //! Interface of a pane. A pane requests results from the engine, draws the results and sends commands. The pane itself
 //! computes nothing.
 
-use crate::engine::Engine;
+use crate::engine::{ANYONE, Asker, Engine};
 use crate::questions::question::Query;
 use crate::ui::command::Out;
 use crate::ui::time_view::TimeView;
@@ -21,7 +21,12 @@ pub struct Cx<'a> {
 impl Cx<'_> {
     /// Requests a result from the engine. The engine ignores a request that equals the previous one.
     pub fn ask<Q: Query>(&mut self, question: Q) {
-        self.asked.push(Box::new(|engine| engine.ask(question)));
+        self.ask_as(ANYONE, question);
+    }
+
+    /// Requests a result as a pane whose requests of this type do not replace those of other panes.
+    pub fn ask_as<Q: Query>(&mut self, asker: Asker, question: Q) {
+        self.asked.push(Box::new(move |engine| engine.ask_as(asker, question)));
     }
 }
 

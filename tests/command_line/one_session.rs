@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use loopscope::engine::{Action, Engine};
 use loopscope::progress::Progress;
-use loopscope::questions::loops::asked::{AskFigures, AskLoops, LookAt};
+use loopscope::questions::loops::asked::LookAt;
 use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, Up};
 use loopscope::recording::Axis;
 use loopscope::scoring::numbers::significant;
@@ -48,7 +48,7 @@ fn window_report_and_command_line_give_the_same_number() {
     engine.act(Action::Open(vec![workshop.file("session.json")]));
     settle(&mut engine);
     let figures = Question::Table(TableOf::Train);
-    engine.ask::<AskFigures>(LookAt(engine.look(None, figures).unwrap()));
+    engine.ask_as("metrology", LookAt(engine.look(None, figures).unwrap()));
     let loops = Question::Loops(LoopQuestion {
         axis: Axis::Fz,
         up: Up::Load,
@@ -57,13 +57,13 @@ fn window_report_and_command_line_give_the_same_number() {
         frame: None,
         pixels: [400.0, 300.0],
     });
-    engine.ask::<AskLoops>(LookAt(engine.look(None, loops).unwrap()));
+    engine.ask_as("loops", LookAt(engine.look(None, loops).unwrap()));
     settle(&mut engine);
-    let Some(Look::Table(table)) = engine.lane::<AskFigures>().answer() else {
-        panic!("no table: {:?}", engine.lane::<AskFigures>().problem())
+    let Some(Look::Table(table)) = engine.lane_of::<LookAt>("metrology").answer() else {
+        panic!("no table: {:?}", engine.lane_of::<LookAt>("metrology").problem())
     };
-    let Some(Look::Loops(picture)) = engine.lane::<AskLoops>().answer() else {
-        panic!("no loops: {:?}", engine.lane::<AskLoops>().problem())
+    let Some(Look::Loops(picture)) = engine.lane_of::<LookAt>("loops").answer() else {
+        panic!("no loops: {:?}", engine.lane_of::<LookAt>("loops").problem())
     };
     let progress = Progress::default();
     let calibration = engine.calibration_content().unwrap();

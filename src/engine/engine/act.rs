@@ -115,7 +115,7 @@ impl Engine {
         let learns = self.project.settings.regressor.learner().is_some();
         if learns && self.lane::<Train>().is_idle() {
             let train = self.training_of(Arc::clone(&self.project.recordings));
-            self.lanes.of_mut().ask_again(train);
+            self.lanes.of_mut(ANYONE).ask_again(train);
         }
     }
 
@@ -140,13 +140,13 @@ impl Engine {
     pub(super) fn choose_block(&mut self, block: HistoryBlock, measure: Option<Measure>) {
         if self.lane::<ChooseBlock>().is_idle() {
             let request = self.request_of(Arc::clone(&self.project.recordings));
-            self.lanes.of_mut().ask_again(ChooseBlock { block, measure, request });
+            self.lanes.of_mut(ANYONE).ask_again(ChooseBlock { block, measure, request });
         }
     }
 
     fn try_models(&mut self, list: List) {
         let run = self.models.next_run();
-        self.lanes.of_mut().ask_again(TryModels { run, list });
+        self.lanes.of_mut(ANYONE).ask_again(TryModels { run, list });
     }
 
     pub(super) fn show_left(&mut self, yes: bool) {

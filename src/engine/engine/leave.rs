@@ -29,7 +29,7 @@ impl Engine {
         self.n_documents += 1;
         // Undo must not bring back the data of the previous session, because saving would then write them over this session.
         self.history = History::default();
-        self.lanes.of_mut::<Analyse>().forget();
+        self.lanes.of_mut::<Analyse>(ANYONE).forget();
         self.prove();
     }
 
@@ -44,7 +44,7 @@ impl Engine {
 
     /// Sets the session file and the list of models of the present document aside, because a new document begins.
     pub(super) fn set_aside(&mut self) {
-        self.lanes.of_mut::<TryModels>().forget();
+        self.lanes.of_mut::<TryModels>(ANYONE).forget();
         (self.saved, self.saved_trained, self.unproven) = (None, None, None);
         self.n_documents += 1;
         self.aside.retain(|own| own.recordings.strong_count() > 0);
@@ -62,7 +62,7 @@ impl Engine {
         let now = Arc::as_ptr(&self.project.recordings);
         let is_own = |own: &&mut SetAside| std::ptr::eq(own.recordings.as_ptr(), now);
         if let Some(own) = self.aside.iter_mut().find(is_own) {
-            self.lanes.of_mut::<TryModels>().forget();
+            self.lanes.of_mut::<TryModels>(ANYONE).forget();
             std::mem::swap(&mut self.session, &mut own.session);
             std::mem::swap(&mut self.models, &mut own.models);
             own.recordings = before;

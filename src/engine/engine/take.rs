@@ -94,7 +94,7 @@ impl Engine {
     /// Adds the models that a search or comparison has fitted to the list. `have_ended` is true if no search or comparison
     /// runs.
     pub(super) fn take_models(&mut self, have_ended: bool) {
-        let lane = self.lanes.of_mut::<TryModels>();
+        let lane = self.lanes.of_mut::<TryModels>(ANYONE);
         if let (Some(asked), Some(found)) = (lane.answered(), lane.answer())
             && !lane.happened().is_empty()
         {
@@ -358,6 +358,6 @@ impl Engine {
     ) {
         let train = self.training_of(recordings);
         let trained = Trained { calibration: Some(calibration), ..Trained::default() };
-        self.lanes.of_mut().put(train, trained);
+        self.lanes.of_mut(ANYONE).put(train, trained);
     }
 }

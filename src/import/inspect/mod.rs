@@ -4,7 +4,6 @@
 //! be loaded. A file that can be opened as text is always described.
 
 mod by_values;
-pub(super) mod columns;
 mod question;
 
 use std::fmt;
@@ -12,9 +11,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub(crate) use columns::ColumnReport;
+pub(crate) use super::column_report::ColumnReport;
 pub use question::Question;
 
+use super::column_report::reports;
 use super::load::Reading;
 use super::two_clocks::{self, Table};
 use crate::finding::Finding;
@@ -174,7 +174,7 @@ fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Q
     let questions = if text.preamble.is_some() {
         vec![Question::ReferenceAlone]
     } else {
-        let reports = columns::reports(&guess.table(text, &head), &head, &sample);
+        let reports = reports(&guess.table(text, &head), &head, &sample);
         by_values::fill_in(&mut guess, &head, &sample.rows, &reports)
     };
     (guess.map(text, &head, path, &sample.rows), questions)
@@ -206,7 +206,7 @@ fn is_for(opened: &Opened, table: &TableMap) -> bool {
     if !has_shape || table.text.header {
         return has_shape;
     }
-    let columns = columns::reports(table, &head, &opened.sample(&table.text, &head));
+    let columns = reports(table, &head, &opened.sample(&table.text, &head));
     opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::cells_fit_role)
 }
 
@@ -225,7 +225,7 @@ fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
         line: head.as_ref().map(|head| head.line),
         parts: opened.parts().to_vec(),
         about_rows: head.as_ref().map_or(0, |head| opened.about_rows(head)),
-        columns: head.map_or_else(Vec::new, |head| columns::reports(table, &head, &sample)),
+        columns: head.map_or_else(Vec::new, |head| reports(table, &head, &sample)),
         preview: sample
             .rows
             .iter()

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::columns::ColumnReport;
+use crate::import::column_report::ColumnReport;
 use crate::import::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use crate::shown::listed;
 

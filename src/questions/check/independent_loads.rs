@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use crate::finding::{Face, Finding, Id, Verdict};
-use crate::questions::check::load_count::LoadCount;
-use crate::questions::check::rig::RigReport;
+use crate::questions::errors::load_count::LoadCount;
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
+use crate::scoring::rig::RigReport;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {

@@ -9,10 +9,11 @@ use crate::min_max::MinMax;
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
-use crate::questions::check::load_count::LoadCount;
-use crate::questions::check::rig::lag_of_fit;
 use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
+use crate::questions::errors::cold_start::worse_at_start;
+use crate::questions::errors::findings::findings_of_fit;
+use crate::questions::errors::load_count::LoadCount;
 use crate::questions::expected_error::rule::{
     is_one_axis_at_a_time, is_one_programme, not_covered,
 };
@@ -23,7 +24,7 @@ use crate::scoring::coverage::Coverage;
 use crate::scoring::faults::Faults;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Rig, matters};
+use crate::scoring::rig::{Rig, lag_of_fit, matters};
 use crate::shown::{counted, first_clauses};
 
 /// Maximum number of recordings with faults whose names are shown.
@@ -93,14 +94,15 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let axes = reaches(&calibration, coverage, &spread);
     let (n_samples, count) = (sums.train.n_samples(), LoadCount::of(&calibration, coverage));
     let axes_n = calibration.axes.len();
-    let mut reasons = data.findings(&calibration, true);
+    let mut reasons = findings_of_fit(&data, &calibration, true, progress)?;
     let unusable = asked.unusable.iter();
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
     if let Some(lag) = data.lag(progress)? {
         reasons.push(lag_of_fit(lag, &calibration));
     }
     reasons.extend(of_programmes(&data, axes_n));
-    reasons.extend(data.worse_at_start(&calibration)?);
+    reasons.extend(worse_at_start(&data, &calibration)?);
+    let rig = data.rig(progress)?;
     let faults = faulty(asked, &calibration.full_scale, &mut reasons, progress)?;
     if settings.regressor != Regressor::Linear {
         let seen = "this check judges the linear model of these features, not the network or kernel of the fit";
@@ -117,7 +119,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         rank: calibration.quality.rank,
         condition: calibration.quality.condition,
         faults,
-        rig: data.rig().cloned().unwrap_or_default(),
+        rig: rig.cloned().unwrap_or_default(),
         holds_for: shown_for(&axes, training.len(), how.as_deref(), &not_covered),
         axes,
     };

@@ -117,8 +117,8 @@ mod tests {
     use crate::progress::Progress;
     use crate::questions::error::AnalysisError;
     use crate::questions::errors::query::analyse;
-    use crate::questions::errors::view::View;
     use crate::questions::request::Request;
+    use crate::questions::request::View;
     use crate::recording::{RecordingSet, Source};
 
     /// Six gauges, each of which reads half of its own load plus 3. The axes of the recording are Fz and Mx.

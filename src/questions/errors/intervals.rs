@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::calibration::Calibration;
 use crate::export::Interval;
+use crate::questions::dataset::Datasets;
 use crate::questions::errors::query::Analysis;
 use crate::questions::errors::traces::TraceSet;
 use crate::questions::request::Request;
@@ -23,9 +24,11 @@ pub struct OnScreen {
     pub traces: Arc<TraceSet>,
     /// Visible interval on the time axis of the trace panes (s); `None` for all samples.
     pub visible: Option<(f64, f64)>,
+    /// Cache of the loads, which all requests about the same recordings share.
+    pub datasets: Datasets,
 }
 
-same_where!(OnScreen: shared(calibration, recordings, traces) value(decimation, visible) besides());
+same_where!(OnScreen: shared(calibration, recordings, traces) value(decimation, visible) besides(datasets));
 
 impl OnScreen {
     /// Returns the traces of `analysis`, which must be the answer to `request`.
@@ -36,6 +39,7 @@ impl OnScreen {
             decimation: request.settings.decimation,
             traces: Arc::clone(&analysis.traces),
             visible,
+            datasets: request.datasets.clone(),
         }
     }
 
@@ -72,7 +76,7 @@ mod tests {
     use crate::calibration::FitSettings;
     use crate::progress::Progress;
     use crate::questions::errors::query::analyse;
-    use crate::questions::errors::view::View;
+    use crate::questions::request::View;
     use crate::recording::simulated;
 
     /// The panes' time and the first recording's clock both begin at zero. The second recording follows the first in the panes.

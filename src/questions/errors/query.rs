@@ -9,9 +9,10 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::{Dataset, Errors};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
+use crate::questions::errors::findings::findings_of_fit;
 use crate::questions::errors::traces::{FixedTraces, TraceSet};
-use crate::questions::errors::view::View;
 use crate::questions::request::Request;
+use crate::questions::request::View;
 use crate::same::Shared as _;
 
 /// Result of fitting or applying a calibration.
@@ -137,7 +138,7 @@ impl Analyst {
         let recordings = results(data, &past, errors);
         let traces = self.traces(data, request.view, &calibration, &Arc::new(past), progress)?;
         let fitted = request.calibration.is_none() || request.trained;
-        Ok(self.analysis(data, calibration, fitted, recordings, traces))
+        Ok(self.analysis(data, calibration, fitted, recordings, traces, progress)?)
     }
 
     /// Returns a preview that uses every n-th sample. Returns `None` if there are few samples, if the samples were not
@@ -165,7 +166,8 @@ impl Analyst {
             result.n_samples = entry.recording.n_samples();
         }
         let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
-        let analysis = self.analysis(data, calibration, true, recordings, traces);
+        let analysis =
+            self.analysis(data, calibration, true, recordings, traces, &progress).ok()?;
         Some(Analysis { preview_of: Some(each), ..analysis })
     }
 
@@ -176,10 +178,11 @@ impl Analyst {
         fitted: bool,
         recordings: Vec<RecordingResult>,
         traces: TraceSet,
-    ) -> Analysis {
+        progress: &Progress,
+    ) -> Result<Analysis, Cancelled> {
         let factory = self.factory.as_ref();
-        Analysis {
-            findings: data.findings(&calibration, fitted),
+        Ok(Analysis {
+            findings: findings_of_fit(data, &calibration, fitted, progress)?,
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
             fitted,
@@ -187,7 +190,7 @@ impl Analyst {
             traces: Arc::new(traces),
             elapsed: Duration::ZERO,
             preview_of: None,
-        }
+        })
     }
 
     fn data(

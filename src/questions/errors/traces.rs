@@ -11,7 +11,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::Dataset;
 use crate::questions::errors::factory::Factory;
 use crate::questions::errors::trace_values::{Columns, Made, MadeAxis, Segment, Table};
-use crate::questions::errors::view::View;
+use crate::questions::request::View;
 use crate::recording::{Axis, Entry};
 use crate::report::trace::Trace;
 use crate::scoring::Series;

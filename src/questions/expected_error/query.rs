@@ -3,11 +3,9 @@
 use crate::calibration::{Calibration, ExpectedError, NoCrossValidation, Past};
 use crate::export::with_sources;
 use crate::progress::Progress;
-use crate::questions::cross_validated::part_shares;
 use crate::questions::dataset::{Dataset, Key};
 use crate::questions::error::AnalysisError;
 use crate::questions::expected_error::rule::{HeldOutErrors, MIN_GROUPS, expected_from};
-use crate::questions::models::learning::Moments;
 use crate::questions::request::Request;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
 
@@ -37,9 +35,9 @@ pub fn expected_error(
     let key = Key { calibration: None, ..request.key() };
     let data = request.datasets.get(&key, progress)?;
     let past = data.past(calibration, progress)?;
-    let left_out = data.left_out_errors(calibration, &past, progress);
+    let left_out = left_out_errors(&data, calibration, &past, progress);
     progress.check()?;
-    Ok(data.expected_error(calibration, &past, left_out))
+    Ok(expected_error_of_fit(&data, calibration, &past, left_out))
 }
 
 /// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings.
@@ -65,90 +63,70 @@ pub(crate) fn handed_over_with(
     calibration
 }
 
-impl Dataset {
-    pub(crate) fn expected_error(
-        &self,
-        calibration: &Calibration,
-        past: &[Past],
-        left_out: Result<HeldOutErrors, NoCrossValidation>,
-    ) -> Result<ExpectedError, String> {
-        let is_test =
-            |entry: &Entry| entry.role == Role::Test && *entry.recording.axes() == calibration.axes;
-        let step = self.step_of(is_test);
-        let mut tested = HeldOutErrors::new(calibration.axes.len());
-        for (entry, past) in self.entries.iter().zip(past).filter(|(entry, _)| is_test(entry)) {
-            let loads = calibration.compensated_loads(&entry.recording, past);
-            tested.add_loads(&loads, entry.recording.loads(), step);
-            tested.n_groups += 1;
-        }
-        let full_scale = calibration.full_scale.iter().copied();
-        let axes: Vec<(Axis, f64)> = calibration.axes.iter().copied().zip(full_scale).collect();
-        expected_from(&self.entries, &axes, self.groups.by, left_out, tested)
+pub(crate) fn expected_error_of_fit(
+    data: &Dataset,
+    calibration: &Calibration,
+    past: &[Past],
+    left_out: Result<HeldOutErrors, NoCrossValidation>,
+) -> Result<ExpectedError, String> {
+    let is_test =
+        |entry: &Entry| entry.role == Role::Test && *entry.recording.axes() == calibration.axes;
+    let step = step_of(data, is_test);
+    let mut tested = HeldOutErrors::new(calibration.axes.len());
+    for (entry, past) in data.entries.iter().zip(past).filter(|(entry, _)| is_test(entry)) {
+        let loads = calibration.compensated_loads(&entry.recording, past);
+        tested.add_loads(&loads, entry.recording.loads(), step);
+        tested.n_groups += 1;
     }
+    let full_scale = calibration.full_scale.iter().copied();
+    let axes: Vec<(Axis, f64)> = calibration.axes.iter().copied().zip(full_scale).collect();
+    expected_from(&data.entries, &axes, data.groups.by, left_out, tested)
+}
 
-    fn groups_left_out(&self) -> Result<usize, NoCrossValidation> {
-        match self.cross_validation() {
-            by if by.is_by_block() => Err(NoCrossValidation::FewGroups {
-                found: self.training_groups().len(),
-                needed: MIN_GROUPS,
-            }),
-            by => Ok(by.groups),
-        }
+pub(crate) fn groups_left_out(data: &Dataset) -> Result<usize, NoCrossValidation> {
+    match data.cross_validation() {
+        by if by.is_by_block() => Err(NoCrossValidation::FewGroups {
+            found: data.training_groups().len(),
+            needed: MIN_GROUPS,
+        }),
+        by => Ok(by.groups),
     }
+}
 
-    /// Returns the errors of a linear calibration on each group of training recordings. A group is predicted by a fit to the
-    /// other groups.
-    fn left_out_errors(
-        &self,
-        calibration: &Calibration,
-        past: &[Past],
-        progress: &Progress,
-    ) -> Result<HeldOutErrors, NoCrossValidation> {
-        let n_groups = self.groups_left_out()?;
-        if calibration.learned.is_some() {
-            return Err(NoCrossValidation::of(calibration.regressor.learner()));
-        }
-        let n_axes = calibration.axes.len();
-        let sums = self.sums(&calibration.design(), past, n_axes, progress);
-        let fits = self.fits_left_out(calibration, &sums)?;
-        let is_trained = |entry: &Entry| entry.role == Role::Train;
-        let step = self.step_of(is_trained);
-        let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
-        let mut own = calibration.clone();
-        for ((entry, pieces), past) in self.entries.iter().zip(&self.folds.pieces).zip(past) {
-            if !is_trained(entry) || progress.is_cancelled() {
-                continue;
-            }
-            // Cross-validation leaves out only whole recordings here, so each recording is one piece.
-            own.compensated = Some(fits[pieces[0].fold].clone());
-            let loads = own.compensated_loads(&entry.recording, past);
-            errors.add_loads(&loads, entry.recording.loads(), step);
-        }
-        Ok(errors)
+/// Returns the errors of a linear calibration on each group of training recordings. A group is predicted by a fit to the
+/// other groups.
+fn left_out_errors(
+    data: &Dataset,
+    calibration: &Calibration,
+    past: &[Past],
+    progress: &Progress,
+) -> Result<HeldOutErrors, NoCrossValidation> {
+    let n_groups = groups_left_out(data)?;
+    if calibration.learned.is_some() {
+        return Err(NoCrossValidation::of(calibration.regressor.learner()));
     }
+    let n_axes = calibration.axes.len();
+    let sums = data.sums(&calibration.design(), past, n_axes, progress);
+    let fits = data.fits_left_out(calibration, &sums)?;
+    let is_trained = |entry: &Entry| entry.role == Role::Train;
+    let step = step_of(data, is_trained);
+    let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
+    let mut own = calibration.clone();
+    for ((entry, pieces), past) in data.entries.iter().zip(&data.folds.pieces).zip(past) {
+        if !is_trained(entry) || progress.is_cancelled() {
+            continue;
+        }
+        // Cross-validation leaves out only whole recordings here, so each recording is one piece.
+        own.compensated = Some(fits[pieces[0].fold].clone());
+        let loads = own.compensated_loads(&entry.recording, past);
+        errors.add_loads(&loads, entry.recording.loads(), step);
+    }
+    Ok(errors)
+}
 
-    /// Returns the held-out errors of a network or a kernel from the residuals of the cross-validation.
-    pub(crate) fn left_out_errors_of(
-        &self,
-        parts: &[Moments],
-        has_shares: bool,
-    ) -> Result<HeldOutErrors, NoCrossValidation> {
-        let n_groups = self.groups_left_out()?;
-        let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
-        let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
-        for (part, shares) in parts.iter().zip(part_shares(parts, has_shares)) {
-            let kept = part.kept.iter().enumerate();
-            let kept = kept.map(|(at, [residual, output])| residual - shares[at % n_axes] * output);
-            errors.add(kept, 1);
-        }
-        errors.n_samples = parts.iter().map(|part| part.n_samples).sum();
-        Ok(errors)
-    }
-
-    /// Returns n so that every n-th sample of the chosen recordings makes at most [`KEPT`] samples.
-    pub(crate) fn step_of(&self, is_chosen: impl Fn(&Entry) -> bool) -> usize {
-        let chosen = self.entries.iter().filter(|entry| is_chosen(entry));
-        let n: usize = chosen.map(|entry| entry.recording.n_samples()).sum();
-        n.div_ceil(KEPT).max(1)
-    }
+/// Returns n so that every n-th sample of the chosen recordings makes at most [`KEPT`] samples.
+pub(crate) fn step_of(data: &Dataset, is_chosen: impl Fn(&Entry) -> bool) -> usize {
+    let chosen = data.entries.iter().filter(|entry| is_chosen(entry));
+    let n: usize = chosen.map(|entry| entry.recording.n_samples()).sum();
+    n.div_ceil(KEPT).max(1)
 }

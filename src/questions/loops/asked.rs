@@ -1,27 +1,18 @@
-//! Requests for loops and metrology figures, one type for each part of the window that shows them.
+//! Request for a plot or a table of metrology figures, which is computed in the background.
 
 use std::sync::Arc;
 
-use crate::questions::loops::query::{Look, Viewer};
+use crate::questions::loops::query::{Look, look};
 use crate::questions::loops::request::LookRequest;
 use crate::questions::question::{Answered, Query, Work};
 
-/// Request of one part of the window. Each part has its own type, so that the results do not replace each other.
+/// Request of one pane. Each pane asks as itself, so that the answers to different panes do not replace each other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LookAt<const PANE: char>(pub LookRequest);
+pub struct LookAt(pub LookRequest);
 
-/// Request for the contents of the loop pane.
-pub type AskLoops = LookAt<'l'>;
-/// Request for the table of the metrology pane.
-pub type AskFigures = LookAt<'m'>;
-/// Request for the plot of predicted against reference load, for the model on screen.
-pub type AskPredicted = LookAt<'p'>;
-/// Request for the plot of residual against reference load, for the model on screen.
-pub type AskResidual = LookAt<'e'>;
-
-impl<const PANE: char> Query for LookAt<PANE> {
+impl Query for LookAt {
     type Answer = Look;
-    type Cache = Viewer;
+    type Cache = ();
     const ON_ANALYSIS: bool = true;
 
     fn title(&self) -> String {
@@ -33,7 +24,6 @@ impl<const PANE: char> Query for LookAt<PANE> {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work { cache: viewer, progress, .. } = work;
-        Ok(viewer.look(&self.0, progress)?)
+        Ok(look(&self.0, work.progress)?)
     }
 }

@@ -45,14 +45,14 @@ pub(crate) fn picture(
 
 fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<f64>>, LookError> {
     let column = |part: &Part| -> Result<Vec<f64>, LookError> {
-        let recording = &source.recordings[part.recording];
+        let recording = &source.recordings()[part.recording];
         let found = match channel {
             Channel::Time => Some(recording.times()[part.samples.clone()].to_vec()),
             Channel::Gauge(gauge) => source.gauge(part, gauge),
             Channel::Load(Trace::Calculated, axis) => source.loads(part, axis),
             Channel::Load(Trace::Factory, _) => None,
             Channel::Load(output, axis) => {
-                let (at, _) = column_of(&source.calibration, axis)?;
+                let (at, _) = column_of(source.calibration(), axis)?;
                 Some(source.output(part, at, output))
             }
         };

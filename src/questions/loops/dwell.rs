@@ -46,9 +46,9 @@ pub(crate) fn picture(
     question: &DwellQuestion,
     measuring: &MetrologySettings,
 ) -> Result<DwellPlot, LookError> {
-    let calibration = &source.calibration;
+    let calibration = source.calibration();
     let (column, _) = column_of(calibration, question.axis)?;
-    let runs: Vec<_> = (0..source.recordings.len()).map(|at| source.run(at)).collect();
+    let runs: Vec<_> = (0..source.recordings().len()).map(|at| source.run(at)).collect();
     if runs.iter().any(|run| run.is_static) {
         return Err(Reason::NoTimes { axis: question.axis }.into());
     }
@@ -84,7 +84,7 @@ fn curve(
     let axis = question.axis;
     let part = Part { recording: rest.place.recording, samples: rest.place.samples.clone() };
     let loads = source.loads(&part, axis).ok_or(Reason::NoReference { axis })?;
-    let recording = &source.recordings[part.recording];
+    let recording = &source.recordings()[part.recording];
     let times = &recording.times()[part.samples.clone()];
     let mut errors = Trace::OUTPUTS.map(|output| source.output(&part, column, output));
     for values in &mut errors {

@@ -3,6 +3,7 @@
 use crate::calibration::CalibrationError;
 use crate::progress::Cancelled;
 use crate::questions::metrology::{MetrologyError, Reason};
+use crate::questions::question::Unanswered;
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
@@ -27,4 +28,13 @@ pub enum LookError {
     Metrology(#[from] MetrologyError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<LookError> for Unanswered {
+    fn from(error: LookError) -> Self {
+        match error {
+            LookError::Cancelled(_) => Self::Cancelled,
+            error => Self::Because(error.to_string()),
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Loops, cross-plots, dwells and metrology figures, as the loop pane and the metrology pane show them.
 //!
-//! A [`Viewer`] answers one [`Question`] (a request for one plot or table) at a time, and keeps the computed loads for the
-//! next one. After a change of axis, zoom or reversal threshold, the viewer reads the visible samples once.
+//! [`look`] answers a [`Question`] (a request for one plot or table). All questions about one calibration share the computed
+//! loads. After a change of axis, zoom or reversal threshold, the visible samples are read once.
 //!
 //! Guarantees: every number in an answer is finite. Loops and cross-plots are exact to the pixel for any number of samples.
 //! If the data do not determine a figure, a sentence with the reason takes its place.
@@ -19,17 +19,17 @@ mod request;
 mod shown;
 mod source;
 
+pub use crate::questions::dataset::applied::OutputLag;
 pub use cross::CrossPlot;
 pub(crate) use dwell::{DwellCurve, DwellPlot};
 pub use error::LookError;
 pub(crate) use figure::{FiguresOf, Inks, LoopView};
 pub use output::{Span, TableOf};
 pub(crate) use picture::LoopPlot;
-pub use query::{Look, Viewer};
+pub use query::{Look, look};
 pub(crate) use request::DwellQuestion;
 pub use request::{Channel, CrossQuestion, LookRequest, LoopQuestion, Question, Up};
 pub(crate) use shown::{drifts, lag_in_words, loop_figures};
-pub use source::OutputLag;
 pub(crate) use source::Part;
 
 #[cfg(test)]

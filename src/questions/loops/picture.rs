@@ -6,11 +6,12 @@ use rayon::prelude::*;
 
 use crate::min_max::MinMax;
 use crate::progress::{Cancelled, Progress};
+use crate::questions::dataset::applied::OutputLag;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::{MAX_POINTS, frame_around};
 use crate::questions::loops::output::column_of;
 use crate::questions::loops::request::{LoopQuestion, Up};
-use crate::questions::loops::source::{OutputLag, Part, Source};
+use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::{Basis, Cycles, MetrologySettings, Reason, check_numbers};
 use crate::recording::Axis;
 use crate::report::Trace;
@@ -127,20 +128,20 @@ pub(crate) fn picture(
     progress: &Progress,
 ) -> Result<LoopPlot, LookError> {
     let axis = question.axis;
-    let (column, full_scale) = column_of(&source.calibration, axis)?;
-    parts.retain(|part| source.recordings[part.recording].axes().contains(&axis));
+    let (column, full_scale) = column_of(source.calibration(), axis)?;
+    parts.retain(|part| source.recordings()[part.recording].axes().contains(&axis));
     if parts.is_empty() {
         return Err(Reason::NoReference { axis }.into());
     }
-    if parts.iter().any(|part| source.recordings[part.recording].is_static()) {
+    if parts.iter().any(|part| source.recordings()[part.recording].is_static()) {
         return Err(Reason::NoTimes { axis }.into());
     }
-    measuring.validate(source.calibration.axes.len())?;
+    measuring.validate(source.calibration().axes.len())?;
     let reversal_threshold = source.rules(measuring).reversal_threshold(column);
     let mut curves = curves(source, &parts, question, None)?;
     for columns in curves.iter().flat_map(|curve| [&*curve.loads, &curve.values]) {
         for (part, values) in parts.iter().zip(columns) {
-            check_numbers(axis, source.recordings[part.recording].name(), values)?;
+            check_numbers(axis, source.recordings()[part.recording].name(), values)?;
         }
     }
     let lag = source.lag(column, Trace::Conventional, reversal_threshold, progress)?;
@@ -167,7 +168,7 @@ pub(crate) fn picture(
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
     let times = |part: usize| {
         let Part { recording, samples } = &parts[part];
-        &source.recordings[*recording].times()[samples.clone()]
+        &source.recordings()[*recording].times()[samples.clone()]
     };
     let drawn = (curves.par_iter().zip(&cycles))
         .map(|(curve, cycles)| curve.drawn(axis, cycles, canvas, &times, progress))
@@ -247,7 +248,7 @@ fn curves(
     lags: Option<[&OutputLag; 2]>,
 ) -> Result<Vec<Curve>, LookError> {
     let axis = question.axis;
-    let (column, _) = column_of(&source.calibration, axis)?;
+    let (column, _) = column_of(source.calibration(), axis)?;
     let all = |of: &dyn Fn(&Part) -> Option<Vec<f64>>| -> Result<Columns, LookError> {
         parts.iter().map(of).collect::<Option<_>>().ok_or(LookError::NoChannel)
     };

@@ -26,34 +26,12 @@ pub enum Look {
     Table(Arc<Metrology>),
 }
 
-/// Computes one requested plot or table after another, and keeps the computed loads for the next request about the same
-/// calibration.
-#[derive(Debug, Default)]
-pub struct Viewer {
-    source: Option<Source>,
-}
-
-impl Viewer {
-    /// Computes the requested plot or table.
-    ///
-    /// # Errors
-    /// [`LookError`] if there is nothing to show. The kept loads stay valid after an error.
-    pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
-        if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
-            self.source = Some(Source::of(request, self.source.take()));
-        }
-        let source = self.source.as_mut().expect("the plot data were made a few lines above");
-        let answer = answer(source, request, progress);
-        source.forget_many();
-        answer
-    }
-}
-
-fn answer(
-    source: &mut Source,
-    request: &LookRequest,
-    progress: &Progress,
-) -> Result<Look, LookError> {
+/// Computes the requested plot or table. The loads that it needs are kept for the next request about the same calibration.
+///
+/// # Errors
+/// [`LookError`] if there is nothing to show. The kept loads stay valid after an error.
+pub fn look(request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
+    let source = &mut Source::of(&request.loads);
     match &request.question {
         Question::Loops(question) => {
             let parts = source.parts(question.span, request, progress)?;
@@ -85,6 +63,7 @@ fn table_of(
     }
     source.apply(chosen.iter().copied(), progress)?;
     let runs: Vec<Run<'_>> = chosen.iter().map(|at| source.run(*at)).collect();
-    let figures = table_by(&runs, &source.rules(&request.measuring))?;
+    let lags = source.lags(&chosen, progress)?;
+    let figures = table_by(&runs, &source.rules(&request.measuring), || Ok(lags))?;
     Ok(Look::Table(Arc::new(figures)))
 }

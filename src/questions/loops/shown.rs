@@ -1,9 +1,9 @@
 //! Tables of the widths and areas of loops, and of the drift in a dwell.
 
+use crate::questions::dataset::applied::OutputLag;
 use crate::questions::loops::dwell::DwellCurve;
 use crate::questions::loops::figure::LoopView;
 use crate::questions::loops::request::Up;
-use crate::questions::loops::source::OutputLag;
 use crate::questions::metrology::MOVES;
 use crate::recording::Axis;
 use crate::report::table::{Cell, Column, Table};

@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::calibration::FitSettings;
+use crate::calibration::{Calibration, FitSettings};
 use crate::progress::Cancelled;
 use crate::progress::Progress;
 use crate::questions::OnScreen;
+use crate::questions::dataset::Datasets;
+use crate::questions::dataset::applied::UsedLoads;
 use crate::questions::errors::query::{Analysis, analyse};
-use crate::questions::errors::view::View;
 use crate::questions::loops::*;
 use crate::questions::metrology::{Basis, MetrologySettings, Reason};
 use crate::questions::request::Request;
+use crate::questions::request::View;
 use crate::recording::Axis;
 use crate::recording::RecordingSet;
 use crate::recording::Role;
@@ -64,7 +66,14 @@ fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
     let Analysis { calibration, traces, .. } = analysed(recordings);
     let recordings = Arc::clone(recordings);
     LookRequest {
-        loads: OnScreen { calibration, recordings, decimation: 1, traces, visible: None },
+        loads: OnScreen {
+            calibration,
+            recordings,
+            decimation: 1,
+            traces,
+            visible: None,
+            datasets: Datasets::default(),
+        },
         measuring: MetrologySettings::default(),
         question,
     }
@@ -90,7 +99,7 @@ fn loops(up: Up, span: Span) -> LoopQuestion {
 }
 
 fn look(request: &LookRequest) -> Result<Look, LookError> {
-    Viewer::default().look(request, &Progress::default())
+    super::look(request, &Progress::default())
 }
 
 #[track_caller]
@@ -350,13 +359,36 @@ fn a_cancelled_question_is_an_error() {
     let progress = Progress::default();
     progress.cancel();
     let request = request(&recordings, Question::Loops(loops(Up::Load, Span::All)));
-    let looked = Viewer::default().look(&request, &progress);
+    let looked = super::look(&request, &progress);
     assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
     // The result is the same if the loads are already computed.
-    let mut viewer = Viewer::default();
-    viewer.look(&request, &Progress::default()).unwrap();
-    let looked = viewer.look(&request, &progress);
+    look(&request).unwrap();
+    let looked = super::look(&request, &progress);
     assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
+}
+
+/// Two panes share the loads: the second request computes none. A later request drops those of another calibration.
+#[test]
+fn requests_about_one_calibration_share_the_loads() {
+    let recordings = set(vec![with_play("a", vec![Axis::Fz]), with_play("b", vec![Axis::Fz])]);
+    let first = request(&recordings, Question::Loops(loops(Up::Error, Span::One(0))));
+    let OnScreen { calibration, datasets, .. } = &first.loads;
+    let applied = datasets.applied(&recordings, 1, calibration);
+    let loads = || {
+        let mut used = UsedLoads::new();
+        applied.apply::<LookError>(0..2, &mut used, &Progress::default()).unwrap();
+        used.into_iter().flatten().collect::<Vec<_>>()
+    };
+    let before = loads();
+    look(&first).unwrap();
+    let question = Question::Table(TableOf::All);
+    look(&LookRequest { question, ..first.clone() }).unwrap();
+    assert!(Arc::ptr_eq(&applied, &datasets.applied(&recordings, 1, calibration)));
+    assert!(before.iter().zip(loads()).all(|(before, after)| Arc::ptr_eq(before, &after)));
+    let other = Arc::new(Calibration::clone(calibration));
+    let replaced = datasets.applied(&recordings, 1, &other);
+    assert!(!Arc::ptr_eq(&applied, &replaced));
+    assert_eq!(Arc::strong_count(&applied), 1, "only this test has the loads of before");
 }
 
 /// A slow, noisy, drifting triangle of twenty million samples: each measured point is within a pixel of a drawn point, and

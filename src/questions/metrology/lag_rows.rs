@@ -1,7 +1,7 @@
 //! Metrology rows that distinguish a time lag from hysteresis.
 
 use crate::questions::metrology::figures::{Figure, Value};
-use crate::questions::metrology::measured::AxisView;
+use crate::questions::metrology::measured::{AxisView, Lags};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::lag::{WORTH_REMOVING, widths};
@@ -10,10 +10,15 @@ type Rows = [(Quantity, Figure); 2];
 
 /// Returns two rows of one output (uncompensated or compensated load): its time lag, and its hysteresis without the lag. Also
 /// returns the share of the loop's mean width that the lag explains. `place` is the position of the axis.
-pub(crate) fn lag_figures(view: &AxisView<'_>, place: usize, output: usize) -> (Rows, Option<f64>) {
+pub(crate) fn lag_figures(
+    view: &AxisView<'_>,
+    lags: &Lags,
+    place: usize,
+    output: usize,
+) -> (Rows, Option<f64>) {
     let axis = view.axis;
     let rows = |lag, without| [(Quantity::TimeLag, lag), (Quantity::HysteresisWithoutLag, without)];
-    let lag = match &view.measured.lags()[output][place] {
+    let lag = match &lags[output][place] {
         Ok(lag) => lag,
         Err(reason) => {
             let none = Err(Reason::NoLag { axis, reason: *reason });

@@ -1,11 +1,10 @@
 //! Inputs of the metrology rows: checked loads, dwells and time lags.
 
 use std::ops::Range;
-use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{
@@ -67,6 +66,36 @@ fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
     values.iter().skip(at).step_by(width).copied().collect()
 }
 
+/// Measures the time lags of the uncompensated and the compensated load in recordings with these axes. They are measured
+/// together, because they share the slow part of the model: the states of hysteresis and creep that follow from the reference.
+///
+/// # Errors
+/// [`Cancelled`] if `progress` is cancelled.
+pub(crate) fn lags_of(
+    runs: &[Run<'_>],
+    axes: &[Axis],
+    progress: &Progress,
+) -> Result<Lags, Cancelled> {
+    let n = axes.len();
+    let usable = runs.iter().filter(|run| *run.reference_axes == *axes && !run.is_static);
+    let usable: Vec<&Run<'_>> = usable.collect();
+    let rows = |run: &&Run<'_>| -> Vec<f64> {
+        let rows = run.conventional.chunks_exact(n).zip(run.compensated.chunks_exact(n));
+        rows.flat_map(|(row, other)| [row, other]).flatten().copied().collect()
+    };
+    let rows: Vec<Vec<f64>> = usable.iter().map(rows).collect();
+    let runs = usable.iter().zip(&rows).map(|(run, rows)| LagRun {
+        times: run.times,
+        gauges: run.gauges,
+        loads: run.reference,
+        outputs: rows,
+    });
+    let mut found = lags(&runs.collect::<Vec<_>>(), progress)?;
+    found.resize(OUTPUTS * n, Err(NoLag::TooShort));
+    let second = found.split_off(n);
+    Ok([found, second])
+}
+
 #[derive(Debug)]
 pub(crate) struct Measured<'a> {
     pub(crate) axes: &'a [Axis],
@@ -76,7 +105,6 @@ pub(crate) struct Measured<'a> {
     pub(crate) reversal_thresholds: Vec<f64>,
     /// Dwells of each recording, in which the loads of all axes with a reference are still.
     pub(crate) holds: Vec<Vec<Hold>>,
-    lags: OnceLock<Lags>,
 }
 
 impl<'a> Measured<'a> {
@@ -100,29 +128,7 @@ impl<'a> Measured<'a> {
                 holds(run.times, &loads, &bands, settings.hold_secs)
             })
             .collect();
-        let lags = OnceLock::new();
-        Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
-    }
-
-    /// Returns the time lags of the uncompensated and the compensated load; the first call measures them. They are measured
-    /// together, because they share the slow part of the model: the states of hysteresis and creep that follow from the
-    /// reference.
-    pub(crate) fn lags(&self) -> &Lags {
-        let n = self.axes.len();
-        self.lags.get_or_init(|| {
-            let [mut runs, others] = [0, 1].map(|output| self.lag_runs(output));
-            let rows = runs.iter().zip(&others).map(|(run, other)| {
-                let rows = run.outputs.chunks_exact(n).zip(other.outputs.chunks_exact(n));
-                rows.flat_map(|(row, other)| [row, other]).flatten().copied().collect()
-            });
-            let rows: Vec<Vec<f64>> = rows.collect();
-            runs.iter_mut().zip(&rows).for_each(|(run, rows)| run.outputs = rows);
-            // This progress is never cancelled, so the measurement runs to its end.
-            let mut found = lags(&runs, &Progress::default()).unwrap_or_default();
-            found.resize(OUTPUTS * n, Err(NoLag::TooShort));
-            let second = found.split_off(n);
-            [found, second]
-        })
+        Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds })
     }
 
     /// Returns the recordings with times and a reference for every axis, on which the time lag of an output is measured.

@@ -38,7 +38,7 @@ pub(crate) use cycles::Cycles;
 pub(crate) use dwells::{Dwell, dwells};
 pub(crate) use figures::MOVES;
 pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
-pub(crate) use measured::check_numbers;
+pub(crate) use measured::{Lags, check_numbers, lags_of};
 pub(crate) use quantity::Quantity;
 pub(crate) use reason::Reason;
 pub(crate) use settings::MetrologyError;

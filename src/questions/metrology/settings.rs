@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::progress::Cancelled;
 use crate::recording::Axis;
 use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 
@@ -91,6 +92,8 @@ pub enum MetrologyError {
     Share { what: &'static str, value: f64 },
     #[error("{recording}: the {what} has {actual} numbers, but {expected} are needed")]
     Shape { recording: String, what: &'static str, expected: usize, actual: usize },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl MetrologySettings {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
+use crate::progress::Cancelled;
 use crate::questions::metrology::case_rows::case_figures;
 use crate::questions::metrology::crosstalk::{Response, crosstalk_figures, responses};
 use crate::questions::metrology::dwell_rows::dwell_figures;
@@ -13,7 +14,7 @@ use crate::questions::metrology::errors::error_figures;
 use crate::questions::metrology::figures::{Cell, Figure, Metrology, Result, Row, Run, Value};
 use crate::questions::metrology::lag_rows::lag_figures;
 use crate::questions::metrology::loop_rows::LoopRows;
-use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
+use crate::questions::metrology::measured::{Columns, Lags, Measured, OUTPUTS};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
@@ -28,14 +29,15 @@ const BEYOND: f64 = 1.2;
 /// Span of the largest cycle, as a share of the load range, below which a finding warns of a small cycle.
 const SMALL: f64 = 0.6;
 
-/// Returns the metrology table of these recordings.
+/// Returns the metrology table of these recordings. `lags` measures their time lags, see [`lags_of`](crate::questions::metrology::lags_of).
 ///
 /// # Errors
-/// [`MetrologyError`] if a setting is out of range, or if the lengths of the inputs do not match. A figure that the data do not
+/// [`MetrologyError`] if a setting is out of range, if `lags` is cancelled, or if the lengths of the inputs do not match. A figure that the data do not
 /// determine is no error: its cell has a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
+    lags: impl FnOnce() -> std::result::Result<Lags, Cancelled>,
 ) -> std::result::Result<Metrology, MetrologyError> {
     let cases = joined_cases(runs);
     let measured = match &cases {
@@ -58,9 +60,9 @@ pub fn table_by(
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let responses = responses(&measured);
-    measured.lags(); // All threads measure the lags here, before the axes need them.
+    let lags = lags()?;
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
-    let of_axis = |axis| AxisFigures::of(&measured, &responses, axis);
+    let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
     let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
         true => (0..axes.len()).map(of_axis).collect(),
@@ -86,7 +88,7 @@ pub fn table_by(
     Ok(Metrology {
         axes: axes.to_vec(),
         full_scale: full_scale.to_vec(),
-        findings: findings(&measured, &by_axis),
+        findings: findings(&measured, &lags, &by_axis),
         reversal_thresholds: measured.reversal_thresholds,
         n_recordings: runs.len(),
         n_samples,
@@ -106,7 +108,12 @@ struct AxisFigures {
 }
 
 impl AxisFigures {
-    fn of(measured: &Measured<'_>, responses: &[Result<Response>], axis: usize) -> Self {
+    fn of(
+        measured: &Measured<'_>,
+        responses: &[Result<Response>],
+        lags: &Lags,
+        axis: usize,
+    ) -> Self {
         let view = match measured.axis(axis) {
             Ok(view) => view,
             Err(missing) => return Self { missing: Some(missing), ..Self::default() },
@@ -125,7 +132,8 @@ impl AxisFigures {
         }
         let [loops, halved, doubled] =
             [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
-        let of_lag: [_; OUTPUTS] = std::array::from_fn(|output| lag_figures(&view, axis, output));
+        let of_lag: [_; OUTPUTS] =
+            std::array::from_fn(|output| lag_figures(&view, lags, axis, output));
         let figures = |output: usize| {
             let others: [HashMap<_, _>; 2] =
                 [&halved, &doubled].map(|other| other.figures(output).into_iter().collect());
@@ -197,7 +205,7 @@ fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> 
     Ok(Value { value, percent_fs, place, basis })
 }
 
-fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
+fn findings(measured: &Measured<'_>, lags: &Lags, by_axis: &[AxisFigures]) -> Vec<Finding> {
     let found = |id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let bare = |run: &&Columns<'_>| run.loads.iter().all(Option::is_none);
@@ -214,7 +222,7 @@ fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
             )
         });
         let lag = figures.lag_share.filter(|share| *share > WORTH_REMOVING);
-        let lag = lag.zip(measured.lags()[0][at].as_ref().ok()).map(|(share, lag)| {
+        let lag = lag.zip(lags[0][at].as_ref().ok()).map(|(share, lag)| {
             let secs = significant(lag.seconds, 3);
             let seen =
                 format!("the uncompensated load of {axis} lags {secs} s behind the reference");

@@ -1,12 +1,14 @@
 //! Known values for every row, and the reason for every missing figure.
 
+use crate::calibration::AppliedLoads;
 use crate::finding::Id;
+use crate::progress::{Cancelled, Progress};
 use crate::questions::metrology::*;
 use crate::recording::Axis;
 use crate::recording::simulated;
 use crate::recording::simulated::{LAG_SECS, Late, PLAY_NEWTONS};
 use crate::scoring::holds::NoTimeConstant;
-use crate::scoring::loops::LoadExtent;
+use crate::scoring::loops::{LoadExtent, extents_of_set};
 
 /// One axis at 20 Hz: its load, and two outputs.
 struct One {
@@ -57,7 +59,7 @@ fn table(
     settings: &MetrologySettings,
 ) -> std::result::Result<Metrology, MetrologyError> {
     let rules = Rules { axes, full_scale, settings, extents: &extents(runs, axes) };
-    table_by(runs, &rules)
+    table_by(runs, &rules, || lags_of(runs, rules.axes, &Progress::default()))
 }
 
 fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
@@ -576,4 +578,29 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
             }
         }
     }
+}
+
+#[test]
+fn a_cancelled_measurement_of_the_lags_is_an_error() {
+    let progress = Progress::default();
+    progress.cancel();
+    let set = simulated::recordings(7);
+    let recording = &set.entries()[0].recording;
+    let loads = AppliedLoads {
+        conventional: recording.loads().to_vec(),
+        compensated: recording.loads().to_vec(),
+        past: Vec::new(),
+    };
+    let runs = [Run::new(recording, &loads)];
+    let settings = MetrologySettings::default();
+    let full_scale = vec![1.0; recording.axes().len()];
+    let extents = extents_of_set(&set, recording.axes());
+    let rules = Rules {
+        axes: recording.axes(),
+        full_scale: &full_scale,
+        settings: &settings,
+        extents: &extents,
+    };
+    let table = table_by(&runs, &rules, || lags_of(&runs, rules.axes, &progress));
+    assert_eq!(table.err(), Some(MetrologyError::Cancelled(Cancelled)));
 }

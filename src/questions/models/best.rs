@@ -21,12 +21,12 @@ use crate::questions::models::folds::NestedFolds;
 use crate::questions::models::recipes::{self, Recipe};
 use crate::questions::models::side::{Effort, Side};
 use crate::questions::models::table::{Mark, Model, ModelRow, model_table, weights};
-use crate::questions::thresholds::ScoreSet;
 use crate::recording::{RecordingSet, Role};
 use crate::report::Table;
 use crate::scoring::left_out::summed_by_target;
 use crate::scoring::metrics::root_mean;
 use crate::scoring::numbers::significant;
+use crate::scoring::score_set::ScoreSet;
 use crate::shown::counted;
 
 /// Maximum number of training samples while models are compared. Recordings with more samples are decimated.

@@ -10,14 +10,14 @@ use crate::calibration::{FitSettings, Learner, Regressor};
 use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::{caught, locked};
 use crate::progress::Progress;
-use crate::questions::cross_validated::cross_validation_cost;
 use crate::questions::error::AnalysisError;
 use crate::questions::models::best::{Best, Tried};
+use crate::questions::models::cross_validated::cross_validation_cost;
+use crate::questions::models::cross_validated::side_by_side;
 use crate::questions::models::learning::TrainingStep;
 use crate::questions::models::table::{Model, pattern};
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
-use crate::questions::side_by_side::side_by_side;
 use crate::recording::{RecordingSet, Role};
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -17,8 +17,8 @@ use crate::calibration::{
 use crate::features::{Design, FeatureStream};
 use crate::progress::Progress;
 use crate::questions::dataset::Dataset;
+use crate::questions::dataset::fit::LinearFit;
 use crate::questions::error::AnalysisError;
-use crate::questions::errors::fit::LinearFit;
 use crate::recording::{Entry, Recording, Role};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::part_squares::PartSquares;

@@ -3,6 +3,7 @@
 pub mod asked;
 pub(crate) mod best;
 pub(crate) mod comparison;
+pub(crate) mod cross_validated;
 mod folds;
 pub(crate) mod learning;
 mod recipes;

@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use crate::calibration::{Calibration, Estimator, FitSettings, NoCrossValidation, Scores};
 use crate::export::bytes_in_float;
-use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
+use crate::scoring::score_set::ScoreSet;
 
 /// Maximum number of samples on which the computing time per sample is measured.
 const TIMED_STEPS: usize = 2_000;

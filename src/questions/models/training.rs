@@ -1,12 +1,15 @@
 //! Fits any regressor and scores it on samples outside the fit.
 
-use crate::calibration::{Calibration, Regressor};
+use crate::calibration::{Calibration, NoCrossValidation, Regressor};
 use crate::progress::Progress;
-use crate::questions::cross_validated::{
-    best_shares, cross_validated, cross_validation_steps, part_squares,
-};
+use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
-use crate::questions::models::learning::{Fitted, TrainingStep, band, fit_all};
+use crate::questions::expected_error::query::{expected_error_of_fit, groups_left_out};
+use crate::questions::expected_error::rule::HeldOutErrors;
+use crate::questions::models::cross_validated::{
+    best_shares, cross_validated, cross_validation_steps, part_shares, part_squares,
+};
+use crate::questions::models::learning::{Fitted, Moments, TrainingStep, band, fit_all};
 use crate::questions::request::Request;
 use crate::scoring::cross_validation::MOST_FITS;
 use crate::scoring::part_squares::PartSquares;
@@ -73,10 +76,29 @@ pub(crate) fn fit_and_score(
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
     calibration.quality.band = band(&data, &past, &calibration);
     if let Some(moments) = moments {
-        let errors = data.left_out_errors_of(&moments, has_shares);
-        calibration.quality.expected_error = data.expected_error(&calibration, &past, errors).ok();
+        let errors = left_out_errors(&data, &moments, has_shares);
+        let expected = expected_error_of_fit(&data, &calibration, &past, errors);
+        calibration.quality.expected_error = expected.ok();
     }
     Ok((calibration, left_out))
+}
+
+/// Returns the held-out errors of a network or a kernel from the residuals of the cross-validation.
+fn left_out_errors(
+    data: &Dataset,
+    parts: &[Moments],
+    has_shares: bool,
+) -> Result<HeldOutErrors, NoCrossValidation> {
+    let n_groups = groups_left_out(data)?;
+    let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
+    let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
+    for (part, shares) in parts.iter().zip(part_shares(parts, has_shares)) {
+        let kept = part.kept.iter().enumerate();
+        let kept = kept.map(|(at, [residual, output])| residual - shares[at % n_axes] * output);
+        errors.add(kept, 1);
+    }
+    errors.n_samples = parts.iter().map(|part| part.n_samples).sum();
+    Ok(errors)
 }
 
 #[cfg(test)]

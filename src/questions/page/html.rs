@@ -7,16 +7,16 @@ use super::request::sentence;
 use super::tables;
 use crate::export::filled_markup;
 use crate::finding::Face;
-use crate::questions::check::sufficiency_tables;
+use crate::questions::check::{rig_figures, sufficiency_tables};
 use crate::questions::errors::{errors, factory_note};
 use crate::questions::expected_error::{expected_error_table, limits_table};
 use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView};
 use crate::questions::metrology::{axis_figures, crosstalk};
-use crate::questions::thresholds::ScoreSet;
 use crate::recording::Role;
 use crate::report::Shown;
 use crate::report::figure::Figure;
 use crate::report::{Align, Cell, Column, Table, Value as CellValue};
+use crate::scoring::score_set::ScoreSet;
 
 const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
@@ -51,7 +51,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
             verdict => found.verdict.words(),
             sentences => found.sentences(Face::Page).collect::<Vec<_>>(),
             holds_for => &*found.holds_for,
-            pictures => pictures(&found.rig.figures(), CURVES_SIZE),
+            pictures => pictures(&rig_figures(&found.rig), CURVES_SIZE),
             rank => found.rank_in_words(),
             tables => all(&sufficiency_tables(found)),
         }),

@@ -15,15 +15,15 @@ use crate::questions::error::AnalysisError;
 use crate::questions::errors::intervals::OnScreen;
 use crate::questions::errors::query::{Analysis, Analyst, RecordingResult};
 use crate::questions::errors::traces::{AxisTraces, TraceSet};
-use crate::questions::errors::view::View;
 use crate::questions::expected_error::limits::{Checked, Limits, Measured};
 use crate::questions::expected_error::query::{expected_error, handed_over_with};
 use crate::questions::loops::{
-    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, Viewer,
+    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, look,
 };
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
+use crate::questions::request::View;
 use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{
     Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, threshold_curve,
@@ -331,7 +331,6 @@ fn curves(
 }
 
 struct Looker<'a> {
-    viewer: Viewer,
     request: LookRequest,
     of: TableOf,
     progress: &'a Progress,
@@ -346,7 +345,6 @@ impl<'a> Looker<'a> {
     ) -> Self {
         let of = TableOf::usual(&request.recordings);
         Self {
-            viewer: Viewer::default(),
             request: LookRequest {
                 loads: OnScreen::of(request, analysis, None),
                 measuring: measuring.clone(),
@@ -359,7 +357,7 @@ impl<'a> Looker<'a> {
 
     fn look(&mut self, question: Question) -> Result<Result<Look, String>, AnalysisError> {
         self.request.question = question;
-        match self.viewer.look(&self.request, &self.progress.part()) {
+        match look(&self.request, &self.progress.part()) {
             Ok(look) => Ok(Ok(look)),
             Err(LookError::Cancelled(cancelled)) => Err(cancelled.into()),
             Err(error) => Ok(Err(sentence(&error.to_string()))),

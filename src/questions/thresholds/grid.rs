@@ -4,6 +4,7 @@
 //! Guarantees: the thresholds of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and
 //! one t_th.
 
+use crate::questions::error::AnalysisError;
 use crate::scoring::numbers::{decimals, round_step};
 
 /// Maximum number of values of one threshold. A plot could not distinguish more values.
@@ -45,6 +46,12 @@ pub enum GridError {
         "{f_ths} values of F_th and {t_ths} values of t_th make more pairs than the {MAX_PAIRS} that can be tried; use larger steps"
     )]
     TooManyPairs { f_ths: usize, t_ths: usize },
+}
+
+impl From<GridError> for AnalysisError {
+    fn from(error: GridError) -> Self {
+        Self::Because(error.to_string())
+    }
 }
 
 /// Returns the values from `start` to `stop` in steps of `step`. `stop` is included if a step reaches it.

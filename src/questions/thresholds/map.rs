@@ -3,89 +3,17 @@
 //!
 //! Guarantees: rows may arrive in any order. A missing row is `None`, and every function accepts missing rows.
 
-use crate::calibration::{CrossValidation, FactoryScores, NoCrossValidation, Scores};
+use crate::calibration::CrossValidation;
 use crate::features::{Distance, Thresholds};
 use crate::min_max::MinMax;
 use crate::questions::thresholds::grid::ThresholdGrid;
 use crate::questions::thresholds::measure::{Measure, MeasureScale};
 use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::quantile::quantile;
+use crate::scoring::score_set::ScoreSet;
 
 /// Share of the map's errors that the colour scale covers. All larger errors have the last colour.
 const SHADED_SHARE: f64 = 0.95;
-
-/// Samples on which the errors of a calibration are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ScoreSet {
-    Train,
-    Test,
-    /// Training recordings in cross-validation: each group is predicted by a fit to the other groups.
-    LeftOut,
-}
-
-impl ScoreSet {
-    pub const ALL: [Self; 3] = [Self::Train, Self::Test, Self::LeftOut];
-
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Test => "test",
-            Self::LeftOut => "cross-validation",
-        }
-    }
-
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Train => "Train",
-            Self::Test => "Test",
-            Self::LeftOut => "CV",
-        }
-    }
-
-    /// Returns the reason why there are no errors on these samples. `fit` is the reason why the fit was not cross-validated,
-    /// if it was not.
-    pub fn missing(self, fit: Option<NoCrossValidation>) -> String {
-        match self {
-            Self::Train => "no recording is in the train role".to_owned(),
-            Self::Test => "no recording is in the test role".to_owned(),
-            Self::LeftOut => fit.unwrap_or(NoCrossValidation::NotDone).to_string(),
-        }
-    }
-
-    pub fn explanation(self) -> &'static str {
-        match self {
-            Self::Train => {
-                "Errors on the training recordings. They are smaller than errors on new recordings, because the calibration was fitted to the training recordings"
-            }
-            Self::Test => {
-                "Errors on the test recordings. If you choose settings by these errors, the recordings no longer test the calibration independently"
-            }
-            Self::LeftOut => {
-                "Errors on each group of training recordings, predicted by a fit to the other groups. With fewer than three recordings, \
-                 five contiguous blocks of samples are left out in turn. Choose settings by these errors. The look-back always finds earlier \
-                 samples with the conventional calibration of all training recordings"
-            }
-        }
-    }
-
-    pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {
-        match self {
-            Self::Train => scores.train_rmse.as_deref(),
-            Self::Test => scores.test_rmse.as_deref(),
-            Self::LeftOut => scores.cv_rmse.as_deref(),
-        }
-    }
-
-    /// Returns the RMSE of the factory calibration on these samples, per axis. Empty for cross-validation, because the
-    /// factory calibration is not fitted here.
-    pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
-        match self {
-            Self::Train => &scores.train_rmse,
-            Self::Test => &scores.test_rmse,
-            Self::LeftOut => &[],
-        }
-    }
-}
 
 /// Threshold that varies along a curve of errors, while the other one is fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

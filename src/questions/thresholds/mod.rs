@@ -26,7 +26,7 @@ mod suggestion;
 
 pub use grid::ThresholdGrid;
 pub(crate) use grid::{GridError, even_values};
-pub(crate) use map::{Along, ScoreSet, ThresholdMap};
+pub(crate) use map::{Along, ThresholdMap};
 pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
 pub(crate) use past_ages::PastAges;
@@ -34,4 +34,4 @@ pub(crate) use saved::{
     MAP_FORMATS, ShownFTh, map_format, threshold_curve, threshold_heat_map, write_threshold_csv,
     write_threshold_svg,
 };
-pub(crate) use suggestion::{NoSuggestion, Suggestion};
+pub(crate) use suggestion::Suggestion;

@@ -6,7 +6,7 @@ use crate::calibration::{
 };
 use crate::features::{ColumnKind, Design};
 use crate::progress::{Cancelled, Progress};
-use crate::questions::errors::fit::Sums;
+use crate::questions::dataset::fit::Sums;
 use crate::scoring::left_out::{LeftOut, summed_by_target};
 use crate::scoring::metrics;
 

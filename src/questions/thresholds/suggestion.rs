@@ -4,12 +4,14 @@ use serde::Serialize;
 
 use crate::calibration::{CrossValidation, ErrorBlocks, NoCrossValidation, weighed};
 use crate::features::{Distance, Thresholds};
-use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
+use crate::questions::error::AnalysisError;
+use crate::questions::thresholds::map::ThresholdMap;
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::saved::ShownFTh;
 use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
+use crate::scoring::score_set::ScoreSet;
 
 /// Range of one threshold in which the cross-validation error is as low as the minimum: it is nowhere above the minimum with
 /// 90 % confidence.
@@ -70,6 +72,12 @@ pub enum NoSuggestion {
     NoAxis,
     #[error("the map of errors is still empty; wait until its first row is computed")]
     NotYet,
+}
+
+impl From<NoSuggestion> for AnalysisError {
+    fn from(error: NoSuggestion) -> Self {
+        Self::Because(error.to_string())
+    }
 }
 
 impl ThresholdMap {

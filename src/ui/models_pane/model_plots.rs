@@ -1,7 +1,7 @@
 //! Plots of the model on screen, for recordings that the model was not fitted to: compensated against reference load, and
 //! error against reference load.
 
-use crate::questions::loops::asked::{AskPredicted, AskResidual, LookAt};
+use crate::questions::loops::asked::LookAt;
 use crate::questions::loops::{
     Channel, CrossQuestion, FiguresOf, Inks, Look, LoopQuestion, LoopView, Question, Span, TableOf,
     Up,
@@ -13,6 +13,9 @@ use crate::ui::pane::Cx;
 use crate::ui::plots::{self, Zoom};
 
 const SMALLEST: f32 = 80.0;
+/// Names by which the two plots ask for their contents.
+const PREDICTED: &str = "predicted";
+const RESIDUAL: &str = "residual";
 
 #[derive(Debug, Default)]
 pub struct ModelPlots {
@@ -51,14 +54,14 @@ impl ModelPlots {
         ui.horizontal_top(|ui| {
             let [first_zoom, second_zoom] = &mut self.zooms;
             let size = egui::vec2(width, height);
-            if let Some(Look::Cross(plot)) = engine.lane::<AskPredicted>().answer() {
+            if let Some(Look::Cross(plot)) = engine.lane_of::<LookAt>(PREDICTED).answer() {
                 let labels = || ["Reference", "Compensated"].map(|name| axis.label_of(name));
                 let figure = |inks: &Inks| plot.figure(labels(), inks, first);
                 ui.allocate_ui(size, |ui| {
                     plots::plot(ui, ("predicted", None), height, figure, first_zoom, cx.out);
                 });
             }
-            if let Some(Look::Loops(plot)) = engine.lane::<AskResidual>().answer() {
+            if let Some(Look::Loops(plot)) = engine.lane_of::<LookAt>(RESIDUAL).answer() {
                 let mut view = LoopView::of_all(plot, ("", ""), FiguresOf::Largest);
                 view.shown.retain(|curve| curve.output == Some(Trace::Compensated));
                 let (name, figure) = (view.title(), |inks: &Inks| view.figure(inks, second));
@@ -72,10 +75,10 @@ impl ModelPlots {
             return; // While a slider moves, the plots of the previous settings stay.
         }
         if let Some(look) = engine.look(None, Question::Cross(cross)) {
-            cx.ask::<AskPredicted>(LookAt(look));
+            cx.ask_as(PREDICTED, LookAt(look));
         }
         if let Some(look) = engine.look(None, Question::Loops(loops)) {
-            cx.ask::<AskResidual>(LookAt(look));
+            cx.ask_as(RESIDUAL, LookAt(look));
         }
     }
 }

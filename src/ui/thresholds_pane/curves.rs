@@ -4,10 +4,9 @@
 use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
 use crate::features::Thresholds;
-use crate::questions::thresholds::{
-    Along, Measure, ScoreSet, ShownFTh, ThresholdMap, threshold_curve,
-};
+use crate::questions::thresholds::{Along, Measure, ShownFTh, ThresholdMap, threshold_curve};
 use crate::report::figure::{Figure, color};
+use crate::scoring::score_set::ScoreSet;
 use crate::ui::command::Out;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};

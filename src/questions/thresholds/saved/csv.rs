@@ -6,7 +6,8 @@ use super::writer::MapWriter;
 use crate::calibration::Scores;
 use crate::export::FileFormat;
 use crate::formats::csv::CsvWriter;
-use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
+use crate::questions::thresholds::{Measure, ThresholdMap};
+use crate::scoring::score_set::ScoreSet;
 
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Delimited text",

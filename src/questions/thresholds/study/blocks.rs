@@ -11,12 +11,12 @@ use crate::calibration::{
 };
 use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
+use crate::questions::dataset::fit::Sums;
+use crate::questions::dataset::travels::{MOST_UNKNOWN, Travels};
 use crate::questions::error::AnalysisError;
-use crate::questions::errors::fit::Sums;
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
-use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::scoring::left_out::LeftOut;
 
 /// Shortest time that is tried as a value, as a share of the sample interval.

@@ -12,13 +12,14 @@ use crate::progress::Progress;
 use crate::questions::errors::query::analyse;
 use crate::questions::request::Request;
 use crate::questions::thresholds::grid::ThresholdGrid;
-use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
+use crate::questions::thresholds::map::ThresholdMap;
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::study::*;
 use crate::recording::Entry;
 use crate::recording::RecordingSet;
 use crate::recording::Role;
 use crate::recording::{Recording, simulated};
+use crate::scoring::score_set::ScoreSet;
 
 /// Returns every `step`-th recording of the built-in sensor. Recordings of path 6 are test recordings.
 fn some(step: usize) -> Arc<RecordingSet> {

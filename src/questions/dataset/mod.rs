@@ -3,6 +3,11 @@
 //!
 //! Guarantees: a dataset never changes, so requests that run on several threads share it. Each dataset is prepared only once.
 
+pub(crate) mod applied;
+pub(crate) mod auxiliary_inputs;
+pub(crate) mod fit;
+pub(crate) mod travels;
+
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError};
@@ -19,8 +24,8 @@ use crate::features::{Auxiliary, Block, Design, FeatureSettings, FixedLag, LoadP
 use crate::finding::Finding;
 use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::auxiliary_inputs::AuxiliaryInputs;
-use crate::questions::check::rig::{RigReport, lag};
+use crate::questions::dataset::applied::Applied;
+use crate::questions::dataset::auxiliary_inputs::AuxiliaryInputs;
 use crate::questions::error::AnalysisError;
 use crate::recording::gap::gap_by_rate;
 use crate::recording::in_role;
@@ -34,6 +39,7 @@ use crate::scoring::coverage::Coverage;
 use crate::scoring::cross_validation::Folds;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
+use crate::scoring::rig::{RigReport, lag};
 
 /// RMSE of the conventional and of the compensated calibration in one recording, for each axis.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
@@ -84,12 +90,42 @@ pub(crate) struct Dataset {
     pub derived: Derived,
 }
 
+/// A result that is computed when it is first needed. Other threads that need it meanwhile wait, and can be cancelled.
+#[derive(Debug)]
+struct Once<T> {
+    found: OnceLock<T>,
+    computing: Mutex<()>,
+}
+
+impl<T> Default for Once<T> {
+    fn default() -> Self {
+        Self { found: OnceLock::new(), computing: Mutex::default() }
+    }
+}
+
+impl<T> Once<T> {
+    fn get(
+        &self,
+        progress: &Progress,
+        compute: impl FnOnce() -> Result<T, Cancelled>,
+    ) -> Result<&T, Cancelled> {
+        if self.found.get().is_none() {
+            let _computing = waited_for(&self.computing, progress)?;
+            if self.found.get().is_none() {
+                let found = compute()?;
+                return Ok(self.found.get_or_init(|| found));
+            }
+        }
+        Ok(self.found.get().expect("the result was found above"))
+    }
+}
+
 /// Results for a dataset that are computed when they are first needed.
 #[derive(Debug, Default)]
 pub(crate) struct Derived {
     coverage: OnceLock<Coverage>,
-    rig: OnceLock<Option<RigReport>>,
-    lag: OnceLock<Option<Finding>>,
+    rig: Once<Option<RigReport>>,
+    lag: Once<Option<Finding>>,
     /// Paths for the look-back of the newest request, with the axis weights and the history step for which they were
     /// computed.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
@@ -108,6 +144,8 @@ pub struct Datasets {
     places: Arc<Mutex<Vec<(Key, Place)>>>,
     /// Faulty samples of the recordings of the newest request.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
+    /// Loads of the newest calibration.
+    applied: Arc<Mutex<Option<Arc<Applied>>>>,
 }
 
 #[derive(Debug)]
@@ -168,6 +206,7 @@ impl Datasets {
         let mut kept = locked(&self.places);
         // Datasets of other recordings are dropped first, because both may not fit in memory.
         kept.retain(|(own, _)| Arc::ptr_eq(&own.recordings, &key.recordings));
+        locked(&self.applied).take_if(|own| !own.is_of(&key.recordings));
         let newest = match kept.iter().position(|(own, _)| own == key) {
             Some(at) => kept.remove(at),
             None => (key.clone(), Place::default()),
@@ -176,6 +215,25 @@ impl Datasets {
         kept.insert(0, newest);
         kept.truncate(KEPT);
         place
+    }
+
+    /// Returns the loads of a calibration in these recordings, which all requests share. The loads of another calibration are
+    /// dropped first, because two sets of loads may not fit in memory.
+    pub(crate) fn applied(
+        &self,
+        recordings: &Arc<RecordingSet>,
+        decimation: usize,
+        calibration: &Arc<Calibration>,
+    ) -> Arc<Applied> {
+        let mut newest = locked(&self.applied);
+        let before = newest.take();
+        let known = before.as_ref().filter(|own| own.is(recordings, decimation, calibration));
+        let applied = match known {
+            Some(known) => Arc::clone(known),
+            None => Arc::new(Applied::new(recordings, decimation, calibration, before)),
+        };
+        *newest = Some(Arc::clone(&applied));
+        applied
     }
 
     /// Returns the faulty samples of each recording. They are searched only once: while one thread searches, other threads
@@ -333,20 +391,14 @@ impl Dataset {
 
     /// Returns the report on the test rig in the training recordings, such as changed zeros of the gauges; `None` if no load
     /// changes.
-    pub fn rig(&self) -> Option<&RigReport> {
-        let made = || RigReport::of(&self.training(), &self.full_scale, &Progress::default());
-        self.derived.rig.get_or_init(|| made().ok().flatten()).as_ref()
+    pub fn rig(&self, progress: &Progress) -> Result<Option<&RigReport>, Cancelled> {
+        let found = || RigReport::of(&self.training(), &self.full_scale, progress);
+        Ok(self.derived.rig.get(progress, found)?.as_ref())
     }
 
     /// Returns the finding of a time lag between gauges and reference; `None` if the lag is too small to matter.
     pub fn lag(&self, progress: &Progress) -> Result<Option<&Finding>, Cancelled> {
-        let known = &self.derived.lag;
-        if known.get().is_none() {
-            // If two threads measure the lag at the same time, both find the same value, so no lock is needed.
-            let found = lag(&self.training(), progress)?;
-            known.get_or_init(|| found);
-        }
-        Ok(known.get().and_then(Option::as_ref))
+        Ok(self.derived.lag.get(progress, || lag(&self.training(), progress))?.as_ref())
     }
 
     /// Returns the finding of a time lag between gauges and reference if the features of the fit would describe the lag as
@@ -585,6 +637,7 @@ fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
 mod tests {
     use super::*;
     use crate::questions::request::Request;
+    use crate::recording::simulated;
 
     #[test]
     fn who_waits_for_the_dataset_of_another_question_can_be_cancelled() {
@@ -617,5 +670,21 @@ mod tests {
         progress.cancel();
         let answer = datasets.get(&request(true).key(), &progress).err();
         assert_eq!(answer, Some(AnalysisError::Cancelled(Cancelled)));
+    }
+
+    #[test]
+    fn a_cancelled_search_for_faults_of_the_rig_is_done_again() {
+        let recordings = Arc::new(simulated::recordings(7));
+        let settings = FitSettings { decimation: 50, ..FitSettings::default() };
+        let key = Request::fit(recordings, settings).key();
+        let data = Dataset::prepare(&key, &Progress::default()).unwrap();
+        let cancelled = Progress::default();
+        cancelled.cancel();
+        assert_eq!(data.rig(&cancelled), Err(Cancelled));
+        assert_eq!(data.lag(&cancelled), Err(Cancelled));
+        let found = data.rig(&Progress::default()).unwrap().unwrap();
+        assert!(!found.runs.is_empty());
+        // The result is kept, so that the second request computes nothing that could be cancelled.
+        assert!(std::ptr::eq(data.rig(&cancelled).unwrap().unwrap(), found));
     }
 }

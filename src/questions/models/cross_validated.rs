@@ -8,7 +8,10 @@
 
 use std::borrow::Borrow;
 use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::Instant;
 
 use crate::calibration::{
@@ -18,9 +21,9 @@ use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::questions::dataset::{Dataset, Datasets};
 use crate::questions::error::AnalysisError;
+use crate::questions::expected_error::query::step_of;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::questions::request::Request;
-use crate::questions::side_by_side::side_by_side;
 use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
@@ -115,7 +118,7 @@ pub(crate) fn cross_validated(
     if n_folds < 2 {
         return None;
     }
-    let step = data.step_of(|entry| entry.role == Role::Train);
+    let step = step_of(data, |entry| entry.role == Role::Train);
     let full_scale = calibration.full_scale.iter();
     let settings = FitSettings {
         decimation: 1, // the recordings are decimated already
@@ -232,6 +235,29 @@ impl Fold {
         });
         Ok(scored.collect())
     }
+}
+
+/// Number of threads of [`side_by_side`]. The fit of a neural network uses only one processor core.
+const N_THREADS: usize = 2;
+
+/// Calls `job` with each number of `0..n` on two threads, and returns the results in no particular order. After a
+/// cancellation, no further job starts.
+pub(crate) fn side_by_side<T: Send>(
+    n: usize,
+    progress: &Progress,
+    job: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let jobs = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let jobs = jobs.take_while(|at| *at < n && !progress.is_cancelled());
+        jobs.map(&job).collect::<Vec<T>>()
+    };
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..N_THREADS.min(n)).map(|_| scope.spawn(work)).collect();
+        let results = threads.into_iter().map(|own| own.join());
+        results.flat_map(|own| own.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::super::names::form_of_column;
-use super::super::rows::is_overload;
+use super::names::form_of_column;
+use super::rows::is_overload;
 use crate::formats::text::Head;
 use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
@@ -170,7 +170,7 @@ fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
 }
 
 /// Returns true if a column that the map ignores increases like a time, and does not only count rows.
-pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
+pub(super) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
     let reports = reports(table, head, &opened.sample(&table.text, head));
     let is_clock = |report: &ColumnReport| {
         report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()

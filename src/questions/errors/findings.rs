@@ -5,19 +5,20 @@ use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
-use crate::progress::Progress;
-use crate::questions::auxiliary_inputs::AuxiliaryInputs;
-use crate::questions::check::load_count::LoadCount;
-use crate::questions::check::rig::{lag_of_fit, same_samples};
+use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::Dataset;
+use crate::questions::dataset::auxiliary_inputs::AuxiliaryInputs;
+use crate::questions::dataset::travels::{MOST_UNKNOWN, Travels};
 use crate::questions::error::AnalysisError;
+use crate::questions::errors::cold_start::worse_at_start;
+use crate::questions::errors::load_count::LoadCount;
 use crate::questions::request::Request;
-use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::in_role;
 use crate::recording::{Axis, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
+use crate::scoring::rig::{lag_of_fit, same_samples};
 use crate::shown::counted;
 
 /// Maximum range of the load on an axis for which the load counts as constant. It is a share of the full range (twice the
@@ -42,143 +43,144 @@ pub fn findings(
         true => data.lag_as_hysteresis(&calibration.features, progress)?,
         false => None,
     };
-    Ok(data
-        .findings(calibration, fitted)
+    Ok(findings_of_fit(&data, calibration, fitted, progress)?
         .into_iter()
         .chain(lag.map(|own| lag_of_fit(own, calibration)))
-        .chain(if fitted { data.worse_at_start(calibration)? } else { None })
+        .chain(if fitted { worse_at_start(&data, calibration)? } else { None })
         .collect())
 }
 
-impl Dataset {
-    pub(crate) fn findings(&self, calibration: &Calibration, fitted: bool) -> Vec<Finding> {
-        let mut found = Vec::new();
-        if in_role(&self.entries, Role::Test).is_empty() {
-            found.push(Finding::new(Id::NoTest, Enough, "no recording has the role test"));
+pub(crate) fn findings_of_fit(
+    data: &Dataset,
+    calibration: &Calibration,
+    fitted: bool,
+    progress: &Progress,
+) -> Result<Vec<Finding>, Cancelled> {
+    let mut found = Vec::new();
+    if in_role(&data.entries, Role::Test).is_empty() {
+        found.push(Finding::new(Id::NoTest, Enough, "no recording has the role test"));
+    }
+    if fitted {
+        found.extend(without_times(data));
+        found.extend(calibration.undetermined().map(|own| own.finding()));
+        found.extend(auxiliary_unused(data, calibration));
+    }
+    found.extend(auxiliary_beyond(data, calibration, fitted));
+    let no_cross_validation = calibration.no_cross_validation();
+    found.extend(no_cross_validation.map(|why| {
+        Finding::new(Id::NoCrossValidation, Doubtful, format!("no cross-validation: {why}"))
+    }));
+    if fitted {
+        if no_cross_validation.is_none() {
+            found.extend(few_recordings(data));
         }
-        if fitted {
-            found.extend(self.without_times());
-            found.extend(calibration.undetermined().map(|own| own.finding()));
-            found.extend(self.auxiliary_unused(calibration));
+        found.extend(of_groups(data));
+        let roles =
+            [Role::Train, Role::Test].into_iter().flat_map(|role| in_role(&data.entries, role));
+        found.extend(same_samples(&roles.collect::<Vec<_>>()));
+        found.extend(data.rig(progress)?.into_iter().flat_map(|rig| rig.findings.clone()));
+        let coverage = data.coverage(&calibration.axes);
+        found.extend(of_loads(calibration, coverage));
+        let count = LoadCount::of(calibration, coverage);
+        if calibration.undetermined().is_none() {
+            found.extend(count.finding());
         }
-        found.extend(self.auxiliary_beyond(calibration, fitted));
-        let no_cross_validation = calibration.no_cross_validation();
-        found.extend(no_cross_validation.map(|why| {
-            Finding::new(Id::NoCrossValidation, Doubtful, format!("no cross-validation: {why}"))
-        }));
-        if fitted {
-            if no_cross_validation.is_none() {
-                found.extend(self.few_recordings());
-            }
-            found.extend(self.of_groups());
-            let roles =
-                [Role::Train, Role::Test].into_iter().flat_map(|role| in_role(&self.entries, role));
-            found.extend(same_samples(&roles.collect::<Vec<_>>()));
-            found.extend(self.rig().into_iter().flat_map(|rig| rig.findings.clone()));
-            let coverage = self.coverage(&calibration.axes);
-            found.extend(of_loads(calibration, coverage));
-            let count = LoadCount::of(calibration, coverage);
-            if calibration.undetermined().is_none() {
-                found.extend(count.finding());
-            }
-            found.extend(of_regressor(calibration));
-            found.extend(self.unknown_state(calibration));
+        found.extend(of_regressor(calibration));
+        found.extend(unknown_state(data, calibration));
+    }
+    found.extend(worse_on_test(calibration));
+    Ok(found)
+}
+
+fn without_times(data: &Dataset) -> Option<Finding> {
+    let training = in_role(&data.entries, Role::Train);
+    training.iter().find(|own| own.is_static())?;
+    let n_cases = data.training_groups().len();
+    let n_rows: usize = training.iter().map(|own| own.n_samples()).sum();
+    let seen = "the training recordings have no times";
+    let found = Finding::new(Id::NoTimes, Enough, seen);
+    Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
+}
+
+/// Returns the finding that the state of a play operator is unknown in too many samples of a group of recordings. The
+/// play operator with the largest radius is examined.
+fn unknown_state(data: &Dataset, calibration: &Calibration) -> Option<Finding> {
+    let used = calibration.features.blocks.used();
+    let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
+    let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
+    let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let unknown = Travels::of(data, &calibration.gauge_scale).unknown(block.travel(radius));
+    let seen = format!(
+        "the state of the feature {} with radius {radius} σ is unknown at the start of a recording",
+        block.name()
+    );
+    let figures =
+        format!("unknown in {} of the samples of a group of recordings", percent(unknown));
+    let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
+    (unknown > MOST_UNKNOWN).then_some(found)
+}
+
+fn few_recordings(data: &Dataset) -> Option<Finding> {
+    // A recording from which faulty samples are removed is divided into intervals, which count as one recording here.
+    let n = match data.groups.by == GroupedBy::Recording {
+        true => data.training_groups().len(),
+        false => in_role(&data.entries, Role::Train).len(),
+    };
+    let seen = format!("only {}", counted(n, "training recording"));
+    let figures =
+        format!("cross-validation that leaves out whole recordings needs {FEWEST_RECORDINGS}");
+    let found = Finding::new(Id::FewRecordings, Doubtful, seen).with(figures);
+    (n < FEWEST_RECORDINGS).then_some(found)
+}
+
+fn of_groups(data: &Dataset) -> impl Iterator<Item = Finding> {
+    let alone = |id: Id, lone: &LoneGroup| {
+        let seen = format!("only the group {} has loads on {}", lone.group, lone.axis.symbol());
+        Finding::new(id, Doubtful, seen)
+    };
+    let unused = data.groups.unused.iter().map(move |unused| match &unused.lone {
+        Some(lone) => alone(Id::UnusedLoneGroup, lone),
+        None => {
+            let seen = format!("only {} for training", counted(unused.n, &unused.by.to_string()));
+            Finding::new(Id::FewGroups, Doubtful, seen)
         }
-        found.extend(worse_on_test(calibration));
-        found
-    }
+    });
+    unused.chain(data.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
+}
 
-    fn without_times(&self) -> Option<Finding> {
-        let training = in_role(&self.entries, Role::Train);
-        training.iter().find(|own| own.is_static())?;
-        let n_cases = self.training_groups().len();
-        let n_rows: usize = training.iter().map(|own| own.n_samples()).sum();
-        let seen = "the training recordings have no times";
-        let found = Finding::new(Id::NoTimes, Enough, seen);
-        Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
-    }
+/// Returns the finding that values of auxiliary channels lie outside their range in the training recordings.
+fn auxiliary_beyond(data: &Dataset, calibration: &Calibration, fitted: bool) -> Option<Finding> {
+    let shown = data.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
+    let beyond = shown.flat_map(|entry| calibration.auxiliary_beyond(&entry.recording));
+    let channels = calibration.features.auxiliary.iter();
+    let beyond = beyond.chain(channels.filter_map(AuxiliaryChannel::reference_beyond));
+    let beyond: Vec<String> = beyond.collect();
+    let seen = "auxiliary channels outside the range of the training recordings";
+    let found = Finding::new(Id::AuxiliaryBeyond, Enough, seen).with(beyond.join("; "));
+    (!beyond.is_empty()).then_some(found)
+}
 
-    /// Returns the finding that the state of a play operator is unknown in too many samples of a group of recordings. The
-    /// play operator with the largest radius is examined.
-    fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
-        let used = calibration.features.blocks.used();
-        let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
-        let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
-        let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let unknown = Travels::of(self, &calibration.gauge_scale).unknown(block.travel(radius));
-        let seen = format!(
-            "the state of the feature {} with radius {radius} σ is unknown at the start of a recording",
-            block.name()
-        );
-        let figures =
-            format!("unknown in {} of the samples of a group of recordings", percent(unknown));
-        let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
-        (unknown > MOST_UNKNOWN).then_some(found)
-    }
-
-    fn few_recordings(&self) -> Option<Finding> {
-        // A recording from which faulty samples are removed is divided into intervals, which count as one recording here.
-        let n = match self.groups.by == GroupedBy::Recording {
-            true => self.training_groups().len(),
-            false => in_role(&self.entries, Role::Train).len(),
-        };
-        let seen = format!("only {}", counted(n, "training recording"));
-        let figures =
-            format!("cross-validation that leaves out whole recordings needs {FEWEST_RECORDINGS}");
-        let found = Finding::new(Id::FewRecordings, Doubtful, seen).with(figures);
-        (n < FEWEST_RECORDINGS).then_some(found)
-    }
-
-    fn of_groups(&self) -> impl Iterator<Item = Finding> {
-        let alone = |id: Id, lone: &LoneGroup| {
-            let seen = format!("only the group {} has loads on {}", lone.group, lone.axis.symbol());
-            Finding::new(id, Doubtful, seen)
-        };
-        let unused = self.groups.unused.iter().map(move |unused| match &unused.lone {
-            Some(lone) => alone(Id::UnusedLoneGroup, lone),
-            None => {
-                let seen =
-                    format!("only {} for training", counted(unused.n, &unused.by.to_string()));
-                Finding::new(Id::FewGroups, Doubtful, seen)
-            }
-        });
-        unused.chain(self.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
-    }
-
-    /// Returns the finding that values of auxiliary channels lie outside their range in the training recordings.
-    fn auxiliary_beyond(&self, calibration: &Calibration, fitted: bool) -> Option<Finding> {
-        let shown = self.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
-        let beyond = shown.flat_map(|entry| calibration.auxiliary_beyond(&entry.recording));
-        let channels = calibration.features.auxiliary.iter();
-        let beyond = beyond.chain(channels.filter_map(AuxiliaryChannel::reference_beyond));
-        let beyond: Vec<String> = beyond.collect();
-        let seen = "auxiliary channels outside the range of the training recordings";
-        let found = Finding::new(Id::AuxiliaryBeyond, Enough, seen).with(beyond.join("; "));
-        (!beyond.is_empty()).then_some(found)
-    }
-
-    /// Returns the finding that auxiliary channels are not used: by the choice of the user, or because they cannot be used.
-    fn auxiliary_unused(&self, calibration: &Calibration) -> Option<Finding> {
-        let AuxiliaryInputs { channels, unused } = &self.auxiliary;
-        let is_wanted = !calibration.features.blocks.of(&Auxiliary).is_empty();
-        let names: Vec<&str> = channels.iter().map(|own| &*own.name).collect();
-        let (id, seen, figures) = match (is_wanted, names.is_empty(), unused.len()) {
-            (false, false, _) => {
-                let seen = "the calibration does not use the auxiliary channels";
-                (Id::AuxiliaryLeft, format!("{seen} {}", names.join(", ")), String::new())
-            }
-            (true, true, 0) => {
-                let seen = "no column of the recordings is an auxiliary channel";
-                (Id::NoAuxiliary, seen.to_owned(), String::new())
-            }
-            (true, _, n @ 1..) => {
-                let seen = format!("{} not used", counted(n, "auxiliary channel"));
-                (Id::UnusedAuxiliary, seen, unused.join("; "))
-            }
-            _ => return None,
-        };
-        Some(Finding::new(id, Enough, seen).with(figures))
-    }
+/// Returns the finding that auxiliary channels are not used: by the choice of the user, or because they cannot be used.
+fn auxiliary_unused(data: &Dataset, calibration: &Calibration) -> Option<Finding> {
+    let AuxiliaryInputs { channels, unused } = &data.auxiliary;
+    let is_wanted = !calibration.features.blocks.of(&Auxiliary).is_empty();
+    let names: Vec<&str> = channels.iter().map(|own| &*own.name).collect();
+    let (id, seen, figures) = match (is_wanted, names.is_empty(), unused.len()) {
+        (false, false, _) => {
+            let seen = "the calibration does not use the auxiliary channels";
+            (Id::AuxiliaryLeft, format!("{seen} {}", names.join(", ")), String::new())
+        }
+        (true, true, 0) => {
+            let seen = "no column of the recordings is an auxiliary channel";
+            (Id::NoAuxiliary, seen.to_owned(), String::new())
+        }
+        (true, _, n @ 1..) => {
+            let seen = format!("{} not used", counted(n, "auxiliary channel"));
+            (Id::UnusedAuxiliary, seen, unused.join("; "))
+        }
+        _ => return None,
+    };
+    Some(Finding::new(id, Enough, seen).with(figures))
 }
 
 fn load(axis: Axis, value: f64) -> String {

@@ -1,4 +1,4 @@
-//! Reports findings about the test rig, with tables and figures of the zeros and sensitivities of the gauges.
+//! Findings about the test rig in the training recordings, with the zeros and sensitivities of the gauges.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -8,13 +8,12 @@ use serde::Serialize;
 use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::{Cancelled, Progress};
-use crate::questions::check::alternating;
 use crate::recording::Recording;
-use crate::report::figure::{Figure, Line, Scale};
-use crate::report::table::{Cell, Column, Table};
 use crate::scoring::lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags};
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Cause, Contradiction, Rig, Run, Where, matters};
+use crate::scoring::rig::alternating;
+use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
+use crate::scoring::rig::{Rig, Run};
 use crate::shown::first;
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
@@ -30,9 +29,6 @@ const UNITS: [(f64, &str); 6] = [
 /// confused units or the reversed sign.
 const NEAR: f64 = 0.03;
 const NAMED: usize = 6;
-/// Colours (sRGB) of the gauges in figures, by Okabe and Ito (2008), without black and yellow.
-const COLORS: [[u8; 3]; 6] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
 /// Minimum share of the squared error that a time lag must explain to be reported, if less than half of the gauges lag. On
 /// single gauges, hysteresis alone can look like a lag that explains up to 0.3.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
@@ -54,9 +50,6 @@ pub struct RigReport {
     #[serde(skip)]
     pub findings: Vec<Finding>,
 }
-
-/// Function that returns the zeros or the sensitivities of the gauges in a run.
-type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
 
 impl RigReport {
     /// Creates the report for training recordings. The full scale of each axis is given. Returns `None` if no load moves.
@@ -95,75 +88,6 @@ impl RigReport {
         }
         progress.check()?;
         Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
-    }
-
-    /// Returns the tables of the zeros of the gauges, their sensitivities, and the held-out errors, with one row for each
-    /// recording.
-    pub fn tables(&self) -> Vec<Table> {
-        let estimate = |own: Option<(f64, f64)>, from: f64| {
-            let cell = own.map(|(value, error)| {
-                let (value, error) = (100.0 * (value - from), 100.0 * error);
-                Cell::number(value, format!("{value:+.2} ± {error:.2}"))
-            });
-            Cell::known(cell, "the loads of this recording do not determine this value")
-        };
-        let gauges = || self.gauges.iter().enumerate();
-        let head = |(_, name): &(usize, &String)| Column::numbers(name.as_str()).unit("%");
-        let table = |of: Estimates, from: f64| {
-            let rows = Table::of(self.names.iter().zip(&self.runs));
-            let rows = rows.words("Recording", |(name, _)| name.as_str());
-            rows.columns(gauges(), head, move |(_, run), (gauge, _)| {
-                estimate(of(run)[*gauge], from)
-            })
-        };
-        let zeros = table(|run| &run.zeros, 0.0)
-            .column(Column::numbers("held-out error").unit("%"), |(_, run)| {
-                Cell::digits(Some(100.0 * run.error), 3)
-            })
-            .about("Error of a conventional calibration in this recording, as a share of full scale. The calibration is fitted to the other recordings")
-            .table(
-                "Zeros of the gauges compared with the other recordings",
-                "Difference between the zero of each gauge in this recording and in the other recordings, as a share of the gauge's range, ± one standard error.",
-            );
-        let sensitivities = table(|run| &run.sensitivities, 1.0).table(
-                "Sensitivities of the gauges compared with the other recordings",
-                "Relative difference between the sensitivity of each gauge in this recording and in the other recordings, ± one standard error.",
-            );
-        if self.runs.len() > 1 { vec![zeros, sensitivities] } else { Vec::new() }
-    }
-
-    /// Returns the figures of the zeros and the sensitivities of the gauges over the recordings, in order of time.
-    pub fn figures(&self) -> Vec<Figure<'static>> {
-        let kinds: [(&str, Estimates, f64); 2] =
-            [("Zero", |run| &run.zeros, 0.0), ("Sensitivity", |run| &run.sensitivities, 1.0)];
-        let figure = |(what, of, from): (&str, Estimates, f64)| {
-            let points = |gauge: usize| {
-                self.runs.iter().enumerate().filter_map(move |(at, run)| {
-                    let (value, error) = of(run)[gauge]?;
-                    Some((at as f64 + 1.0, 100.0 * (value - from), 100.0 * error))
-                })
-            };
-            let all: Vec<_> = (0..self.gauges.len()).flat_map(points).collect();
-            let ends = all.iter().flat_map(|(_, value, error)| [value - error, value + error]);
-            let up = Scale::spanning(format!("{what} [%]"), ends.chain([0.0]), 0.05);
-            let lines = self.gauges.iter().enumerate().map(|(gauge, name)| {
-                let through: Vec<[f64; 2]> = points(gauge).map(|(x, y, _)| [x, y]).collect();
-                let bars = points(gauge).map(|(x, y, error)| vec![[x, y - error], [x, y + error]]);
-                let pieces: Vec<Vec<[f64; 2]>> = [through].into_iter().chain(bars).collect();
-                Line {
-                    width: 1.5,
-                    ..Line::new(name.as_str(), COLORS[gauge % COLORS.len()], pieces)
-                }
-            });
-            Figure {
-                title: format!("{what} of each gauge compared with the other recordings"),
-                across: Scale::new("Recording", (0.5, self.runs.len() as f64 + 0.5)),
-                lines: lines.collect(),
-                up,
-                ..Figure::default()
-            }
-        };
-        if self.runs.len() > 1 { kinds.map(figure).into() } else { Vec::new() }
     }
 }
 
