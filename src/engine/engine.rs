@@ -7,7 +7,7 @@ mod act;
 mod leave;
 mod take;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
@@ -15,7 +15,7 @@ use std::time::Duration;
 use crate::calibration::Calibration;
 use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing::{self, ImportCommand, Importing, Preview};
-use crate::engine::lanes::{ANYONE, Asker, Lanes};
+use crate::engine::lanes::{ANYONE, Asked, Asker, Lanes};
 use crate::engine::live::{Current, Follow};
 use crate::engine::models::{ModelChange, Models};
 use crate::engine::notice::{Level, Notice};
@@ -26,11 +26,11 @@ use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
 use crate::engine::saving::{Doubt, Existing, FileContent, Output, Unwritten};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
+use crate::engine::tasks::{Files, InTurn, Tasks};
 use crate::engine::undo::History;
 use crate::export::known_target;
 use crate::features::Thresholds;
 use crate::finding::Face;
-use crate::import::map::ColumnMap;
 use crate::panicked::locked;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
@@ -44,36 +44,7 @@ use crate::questions::{
     Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
 };
 use crate::recording::simulated::Late;
-use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
-
-/// Files to read, each with the column map by which it is read; `None` if the columns are detected.
-type Files = Vec<(PathBuf, Option<ColumnMap>)>;
-
-struct Begun {
-    is_seen: bool,
-    turn: Option<InTurn>,
-    lane: Lane<Task>,
-}
-
-/// Work that creates or replaces recordings. Only one such work runs at a time, because each starts from the recordings that
-/// the previous one left. Several at once would also need too much memory.
-#[derive(Clone)]
-enum InTurn {
-    Read(Files),
-    /// The recordings themselves are given, not their indices, because indices may change before this work starts.
-    Tare(Vec<Arc<Recording>>, Tare),
-    LeaveOutFaulty,
-    Simulate(Option<Late>),
-}
-
-impl InTurn {
-    fn files(&self) -> &[(PathBuf, Option<ColumnMap>)] {
-        match self {
-            Self::Read(files) => files,
-            _ => &[],
-        }
-    }
-}
+use crate::recording::{Entry, RecordingSet, Role, Tare};
 
 pub(super) const MAX_NOTICES: usize = 200;
 
@@ -212,8 +183,6 @@ pub struct Engine {
     /// True if the window shows the list of autosaved sessions of crashed windows.
     pub shows_left: bool,
     recovery: Recovery,
-    /// Document as it was last passed to the autosave.
-    kept: Option<Project>,
     restored: Vec<PathBuf>,
     /// Action that would discard the loaded data, and waits until the user has decided about unsaved changes.
     pub leaving: Option<Leaving>,
@@ -227,8 +196,7 @@ pub struct Engine {
     pub(crate) following: Lane<Follow>,
     current: Current,
     preview: Lane<Preview>,
-    tasks: Vec<Begun>,
-    waiting: VecDeque<InTurn>,
+    tasks: Tasks,
     datasets: Datasets,
 }
 
@@ -238,6 +206,7 @@ impl Engine {
         Self {
             following: Lane::new(Some(Arc::clone(&notify))),
             preview: Lane::new(Some(Arc::clone(&notify))),
+            tasks: Tasks::new(Arc::clone(&notify)),
             lanes: Lanes::new(notify),
             ..Self::default()
         }
@@ -319,9 +288,7 @@ impl Engine {
 
     /// Returns all background work that the status line shows, other than the fit.
     pub fn running(&self) -> Vec<Running> {
-        let seen = self.tasks.iter().filter(|task| task.is_seen);
-        let tasks = seen.filter_map(|task| task.lane.running());
-        tasks.chain(self.lanes.running()).collect()
+        self.tasks.running().chain(self.lanes.running()).collect()
     }
 
     /// Returns the share of training samples for which the first look-back finds an earlier sample. Without training
@@ -351,13 +318,18 @@ impl Engine {
     }
 
     /// Computes a request in the background, unless it equals the last request of its type.
-    pub fn ask<Q: Query>(&mut self, question: Q) {
+    pub fn ask<Q: Query + PartialEq>(&mut self, question: Q) {
         self.ask_as(ANYONE, question);
     }
 
     /// Computes a request of a pane in the background, unless it equals the last request of its type by this pane.
-    pub fn ask_as<Q: Query>(&mut self, asker: Asker, question: Q) {
-        self.lanes.of_mut(asker).ask(question);
+    pub fn ask_as<Q: Query + PartialEq>(&mut self, asker: Asker, question: Q) {
+        self.ask_for(Asked::of(asker, question));
+    }
+
+    /// Computes a request that was made earlier, as [`Self::ask`] does.
+    pub(crate) fn ask_for(&mut self, asked: Asked) {
+        self.lanes.ask(asked);
     }
 
     /// Returns true if any background work runs or waits, apart from following a growing file.
@@ -395,8 +367,7 @@ impl Engine {
     /// Returns the content of the session file to be written. `layout` is the layout of the panes.
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
         let session = Box::new(Session::of(&self.project, layout));
-        let trained = self.trained_to_save().cloned();
-        FileContent::Session(session, Box::new(self.project.clone()), trained)
+        FileContent::Session(session, self.trained_to_save().cloned())
     }
 
     /// Returns the content of the calibration file to be written. A calibration that was opened from a file is saved as it

@@ -20,11 +20,12 @@ const KILLS: usize = 50;
 const REPEATED: usize = 4000;
 
 fn session(round: u64) -> Session {
-    Session { notes: format!("{round} ").repeat(REPEATED), ..Session::default() }
+    let notes = format!("{round} ").repeat(REPEATED);
+    Session { project: Project { notes, ..Project::default() }, ..Session::default() }
 }
 
 fn round_of(read: &Session) -> u64 {
-    let first = read.notes.split(' ').next().unwrap_or_default();
+    let first = read.project.notes.split(' ').next().unwrap_or_default();
     let round = first.parse().expect("a number");
     assert_eq!(*read, session(round), "the session file is complete");
     round
@@ -58,8 +59,7 @@ fn writes_until_killed() {
     for round in first.. {
         own.layout = Some(serde_json::json!({ "round": round }));
         preferences.write(&own).unwrap();
-        let project = Box::new(Project::default());
-        let saved = FileContent::Session(Box::new(session(round)), project, None);
+        let saved = FileContent::Session(Box::new(session(round)), None);
         let path = folder.join("saved").join("s.json");
         saved.write(&path, &Progress::default()).unwrap();
         let unsaved = Unsaved { session: session(round), ..Unsaved::default() };

@@ -13,9 +13,18 @@ pub type Asker = &'static str;
 
 pub const ANYONE: Asker = "";
 
+/// Request for a result that waits until the engine takes it, such as a request of a pane.
+pub struct Asked(Box<dyn FnOnce(&mut Lanes)>);
+
+impl Asked {
+    pub fn of<Q: Query + PartialEq>(asker: Asker, question: Q) -> Self {
+        Self(Box::new(move |lanes| lanes.of_mut(asker).ask(question)))
+    }
+}
+
 #[derive(Default)]
 pub struct Lanes {
-    pub notify: Option<Notify>,
+    notify: Option<Notify>,
     all: Vec<(Asker, Box<dyn Background>)>,
 }
 
@@ -44,6 +53,10 @@ impl Lanes {
 
     fn lanes(&self) -> impl Iterator<Item = &dyn Background> {
         self.all.iter().map(|(_, lane)| &**lane)
+    }
+
+    pub fn ask(&mut self, asked: Asked) {
+        (asked.0)(self);
     }
 
     /// Takes the finished results of all worker threads. Returns a message for each failed work that the user had started.

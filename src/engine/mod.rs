@@ -23,6 +23,7 @@ mod recovery;
 mod saving;
 mod session;
 mod task;
+mod tasks;
 #[cfg(test)]
 mod tests;
 mod undo;
@@ -32,7 +33,7 @@ pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
-pub(crate) use lanes::{ANYONE, Asker};
+pub(crate) use lanes::{ANYONE, Asked, Asker};
 pub(crate) use live::{Followed, LiveTraces};
 pub use models::Models;
 pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};

@@ -77,25 +77,39 @@ pub struct SessionFile {
 }
 
 /// Everything that a session saves. A copy is cheap, because the copies share the recordings in memory.
-#[derive(Clone, Debug, Default)]
+///
+/// A session file contains the document as it is, without the skipped fields. For these, the
+/// [`Session`](super::session::Session) contains names of files and recordings.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Project {
+    #[serde(skip)]
     pub recordings: Arc<RecordingSet>,
+    #[serde(skip)]
     pub split: Option<Split>,
+    pub notes: String,
+    #[serde(skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
     pub settings: FitSettings,
     pub measuring: MetrologySettings,
     /// Minimum and maximum reading of the gauges in the logger's unit, to detect clipping; `None` if the user entered none.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub gauge_range: Option<GaugeRange>,
     /// Share by which a load may exceed the rated load before it counts as overload; `None` if the user entered none.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub overload_tolerance: Option<f64>,
     pub hidden_axes: Vec<Axis>,
     /// Calibration from a file that is applied to the recordings; `None` if a calibration is fitted to them.
+    #[serde(skip)]
     pub applied: Option<FromFile>,
+    #[serde(skip)]
     pub factory: Option<FromFile>,
-    pub notes: String,
-    pub identity: Identity,
+    #[serde(skip)]
     pub view: View,
+    #[serde(skip)]
     pub maps: BTreeMap<PathBuf, ColumnMap>,
     /// Recording files of the session that were not found.
+    #[serde(skip)]
     pub lost: Vec<SessionFile>,
 }
 

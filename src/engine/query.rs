@@ -201,7 +201,10 @@ impl<Q: Query> Lane<Q> {
 
     /// Computes a request, unless it equals the last one. The shown result is removed if it must not stay on screen until the
     /// new result; see [`Query::is_akin`].
-    pub fn ask(&mut self, question: Q) {
+    pub fn ask(&mut self, question: Q)
+    where
+        Q: PartialEq,
+    {
         if let Some(asked) = &self.asked {
             if *asked == question {
                 return;
@@ -309,7 +312,10 @@ impl<Q: Query> Lane<Q> {
     }
 
     /// Returns true if the shown result is complete and belongs to the newest request.
-    pub fn is_current(&self) -> bool {
+    pub fn is_current(&self) -> bool
+    where
+        Q: PartialEq,
+    {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         shown.is_some_and(|shown| self.asked.as_ref() == Some(&shown.question))
     }

@@ -12,6 +12,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::calibration::{Calibration, FitSettings};
+use crate::engine::project::Project;
 use crate::engine::session::{Session, trained_beside, write_session};
 use crate::export::clean_up_in;
 use crate::panicked::locked;
@@ -51,11 +52,9 @@ pub struct Unsaved {
     pub session: Session,
     /// Trained network or kernel calibration, which is written in a file beside the session.
     pub trained: Option<Arc<Calibration>>,
-    /// Recordings on which the calibration was trained.
-    pub of: Arc<RecordingSet>,
 }
 
-same_where!(Unsaved: shared(trained) value(session) besides(of));
+same_where!(Unsaved: shared(trained) value(session) besides());
 
 impl Unsaved {
     /// Returns true if `trained` is this state's trained calibration, or if both are `None`.
@@ -64,7 +63,7 @@ impl Unsaved {
     }
 
     fn write(&self, path: &Path) -> bool {
-        write_session(&self.session, self.trained.as_deref(), &self.of, path).is_ok()
+        write_session(&self.session, self.trained.as_deref(), path).is_ok()
     }
 }
 
@@ -129,7 +128,8 @@ impl Autosave {
     ) {
         let mut desk = self.lock();
         let newest = &mut desk.newest;
-        if Arc::ptr_eq(&newest.of, recordings) && newest.session.settings == *settings {
+        let of = &newest.session.project;
+        if Arc::ptr_eq(&of.recordings, recordings) && of.settings == *settings {
             newest.trained = Some(Arc::clone(trained));
             desk.is_saved = false;
             desk.is_urgent = true;
@@ -206,10 +206,16 @@ impl Recovery {
         left
     }
 
-    /// Returns true if the autosave thread already has this trained calibration and this value of `is_saved`.
-    pub fn has(&self, trained: Option<&Arc<Calibration>>, is_saved: bool) -> bool {
+    /// Returns true if the autosave thread already has this document, this trained calibration and this value of `is_saved`.
+    pub fn has(
+        &self,
+        project: &Project,
+        trained: Option<&Arc<Calibration>>,
+        is_saved: bool,
+    ) -> bool {
         let desk = self.autosave.lock();
-        desk.is_saved == is_saved && desk.newest.is_training(trained)
+        let is_known = desk.is_saved == is_saved && desk.newest.is_training(trained);
+        is_known && desk.newest.session.project == *project
     }
 
     /// Passes the newest document to the autosave thread. `is_saved` is true if the user has saved it.
@@ -414,8 +420,8 @@ mod tests {
     }
 
     fn unsaved(notes: &str) -> Unsaved {
-        let session = Session { notes: notes.to_owned(), ..Session::default() };
-        Unsaved { session, ..Unsaved::default() }
+        let project = Project { notes: notes.to_owned(), ..Project::default() };
+        Unsaved { session: Session::of(&project, None), trained: None }
     }
 
     #[test]
@@ -454,7 +460,8 @@ mod tests {
         let set = Arc::new(crate::recording::simulated::recordings(3));
         let settings = FitSettings { decimation: 50, ..FitSettings::default() };
         let mut newest = unsaved("saved");
-        (newest.of, newest.session.settings) = (Arc::clone(&set), settings.clone());
+        let of = &mut newest.session.project;
+        (of.recordings, of.settings) = (Arc::clone(&set), settings.clone());
         window.keep(newest, true);
         let request = crate::questions::Request::fit(Arc::clone(&set), settings.clone());
         let trained =

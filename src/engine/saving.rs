@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, Undetermined};
-use crate::engine::project::Project;
 use crate::engine::session::{Session, write_session};
 use crate::export::{
     FileFormat, TARGETS, TRACE_FORMATS, Together, WriteError, caution, write_atomically,
@@ -45,8 +44,8 @@ pub enum FileContent {
     Table(&'static str, Box<Table>),
     /// Map of the errors over F_th and t_th, and the kind of error that its curves show.
     Thresholds(Arc<ThresholdMap>, Measure),
-    /// Session, the document from which it was made, and the trained calibration to be written in a file beside it.
-    Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
+    /// Session, and the trained calibration to be written in a file beside it.
+    Session(Box<Session>, Option<Arc<Calibration>>),
     /// Bytes of the file, such as those of a figure.
     Bytes(Arc<[u8]>),
 }
@@ -145,8 +144,8 @@ impl FileContent {
                 (map_format(path).write.write)(map, *measure, path, &mut files)
             }
             Self::Table(_, table) => write_atomically(path, |out| table.write_csv(out)),
-            Self::Session(session, project, trained) => {
-                write_session(&session.with_hashes(), trained.as_deref(), &project.recordings, path)
+            Self::Session(session, trained) => {
+                write_session(&session.with_hashes(), trained.as_deref(), path)
             }
             Self::Bytes(bytes) => write_atomically(path, |out| out.write_all(bytes)),
         };

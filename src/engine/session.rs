@@ -1,4 +1,5 @@
-//! The session file: names and roles of the open recordings, and all settings. It contains no samples and no results.
+//! The session file: the document as it is, with names and roles of the open recordings in place of samples. It contains no
+//! results.
 //!
 //! Guarantees: a session that is written and read again is unchanged. Entries that a session file lacks get their defaults.
 
@@ -10,7 +11,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{Calibration, FitSettings, UsedRecording};
+use crate::calibration::{Calibration, UsedRecording};
 use crate::engine::lost::{self, is_another};
 use crate::engine::notice::{Level, Notice};
 use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
@@ -22,11 +23,8 @@ use crate::import;
 use crate::import::Loaded;
 use crate::progress::Progress;
 use crate::questions::View;
-use crate::questions::metrology::MetrologySettings;
 use crate::recording::simulated::Late;
-use crate::recording::{
-    Axis, GaugeRange, Identity, Recording, RecordingSet, Source, Tare, ValidRange,
-};
+use crate::recording::{Recording, RecordingSet, Source, Tare, ValidRange};
 use crate::scoring::faults::faults_of;
 use crate::small_file::read_small;
 
@@ -55,32 +53,31 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// | `hidden_axes` | axes that are hidden |
 /// | `layout` | layout of the panes |
 /// | `trained` | file of the trained calibration beside the session, if the settings have a network or kernel |
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {
     pub format: String,
     pub version: u32,
     pub program: String,
-    pub notes: String,
-    #[serde(skip_serializing_if = "Identity::is_empty")]
-    pub identity: Identity,
+    #[serde(flatten)]
+    pub project: Project,
     pub built_in: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub built_in_lag: Option<Late>,
     pub files: Vec<SessionFile>,
     pub cut: Option<f64>,
     pub calibration: Option<PathBuf>,
-    pub settings: FitSettings,
-    pub measuring: MetrologySettings,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gauge_range: Option<GaugeRange>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub overload_tolerance: Option<f64>,
     pub on_screen: Option<String>,
-    pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trained: Option<PathBuf>,
+}
+
+/// Sessions are equal if their files are.
+impl PartialEq for Session {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_json(Path::new("")) == other.to_json(Path::new(""))
+    }
 }
 
 impl Session {
@@ -198,19 +195,13 @@ impl Session {
             format: FORMAT.to_owned(),
             version: VERSION,
             program: env!("CARGO_PKG_VERSION").to_owned(),
-            notes: project.notes.clone(),
-            identity: project.identity.clone(),
+            project: project.clone(),
             built_in: project.recordings.is_simulated(),
             built_in_lag: Late::of(&project.recordings),
             files,
             cut: project.split.as_ref().map(|split| split.fraction),
             calibration: project.applied.as_ref().map(|own| own.path.clone()),
-            settings: project.settings.clone(),
-            measuring: project.measuring.clone(),
-            gauge_range: project.gauge_range.clone(),
-            overload_tolerance: project.overload_tolerance,
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
-            hidden_axes: project.hidden_axes.clone(),
             layout,
             trained: None,
         }
@@ -265,7 +256,6 @@ pub fn trained_beside(session: &Path) -> PathBuf {
 pub fn write_session(
     session: &Session,
     trained: Option<&Calibration>,
-    recordings: &RecordingSet,
     path: &Path,
 ) -> Result<(), WriteError> {
     let mut files = Together::default();
@@ -276,7 +266,7 @@ pub fn write_session(
         // A trained calibration that was read with its session keeps its list of recordings, because some of them may be
         // missing now.
         let own = match trained.sources.is_empty() {
-            true => &with_sources(trained, recordings),
+            true => &with_sources(trained, &session.project.recordings),
             false => trained,
         };
         add_calibration(&mut files, own, &beside)?;
@@ -343,20 +333,10 @@ impl OpenedSession {
     }
 
     pub fn into_project(self) -> (Project, Vec<Notice>) {
-        let session = self.session;
-        let mut project = Project {
-            settings: session.settings,
-            gauge_range: session.gauge_range,
-            overload_tolerance: session.overload_tolerance,
-            hidden_axes: session.hidden_axes,
-            notes: session.notes,
-            identity: session.identity,
-            measuring: session.measuring,
-            ..Project::default()
-        };
+        let Session { mut project, cut, on_screen, .. } = self.session;
         let mut notices = add_parts(&mut project, self.parts);
         let mut say = |level, text: String| notices.push(Notice::new(level, text));
-        match session.cut {
+        match cut {
             // The split stays even without recordings, so that files that are found later are split in the same way.
             Some(fraction) if project.recordings.entries().is_empty() => {
                 let whole = Arc::clone(&project.recordings);
@@ -369,7 +349,7 @@ impl OpenedSession {
             None => {}
         }
         let mut entries = project.recordings.entries().iter();
-        project.view = session.on_screen.map_or(View::All, |name| {
+        project.view = on_screen.map_or(View::All, |name| {
             let shown = entries.position(|entry| entry.recording.name() == name);
             View::One(shown.unwrap_or(0))
         });
@@ -505,8 +485,10 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::FitSettings;
     use crate::engine::tests::{add, of_file};
-    use crate::recording::Role;
+    use crate::questions::metrology::MetrologySettings;
+    use crate::recording::{Axis, Role};
 
     fn recordings(path: &str, names: &[&str]) -> Vec<Recording> {
         let named = |name: &&str| {
@@ -608,7 +590,8 @@ mod tests {
         for path in ["/data/a.csv", "/data/b.csv", "/data/c.csv"] {
             add(&mut project, path, &["S1"], &[Axis::Fz]);
         }
-        let session = Session::of(&project, None);
+        let text = Session::of(&project, None).to_json(Path::new(""));
+        let session = Session::from_json(&text).unwrap();
         let found = [
             None,
             Some(Err("/data/b.csv: torn".to_owned())),
@@ -637,12 +620,34 @@ mod tests {
         assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);
     }
 
+    /// The order of the parts is that of files from before the document was saved as it is.
+    #[test]
+    fn every_part_of_an_older_session_is_read() {
+        let text = br#"{"format": "loopscope session", "version": 1, "program": "0.1.0", "notes": "oiled",
+            "identity": {"serial": "4711"}, "built_in": true, "files": [{"path": "a.csv"}], "cut": 0.5,
+            "calibration": "c.json", "settings": {"offset": false}, "measuring": {"hold_secs": 1.5},
+            "gauge_range": [-10.0, 10.0], "overload_tolerance": 0.25, "on_screen": "a", "hidden_axes": ["Fx"],
+            "layout": null}"#;
+        let session = Session::from_json(text).unwrap();
+        let Session { project, .. } = &session;
+        assert_eq!((&*project.notes, project.identity.entered().count()), ("oiled", 1));
+        assert!(!project.settings.offset && session.built_in && session.files.len() == 1);
+        assert_eq!(project.measuring.hold_secs, 1.5);
+        assert_eq!(project.gauge_range, Some(crate::recording::GaugeRange::All((-10.0, 10.0))));
+        assert_eq!((project.overload_tolerance, session.cut), (Some(0.25), Some(0.5)));
+        assert_eq!(project.hidden_axes, [Axis::Fx]);
+        assert_eq!(session.on_screen.as_deref(), Some("a"));
+        assert_eq!(session.calibration.as_deref(), Some(Path::new("c.json")));
+        let again = Session::from_json(&session.to_json(Path::new(""))).unwrap();
+        assert_eq!(again, session);
+    }
+
     #[test]
     fn older_sessions_load_and_newer_ones_are_refused() {
         let old = br#"{"format": "loopscope session", "version": 1, "files": [{"path": "a.csv"}]}"#;
         assert!(Session::is_one(old));
         let session = Session::from_json(old).unwrap();
-        assert_eq!(session.settings, FitSettings::default());
+        assert_eq!(session.project.settings, FitSettings::default());
         assert_eq!(session.files[0].path, Path::new("a.csv"));
         let newer = br#"{"format": "loopscope session", "version": 2}"#;
         let error = Session::from_json(newer).unwrap_err();

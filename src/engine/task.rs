@@ -181,13 +181,6 @@ impl Task {
     }
 }
 
-/// Two tasks are never equal, so that a new task always runs.
-impl PartialEq for Task {
-    fn eq(&self, _: &Self) -> bool {
-        false
-    }
-}
-
 impl Query for Task {
     type Answer = Done;
     type Cache = ();

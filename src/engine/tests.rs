@@ -1333,9 +1333,13 @@ fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done 
     Done::Opened(vec![(path.into(), Ok(opened))])
 }
 
+fn session_with_notes(notes: &str) -> Session {
+    let project = Project { notes: notes.to_owned(), ..Project::default() };
+    Session { project, ..Session::default() }
+}
+
 fn empty_session(name: &str) -> Done {
-    let session = Session { notes: name.to_owned(), ..Session::default() };
-    session_file(Path::new(name), session, Vec::new())
+    session_file(Path::new(name), session_with_notes(name), Vec::new())
 }
 
 #[track_caller]
@@ -1458,7 +1462,7 @@ fn autosaved_sessions_stay_until_they_are_restored_or_discarded() {
     settle(&mut engine);
     last_notice(&engine, Level::Error, "3.json");
     assert_eq!(engine.recoverable, [left("1"), left("3")]);
-    let session = Session { notes: "text of a crashed window".to_owned(), ..Session::default() };
+    let session = session_with_notes("text of a crashed window");
     fs::write(path("3"), session.to_json(folder.path())).unwrap();
     engine.act(Action::Restore(path("3")));
     settle(&mut engine);
@@ -1481,11 +1485,7 @@ fn autosaved_sessions_stay_until_they_are_restored_or_discarded() {
 fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("autosave-1.json");
-    let session = Session {
-        built_in: true,
-        notes: "text of a crashed window".to_owned(),
-        ..Session::default()
-    };
+    let session = Session { built_in: true, ..session_with_notes("text of a crashed window") };
     fs::write(&path, session.to_json(folder.path())).unwrap();
     let mut engine = engine();
     engine.recover_in(folder.path());
@@ -1514,7 +1514,7 @@ fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
         panic!("one autosaved session")
     };
     let own = Session::read(own).unwrap();
-    assert!(own.built_in && own.notes == "text of a crashed window");
+    assert!(own.built_in && own.project.notes == "text of a crashed window");
     engine.end();
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }

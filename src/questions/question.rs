@@ -23,8 +23,8 @@ impl From<Cancelled> for Unanswered {
     }
 }
 
-/// A request for a result that takes time to compute. Equal questions have equal answers.
-pub trait Query: Clone + PartialEq + Send + Sync + 'static {
+/// A request for a result that takes time to compute. Equal questions, if they can be compared, have equal answers.
+pub trait Query: Clone + Send + Sync + 'static {
     type Answer: Send + 'static;
     /// Data that a question keeps, so that the next question of the same type is answered faster.
     type Cache: Default;

@@ -1,13 +1,10 @@
 //! Interface of a pane. A pane requests results from the engine, draws the results and sends commands. The pane itself
 //! computes nothing.
 
-use crate::engine::{ANYONE, Asker, Engine};
+use crate::engine::{ANYONE, Asked, Asker, Engine};
 use crate::questions::question::Query;
 use crate::ui::command::Out;
 use crate::ui::time_view::TimeView;
-
-/// Request for a result, which is sent to the engine after all panes are drawn.
-pub type Asked = Box<dyn FnOnce(&mut Engine)>;
 
 pub struct Cx<'a> {
     pub engine: &'a Engine,
@@ -20,13 +17,13 @@ pub struct Cx<'a> {
 
 impl Cx<'_> {
     /// Requests a result from the engine. The engine ignores a request that equals the previous one.
-    pub fn ask<Q: Query>(&mut self, question: Q) {
+    pub fn ask<Q: Query + PartialEq>(&mut self, question: Q) {
         self.ask_as(ANYONE, question);
     }
 
     /// Requests a result as a pane whose requests of this type do not replace those of other panes.
-    pub fn ask_as<Q: Query>(&mut self, asker: Asker, question: Q) {
-        self.asked.push(Box::new(move |engine| engine.ask_as(asker, question)));
+    pub fn ask_as<Q: Query + PartialEq>(&mut self, asker: Asker, question: Q) {
+        self.asked.push(Asked::of(asker, question));
     }
 }
 

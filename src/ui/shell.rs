@@ -359,7 +359,7 @@ impl Shell {
                 }
             });
         });
-        asked.into_iter().for_each(|ask| ask(&mut self.engine));
+        asked.into_iter().for_each(|asked| self.engine.ask_for(asked));
         let engine = &self.engine;
         // Escape closes the help before it closes an import window.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));

@@ -61,7 +61,7 @@ impl Engine {
                 settings.into_iter().for_each(|settings| self.edit(Edit::Model(settings)));
             }
             Action::Import(command) => self.import(command),
-            Action::Restore(path) => self.start(Task::restore(path)),
+            Action::Restore(path) => self.tasks.start(Task::restore(path)),
             Action::DropLeft(path) => {
                 self.recoverable.retain(|left| left.path != path);
                 drop_left(&path);
@@ -70,7 +70,7 @@ impl Engine {
             Action::Locate(place) => {
                 let lost = self.project.lost.clone();
                 let open = self.project.files().map(Path::to_owned).collect();
-                self.start(Task::locate(lost, place, open));
+                self.tasks.start(Task::locate(lost, place, open));
             }
             Action::Forget(at) => {
                 if at < self.project.lost.len() {
@@ -83,10 +83,7 @@ impl Engine {
             Action::Discard => self.leave(),
             Action::Cancel => {
                 self.lanes.cancel();
-                // Background tasks that the status line does not show are not cancelled, because the user did not start them.
-                let seen = self.tasks.iter().filter(|task| task.is_seen);
-                seen.for_each(|task| task.lane.cancel());
-                self.waiting.clear();
+                self.tasks.cancel();
             }
             Action::Notice(notice) => self.show_notice(notice),
             Action::Dismiss(at) => {
@@ -166,7 +163,7 @@ impl Engine {
             }
         }
         let inputs = self.project.files().map(Path::to_owned).collect();
-        self.start(Task::write(output, inputs));
+        self.tasks.start(Task::write(output, inputs));
     }
 
     pub(super) fn export(&mut self, mut paths: Vec<PathBuf>, existing: Existing) {
@@ -204,27 +201,19 @@ impl Engine {
             let map = self.project.maps.get(&path).cloned();
             (path, map)
         });
-        // A file that is being read or waits to be read is not opened twice.
-        let begun = self.tasks.iter().filter_map(|task| task.turn.as_ref());
-        let awaited: Vec<_> = begun.chain(&self.waiting).flat_map(InTurn::files).collect();
-        let files: Files = files.filter(|file| !awaited.contains(&file)).collect();
+        let files: Files = files.filter(|file| !self.tasks.reads(file)).collect();
         if !files.is_empty() {
             self.await_turn(InTurn::Read(files));
         }
     }
 
     pub(super) fn await_turn(&mut self, turn: InTurn) {
-        self.waiting.push_back(turn);
+        self.tasks.wait(turn);
         self.begin_next();
     }
 
     pub(super) fn begin_next(&mut self) {
-        if self.tasks.iter().any(|task| task.turn.is_some()) {
-            return;
-        }
-        let Some(turn) = self.waiting.pop_front() else {
-            return;
-        };
+        let Some(turn) = self.tasks.next_turn() else { return };
         let recordings = Arc::clone(&self.project.recordings);
         let task = match turn.clone() {
             InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
@@ -232,18 +221,7 @@ impl Engine {
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
             InTurn::Simulate(late) => Task::simulate(recordings, late),
         };
-        self.begin(task, Some(turn));
-    }
-
-    pub(super) fn start(&mut self, task: Task) {
-        self.begin(task, None);
-    }
-
-    pub(super) fn begin(&mut self, task: Task, turn: Option<InTurn>) {
-        let mut lane = Lane::new(self.lanes.notify.clone());
-        let is_seen = task.is_seen;
-        lane.ask_again(task);
-        self.tasks.push(Begun { is_seen, turn, lane });
+        self.tasks.begin(task, Some(turn));
     }
 
     /// Opens the import window for these files, one after another.
@@ -281,7 +259,7 @@ impl Engine {
                 let map = self.preferences.maps.get(at).cloned();
                 map.into_iter().for_each(|map| self.inspect(|own| own.take_map(map)));
             }
-            ImportCommand::ReadMap(path) => self.start(Task::read_map(path)),
+            ImportCommand::ReadMap(path) => self.tasks.start(Task::read_map(path)),
             ImportCommand::Decide(at, is_decided) => {
                 let questions = self.importing.as_mut().map(|own| &mut own.questions);
                 if let Some((_, decided)) = questions.and_then(|own| own.get_mut(at)) {
@@ -290,7 +268,7 @@ impl Engine {
             }
             ImportCommand::FindWeight => {
                 if let Some(Importing { path, map, .. }) = &self.importing {
-                    self.start(Task::find_weight(path.clone(), map.clone()));
+                    self.tasks.start(Task::find_weight(path.clone(), map.clone()));
                 }
             }
             ImportCommand::WriteMap(path) => {

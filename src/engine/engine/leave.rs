@@ -36,8 +36,7 @@ impl Engine {
     /// Drops the running and waiting work on the present document.
     pub(super) fn drop_work(&mut self) {
         self.lanes.cancel();
-        self.tasks.retain(|task| task.turn.is_none());
-        self.waiting.clear();
+        self.tasks.drop_turns();
         self.following.forget();
         self.importing = None;
     }
@@ -102,15 +101,9 @@ impl Engine {
     pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
-        let is_same = |own: &Project| *own == self.project;
-        if !(self.kept.as_ref().is_some_and(is_same) && self.recovery.has(trained, is_saved)) {
-            let newest = Unsaved {
-                session: Session::of(&self.project, Some(layout())),
-                trained: trained.cloned(),
-                of: Arc::clone(&self.project.recordings),
-            };
-            self.recovery.keep(newest, is_saved);
-            self.kept = Some(self.project.clone());
+        if !self.recovery.has(&self.project, trained, is_saved) {
+            let session = Session::of(&self.project, Some(layout()));
+            self.recovery.keep(Unsaved { session, trained: trained.cloned() }, is_saved);
         }
         // The autosave of this window replaces the files of restored sessions. This begins only when all their recordings are
         // loaded.

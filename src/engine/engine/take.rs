@@ -53,7 +53,7 @@ impl Engine {
             let calibration = Arc::clone(&analysis.calibration);
             let Project { recordings, settings, .. } = &self.project;
             let (recordings, settings) = (Arc::clone(recordings), settings.clone());
-            self.start(Task::list(recordings, settings, calibration, is_asked));
+            self.tasks.start(Task::list(recordings, settings, calibration, is_asked));
         }
     }
 
@@ -107,16 +107,7 @@ impl Engine {
     }
 
     pub(super) fn take_tasks(&mut self) {
-        let mut ended = Vec::new();
-        self.tasks.retain_mut(|Begun { lane: task, .. }| {
-            let is_idle = task.is_idle();
-            task.take_events();
-            if is_idle {
-                ended.push((task.take_whole(), task.problem().map(str::to_owned)));
-            }
-            !is_idle
-        });
-        for (done, problem) in ended {
+        for (done, problem) in self.tasks.take() {
             problem.into_iter().for_each(|problem| self.notice(Level::Error, problem));
             done.into_iter().for_each(|done| self.finish(done));
         }
@@ -214,8 +205,8 @@ impl Engine {
                     continue;
                 }
                 (Err(Unwritten::Because(reason)), _) => Err(reason),
-                (Ok(()), FileContent::Session(_, project, trained)) => {
-                    self.take_saved(Project::clone(project), trained.clone(), path);
+                (Ok(()), FileContent::Session(session, trained)) => {
+                    self.take_saved(session.project.clone(), trained.clone(), path);
                     continue;
                 }
                 (Ok(()), _) => Ok(()),
@@ -346,7 +337,7 @@ impl Engine {
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
         if let Some(trained) = self.unproven.as_ref().filter(|_| is_whole) {
             let task = Task::prove(Arc::clone(recordings), Arc::clone(trained));
-            self.start(task);
+            self.tasks.start(task);
         }
     }
 
