@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::features::{FeatureError, OutOfRange};
+use crate::features::FeatureError;
 use crate::progress::Cancelled;
 
 /// Value of the field `format` of a calibration file.
@@ -66,8 +66,6 @@ pub enum CalibrationError {
     Auxiliary { recording: String, channel: String, found: String },
     #[error(transparent)]
     Features(#[from] FeatureError),
-    #[error(transparent)]
-    OutOfRange(#[from] OutOfRange),
     #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
     FullScale { position: usize, value: f64 },
     #[error("the reference value of {name} is {value}; it must be a finite number")]

@@ -112,13 +112,21 @@ impl fmt::Display for Range {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{what} is {value}; it must be {allowed}")]
-pub struct OutOfRange {
-    /// Name of the setting in messages.
-    pub what: &'static str,
-    pub value: f64,
-    pub allowed: Range,
+/// Maximum number of columns of a design matrix. The matrix products over all samples would not fit into memory for more
+/// columns.
+pub const MAX_COLUMNS: usize = 640;
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FeatureError {
+    #[error("{what} is {value}; it must be {allowed}")]
+    OutOfRange { what: &'static str, value: f64, allowed: Range },
+    #[error(
+        "the features of {gauges} gauges have {columns} columns, but at most {MAX_COLUMNS} are possible; use fewer features, \
+         thresholds or radii"
+    )]
+    Columns { columns: usize, gauges: usize },
+    #[error("auxiliary channel {name}: {what} is {value}, which is not valid")]
+    Channel { name: String, what: &'static str, value: f64 },
 }
 
 /// Description of a numeric setting, whose value is one number or a list.
@@ -157,12 +165,12 @@ impl Setting {
         self.default[0]
     }
 
-    /// Returns the error [`OutOfRange`] if the setting does not allow this value.
-    pub fn check(&self, value: f64) -> Result<(), OutOfRange> {
+    /// Returns [`FeatureError::OutOfRange`] if the setting does not allow this value.
+    pub fn check(&self, value: f64) -> Result<(), FeatureError> {
         if self.range.contains(value) {
             Ok(())
         } else {
-            Err(OutOfRange { what: self.what, value, allowed: self.range })
+            Err(FeatureError::OutOfRange { what: self.what, value, allowed: self.range })
         }
     }
 

@@ -10,11 +10,7 @@ use crate::features::blocks::{Auxiliary, BLOCKS};
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::column::{Column, History};
 use crate::features::look_back::{Distance, F_TH, T_TH, Thresholds};
-use crate::features::setting::OutOfRange;
-
-/// Maximum number of columns of a design matrix. The matrix products over all samples would not fit into memory for more
-/// columns.
-pub const MAX_COLUMNS: usize = 640;
+use crate::features::setting::{FeatureError, MAX_COLUMNS};
 
 /// Key of the auxiliary channels in calibration and session files.
 const CHANNELS: &str = "auxiliary_channels";
@@ -150,19 +146,6 @@ impl<'de> Visitor<'de> for ByKey {
         }
         Ok(settings)
     }
-}
-
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FeatureError {
-    #[error(transparent)]
-    OutOfRange(#[from] OutOfRange),
-    #[error(
-        "the features of {gauges} gauges have {columns} columns, but at most {MAX_COLUMNS} are possible; use fewer features, \
-         thresholds or radii"
-    )]
-    Columns { columns: usize, gauges: usize },
-    #[error("auxiliary channel {name}: {what} is {value}, which is not valid")]
-    Channel { name: String, what: &'static str, value: f64 },
 }
 
 impl FeatureSettings {

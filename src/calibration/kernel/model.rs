@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::entries::{LARGEST, check_length, check_numbers};
 use crate::calibration::error::CalibrationError;
 use crate::dot::dot;
-use crate::features::{OutOfRange, Range, Setting, Unit};
+use crate::features::{FeatureError, Range, Setting, Unit};
 
 /// Setting for the number of landmarks. Beyond its maximum, computing the landmarks' kernel matrix would take longer than the
 /// pass over the samples.
@@ -62,7 +62,7 @@ pub enum GridEdge {
 
 impl KernelSettings {
     /// Checks every setting. The error describes the first invalid one.
-    pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
+    pub(crate) fn validate(&self) -> Result<(), FeatureError> {
         LANDMARKS.check(self.landmarks as f64)?;
         self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::features::{OutOfRange, Range, Setting, Unit};
+use crate::features::{FeatureError, Range, Setting, Unit};
 
 /// Setting for the number of hidden layers. A number above the maximum is most likely a typing error.
 const LAYERS: Setting =
@@ -157,7 +157,7 @@ impl Default for NetworkSettings {
 
 impl NetworkSettings {
     /// Checks every setting. The error describes the first invalid one.
-    pub(crate) fn validate(&self) -> Result<(), OutOfRange> {
+    pub(crate) fn validate(&self) -> Result<(), FeatureError> {
         LAYERS.check(self.hidden.len() as f64)?;
         for &units in &self.hidden {
             UNITS.check(units as f64)?;

@@ -49,7 +49,7 @@ impl Network {
     /// The best epoch has the lowest held-out loss, or the lowest training loss if no samples are held out.
     ///
     /// # Errors
-    /// [`CalibrationError::OutOfRange`], [`CalibrationError::NoColumns`], [`CalibrationError::NoSamples`] and
+    /// [`CalibrationError::Features`], [`CalibrationError::NoColumns`], [`CalibrationError::NoSamples`] and
     /// [`CalibrationError::HeldOutColumns`] before the training, [`CalibrationError::Diverged`] if a loss is not finite,
     /// [`CalibrationError::Cancelled`] in the first epoch.
     pub fn train(
