@@ -29,12 +29,8 @@ impl<'de> Deserialize<'de> for Pane {
 /// Returns the panes in the order of the menus.
 fn in_order(panes: impl Iterator<Item = Pane>) -> Vec<Pane> {
     let mut panes: Vec<Pane> = panes.collect();
-    panes.sort_by_key(place_in_menus);
+    panes.sort_by_key(|pane| panes::all().position(|known| known == *pane));
     panes
-}
-
-fn place_in_menus(pane: &Pane) -> Option<usize> {
-    panes::all().position(|known| known == *pane)
 }
 
 /// Arrangements of all workspaces, and the workspace on screen.
@@ -232,8 +228,7 @@ impl Arrangement {
             let new = self.tree.tiles.insert_pane(pane);
             match self.home() {
                 Some(home) => {
-                    let at = self.place_in(home, pane);
-                    self.tree.move_tile_to_container(new, home, at, true);
+                    self.tree.move_tile_to_container(new, home, usize::MAX, true);
                 }
                 None => self.tree.root = Some(self.tree.tiles.insert_tab_tile(vec![new])),
             }
@@ -258,14 +253,6 @@ impl Arrangement {
         });
         let has_traces = |tabs: &[TileId]| traces.is_some_and(|tile| tabs.contains(&tile));
         tabs.max_by_key(|(_, tabs)| (has_traces(tabs), tabs.len())).map(|(id, _)| id)
-    }
-
-    /// Returns the index at which a pane is inserted into a group of tabs, in the order of the menus.
-    fn place_in(&self, home: TileId, pane: Pane) -> usize {
-        let tabs = self.tree.tiles.get_container(home).map(Container::children_vec);
-        let tabs = tabs.unwrap_or_default().into_iter();
-        let panes = tabs.filter_map(|tab| self.tree.tiles.get_pane(&tab));
-        panes.filter(|other| place_in_menus(other) < place_in_menus(&pane)).count()
     }
 
     fn panes(&self) -> impl Iterator<Item = Pane> {
