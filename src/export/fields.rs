@@ -60,7 +60,7 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
 }
 
 fn of_calibration(calibration: &Calibration) -> Vec<Field> {
-    let own = |name, about, value| field("", name, about, value);
+    let in_calibration = |name, about, value| field("", name, about, value);
     // Without an entered rated load, `calibration.rated` is empty, and no full scale counts as a rated load.
     let rated =
         (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true)).collect();
@@ -68,31 +68,37 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     let step_about = "minimum time between the samples that look-backs and lags keep (s)";
     let symbols = calibration.axes.iter().map(ToString::to_string);
     let mut fields = vec![
-        own("gauges", "", Texts(calibration.gauges.clone())),
-        own("axes", "", Texts(symbols.collect())),
-        own("units", "", Texts(calibration.units.clone())),
-        own("full_scale", "", Numbers(calibration.full_scale.clone())),
-        own("rated", rated_about, Flags(rated)),
-        own(
+        in_calibration("gauges", "", Texts(calibration.gauges.clone())),
+        in_calibration("axes", "", Texts(symbols.collect())),
+        in_calibration("units", "", Texts(calibration.units.clone())),
+        in_calibration("full_scale", "", Numbers(calibration.full_scale.clone())),
+        in_calibration("rated", rated_about, Flags(rated)),
+        in_calibration(
             "limits",
             "largest known load: the rated load, else 1.2 times the largest training load; 0 if unknown",
             Numbers(calibration.limits.clone()),
         ),
-        own("offset", "", Flag(calibration.offset)),
-        own("regressor", "", Text(calibration.regressor.key().to_owned())),
-        own("gap_secs", "a longer step in time is a gap (s)", Number(calibration.gap_secs)),
-        own("history_step_secs", step_about, Number(calibration.history_step_secs)),
-        own("decimation", "", Count(calibration.decimation as u64)),
-        own("simulated", "", Flag(calibration.simulated)),
-        own("trained_on", "", Texts(calibration.trained_on.clone())),
+        in_calibration("offset", "", Flag(calibration.offset)),
+        in_calibration("regressor", "", Text(calibration.regressor.key().to_owned())),
+        in_calibration(
+            "gap_secs",
+            "a longer step in time is a gap (s)",
+            Number(calibration.gap_secs),
+        ),
+        in_calibration("history_step_secs", step_about, Number(calibration.history_step_secs)),
+        in_calibration("decimation", "", Count(calibration.decimation as u64)),
+        in_calibration("simulated", "", Flag(calibration.simulated)),
+        in_calibration("trained_on", "", Texts(calibration.trained_on.clone())),
     ];
     let clipped_at = calibration.clipped_at().into_iter().flatten();
     let names = ["gauge_low", "gauge_high"].into_iter();
     let clipped = "a gauge that reaches this value is clipped; 1e30 in magnitude if unknown";
-    fields.extend(names.zip(clipped_at).map(|(name, ends)| own(name, clipped, Numbers(ends))));
-    fields.extend(calibration.rate_hz.map(|rate| own("rate_hz", "", Number(rate))));
+    fields.extend(
+        names.zip(clipped_at).map(|(name, ends)| in_calibration(name, clipped, Numbers(ends))),
+    );
+    fields.extend(calibration.rate_hz.map(|rate| in_calibration("rate_hz", "", Number(rate))));
     let tare = calibration.tare.as_ref();
-    fields.extend(tare.map(|tare| own("tared", "", Text(tare.to_string()))));
+    fields.extend(tare.map(|tare| in_calibration("tared", "", Text(tare.to_string()))));
     fields
 }
 
@@ -126,10 +132,10 @@ fn of_features(calibration: &Calibration) -> Vec<Field> {
         fields.extend([
             field("auxiliary", "channels", "", Texts(features.auxiliary_names())),
             field("auxiliary", "units", "", Texts(units.collect())),
-            of("reference", "value at which the effect is zero", |own| own.reference),
-            of("inverse_scale", "", |own| own.inverse_scale),
-            of("min", "minimum in the training recordings", |own| own.min),
-            of("max", "maximum in the training recordings", |own| own.max),
+            of("reference", "value at which the effect is zero", |channel| channel.reference),
+            of("inverse_scale", "", |channel| channel.inverse_scale),
+            of("min", "minimum in the training recordings", |channel| channel.min),
+            of("max", "maximum in the training recordings", |channel| channel.max),
         ]);
     }
     fields

@@ -16,11 +16,11 @@ pub struct FileFormat<W> {
 impl<W> FileFormat<W> {
     pub fn for_path<'a>(all: &'a [Self], path: &Path) -> Option<&'a Self> {
         let ending = path.extension()?.to_str()?;
-        all.iter().find(|own| own.ending.eq_ignore_ascii_case(ending))
+        all.iter().find(|format| format.ending.eq_ignore_ascii_case(ending))
     }
 
     /// Returns the file name endings of these formats with their dots, for messages.
     pub fn listed(all: &[Self]) -> String {
-        joined(" or ", all.iter().map(|own| format!(".{}", own.ending)))
+        joined(" or ", all.iter().map(|format| format!(".{}", format.ending)))
     }
 }

@@ -47,9 +47,9 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
         {
             let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
             // The matrix of a calibration has some of the columns of the table, in the same order.
-            let mut own = map.columns.iter().zip(row).peekable();
+            let mut entries = map.columns.iter().zip(row).peekable();
             let numbers = columns.iter().map(|column| {
-                let number = own.next_if(|(own, _)| *own == column);
+                let number = entries.next_if(|(known, _)| *known == column);
                 number.map_or(String::new(), |(_, number)| number.to_string())
             });
             csv.row(head.into_iter().chain(numbers))?;

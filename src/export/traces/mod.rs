@@ -71,8 +71,8 @@ pub fn write_traces(
             progress.check().map_err(io::Error::other)?;
             let loads = calibration.apply(&recording).map_err(io::Error::other)?;
             for k in interval.samples.start..interval.samples.end.min(recording.n_samples()) {
-                let own = k * n_axes..(k + 1) * n_axes;
-                let loads = (&loads.conventional[own.clone()], &loads.compensated[own]);
+                let of_sample = k * n_axes..(k + 1) * n_axes;
+                let loads = (&loads.conventional[of_sample.clone()], &loads.compensated[of_sample]);
                 columns.fill(recording.clock_time(k), reference_at(&recording, k), loads, &mut row);
                 table.row(recording.name(), &row)?;
             }
@@ -315,7 +315,7 @@ impl Columns {
         row.push(Some(time));
         let known = |load: f64| load.is_finite().then_some(load);
         row.extend(self.columns.iter().map(|(quantity, axis, at)| {
-            let column = axes.iter().position(|own| own == axis);
+            let column = axes.iter().position(|known| known == axis);
             let reference = column.map(|column| reference[column]);
             (quantity.of)([reference, known(conventional[*at]), known(compensated[*at])])
         }));
