@@ -1,7 +1,6 @@
 //! Checks the lists of numbers in a calibration file, which may have been edited by hand.
 
-use crate::calibration::error::CalibrationError;
-pub(super) use crate::calibration::error::LARGEST;
+use crate::calibration::error::{CalibrationError, LARGEST};
 
 pub(super) fn check_length(
     field: &str,

@@ -10,8 +10,9 @@ pub const FORMAT: &str = "loopscope calibration";
 /// Version of the file that this program writes and reads.
 pub const VERSION: u32 = 2;
 
-/// Largest magnitude of a number in a calibration. Products of larger numbers could overflow.
-pub(super) const LARGEST: f64 = 1e100;
+/// Largest magnitude of a gauge value, a load, or a number of a calibration that is accepted. Products and sums of squares of
+/// larger numbers could overflow.
+pub const LARGEST: f64 = 1e100;
 
 /// Column of the samples that an error is about. Its index counts from zero, but the text of the error counts from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

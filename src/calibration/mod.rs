@@ -38,7 +38,7 @@ pub(crate) use choice::{
 pub(crate) use coefficient_errors::{CoefficientErrors, MOST_FEATURES};
 pub(crate) use conventional::Conventional;
 pub(crate) use cross_validation::CrossValidation;
-pub(crate) use error::{CalibrationError, FORMAT, VERSION};
+pub(crate) use error::{CalibrationError, FORMAT, LARGEST, VERSION};
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError};
 pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut};

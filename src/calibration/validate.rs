@@ -1,8 +1,8 @@
 //! Checks a calibration, which may have been edited by hand or made for another sensor.
 
 use crate::calibration::calibration::Calibration;
-use crate::calibration::entries::{LARGEST, check_length, check_numbers};
-use crate::calibration::error::{CalibrationError, FORMAT, VERSION};
+use crate::calibration::entries::{check_length, check_numbers};
+use crate::calibration::error::{CalibrationError, FORMAT, LARGEST, VERSION};
 use crate::calibration::linear_map::LinearMap;
 use crate::features::{Column, FeatureSettings};
 

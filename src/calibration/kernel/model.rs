@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::entries::{LARGEST, check_length, check_numbers};
-use crate::calibration::error::CalibrationError;
+use crate::calibration::entries::{check_length, check_numbers};
+use crate::calibration::error::{CalibrationError, LARGEST};
 use crate::dot::dot;
 use crate::features::{FeatureError, Range, Setting, Unit};
 

@@ -16,9 +16,9 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use crate::calibration::{
-    Calibration, Conventional, CrossValidation, FORMAT, FitSettings, LinearMap, NormalEquations,
-    Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges,
-    past_samples,
+    Calibration, Conventional, CrossValidation, FORMAT, FitSettings, LARGEST, LinearMap,
+    NormalEquations, Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate,
+    loads_from_gauges, past_samples,
 };
 use crate::features::{Auxiliary, Block, Design, FeatureSettings, FixedLag, LoadPath, Play};
 use crate::finding::Finding;
@@ -577,9 +577,6 @@ impl Dataset {
         errors
     }
 }
-
-/// Largest magnitude of a gauge value or a load that is accepted. The sums of squares of larger numbers would overflow.
-const LARGEST: f64 = 1e140;
 
 fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
     for (values, width) in

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::calibration::LARGEST;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::reason::Reason;
@@ -19,9 +20,6 @@ pub(crate) const OUTPUTS: usize = 2;
 
 /// Time lag of each axis behind its reference load, for each output.
 pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
-
-/// Largest load that is accepted (N or N·m). The squares of larger loads could overflow.
-const LARGEST: f64 = 1e100;
 
 /// A recording with its loads, and its reference load as one column for each axis.
 #[derive(Debug)]
