@@ -5,7 +5,6 @@ pub(crate) mod color;
 mod parts;
 mod svg;
 
-pub(crate) use cloud::png;
-pub use cloud::{Cloud, CloudPicture};
+pub use cloud::{Cloud, CloudPicture, png};
 pub use parts::{Arrow, DASHED, DOTTED, Figure, HeatMap, Line, STANDS_ALONE, Scale};
-pub(crate) use svg::part_inside;
+pub use svg::part_inside;

@@ -94,7 +94,7 @@ impl CloudPicture {
 ///
 /// # Errors
 /// The error of the encoder if the image is empty.
-pub(crate) fn png(size: [usize; 2], rgba: &[u8]) -> io::Result<Vec<u8>> {
+pub fn png(size: [usize; 2], rgba: &[u8]) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
     let [width, height] = size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let mut encoder = png::Encoder::new(&mut file, width, height);
