@@ -104,7 +104,7 @@ impl FileContent {
 
     /// Returns true if writing can take seconds. The status line then shows it, so that the user can cancel it.
     pub fn takes_long(&self) -> bool {
-        matches!(self, Self::Report(..) | Self::Traces(_))
+        matches!(self, Self::Report(..) | Self::Traces(_) | Self::Calibration(..))
     }
 
     /// Returns the content as it is written. A fitted calibration gets the names and hashes of its recordings.

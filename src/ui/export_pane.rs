@@ -185,21 +185,21 @@ impl View {
         });
         let paths = paths.inner;
         let results = paths.iter().filter_map(|path| engine.exported(path));
-        let results: Vec<_> = results.collect();
-        let n_written = results.iter().filter(|result| result.is_ok()).count();
+        let (written, failed): (Vec<_>, Vec<_>) = results.partition(|result| result.is_ok());
+        let text = format!("{} of {} written", written.len(), counted(paths.len(), "file"));
         let unknown = known_target(self.path.trim().as_ref()).err();
         // One line is always there, so that nothing below moves.
-        match (unknown.filter(|_| !self.path.trim().is_empty()), results.len()) {
-            (Some(unknown), _) => ui.warn(unknown),
-            (None, 0) if engine.project().identity.get(Item::Serial).is_empty() => {
-                ui.warn("The files will contain no serial number")
-            }
-            (None, 0) => ui.weak("Nothing written yet"),
-            (None, all) if n_written == all => {
-                ui.label(format!("{} written", counted(all, "file")))
-            }
-            (None, all) => ui.fail(format!("{n_written} of {} written", counted(all, "file"))),
-        };
+        if let Some(unknown) = unknown.filter(|_| !self.path.trim().is_empty()) {
+            ui.warn(unknown);
+        } else if !failed.is_empty() {
+            ui.fail(text);
+        } else if !written.is_empty() {
+            ui.label(text);
+        } else if engine.project().identity.get(Item::Serial).is_empty() {
+            ui.warn("The files will contain no serial number");
+        } else {
+            ui.weak("Nothing written yet");
+        }
     }
 
     /// Draws the name of a format with its tick, and beside it the result of the last export in this format.

@@ -172,9 +172,11 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
         ),
     };
     let mut text = "The session holds the list of files, their roles and all settings. The files of the recordings are not changed.".to_owned();
-    if matches!(leaving, Leaving::Open(_) | Leaving::Restore(..)) {
-        text += "\nAnother session is about to be opened.";
-    }
+    text += match leaving {
+        Leaving::Close => "",
+        Leaving::New => "\nThe recordings are about to be closed.",
+        Leaving::Open(_) | Leaving::Restore(..) => "\nAnother session is about to be opened.",
+    };
     let answers = [
         ("Save", save, Command::SaveSession),
         ("Discard", discard, Action::Discard.into()),
