@@ -1,9 +1,11 @@
 //! `loopscope apply`: computes the loads of recordings with a calibration.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::slice;
 
-use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Arg, Args, Command};
 
 use super::error::{JobError, usage};
 use super::inputs::Files;
@@ -35,24 +37,26 @@ pub struct ApplyJob {
     #[arg(value_parser = named_file())]
     calibration: PathBuf,
     /// Recordings with the gauges of the calibration, or - for rows on standard input. The load of each row is written to
-    /// standard output at once. Between the rows, the lines "tare" and "tare SECONDS" tare the sensor, and "reset" makes the
-    /// program forget the earlier rows.
+    /// standard output at once. Before and between the rows, the lines "tare" and "tare SECONDS" tare the sensor, and "reset"
+    /// makes the program forget the earlier rows.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Folder for the files `<name>_loads.csv`. A missing folder is created.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Add a last column with the status of each sample: ok, filling (the history is still too short), after a gap (the
+    /// Add a last column with the status of each sample, which live rows always have: ok, filling (the history is still too short), after a gap (the
     /// sample follows a pause), restarted (the clock was reset), beyond (the load is outside the tested range of the sensor),
     /// auxiliary held (the value of an auxiliary channel is too old), rejected. Several statuses are joined by +.
-    #[arg(long, requires = "out")]
+    #[arg(long)]
     status: bool,
     /// Write the loads of one file to standard output, and then the load of each row that a logger appends to the file.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
-    /// Format of live rows (- or --follow), in which the device prints them [default: detected from the first ten lines].
-    #[arg(long, value_name = "FORM", value_parser = one_of(RowForm::ALL))]
-    rows: Option<RowForm>,
+    /// Format of live rows (- or --follow), in which the device prints them, or the names of their columns, separated by
+    /// commas: "time [ms],S1,S2". A column that is not needed may have any other name. A line that does not have this format
+    /// is rejected [default: detected from a line with the names of all gauges, or from the first ten rows].
+    #[arg(long, value_name = "FORM", value_parser = FormParser)]
+    rows: Option<Rows>,
     /// Sample rate in Hz of live rows (- or --follow) without a time [default: the time is that of this computer's clock].
     #[arg(long, value_name = "HZ", value_parser = number_in(Range::Positive))]
     rate: Option<f64>,
@@ -64,6 +68,37 @@ pub struct ApplyJob {
     /// Overwrite existing files.
     #[arg(long)]
     force: bool,
+}
+
+#[derive(Clone, Debug)]
+enum Rows {
+    Form(RowForm),
+    /// Names of the columns of a table, whose rows come without a header.
+    Columns(String),
+}
+
+#[derive(Clone)]
+struct FormParser;
+
+impl TypedValueParser for FormParser {
+    type Value = Rows;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Rows, clap::Error> {
+        match value.to_str() {
+            Some(names) if names.contains(',') => Ok(Rows::Columns(names.to_owned())),
+            _ => one_of(RowForm::ALL).parse_ref(command, arg, value).map(Rows::Form),
+        }
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let value = |(_, name, words): (_, &'static str, _)| PossibleValue::new(name).help(words);
+        Some(Box::new(RowForm::ALL.into_iter().map(value)))
+    }
 }
 
 impl Work for ApplyJob {
@@ -86,6 +121,9 @@ impl ApplyJob {
     fn apply(&self, run: &Run, mut calibration: Calibration) -> Result<(), JobError> {
         if self.out.is_none() && self.traces.traces.is_none() {
             return usage("no output is given; use --out DIR, or --traces FILE");
+        }
+        if self.status && self.out.is_none() {
+            return usage("--status is a column of the loads; use --out DIR");
         }
         self.traces.check()?;
         let outputs = self.load_files(run)?;
@@ -157,7 +195,14 @@ impl ApplyJob {
             names_gauges: names_gauges(&self.calibration),
             map: self.read.map()?,
             tare: self.read.tare,
-            form: self.rows,
+            form: self.rows.as_ref().map(|rows| match rows {
+                Rows::Form(form) => *form,
+                Rows::Columns(_) => RowForm::Table,
+            }),
+            header: self.rows.as_ref().and_then(|rows| match rows {
+                Rows::Form(_) => None,
+                Rows::Columns(names) => Some(names.clone()),
+            }),
             rate_hz: self.rate,
             json: self.json,
         };

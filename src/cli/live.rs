@@ -1,6 +1,5 @@
 //! `loopscope apply` with - or `--follow`: computes the load of each row as it arrives.
 
-use std::fmt;
 use std::io::{self, BufRead as _};
 use std::path::Path;
 
@@ -10,8 +9,10 @@ use crate::calibration::{Calibration, Estimator, Status};
 use crate::export::{LiveSample, LoadRows, name_gauges};
 use crate::formats::text::ArrivingLines;
 use crate::import::ReadError;
+use crate::import::TableError;
 use crate::import::live::{
-    GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places, RowForm,
+    Arrived, GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places, Rejected,
+    RowForm,
 };
 use crate::import::map::ColumnMap;
 use crate::recording::{Axis, RecordingError, Tare};
@@ -20,6 +21,10 @@ use crate::recording::{Axis, RecordingError, Tare};
 const TARING: &str = "taring";
 /// Maximum number of unusable lines that are reported one by one. Later lines are only counted.
 const REPORTED_ONE_BY_ONE: u64 = 5;
+/// Maximum duration (s) of a tare that a line asks for. A larger number was probably meant in milliseconds.
+const TARE_LIMIT_SECS: f64 = 100.0;
+/// Number of lines without a row of the given form after which the user is told to look at the form.
+const LINES_WITHOUT_A_ROW: usize = 10;
 
 /// Computes the loads of the rows on standard input until the input ends.
 pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
@@ -76,6 +81,8 @@ pub struct Tap<'a> {
     /// Time interval in which the sensor is unloaded, in s after the first row.
     pub tare: Option<Tare>,
     pub form: Option<RowForm>,
+    /// Names of the columns, if the rows are those of a table without a header.
+    pub header: Option<String>,
     /// Sample rate of rows without a time (Hz).
     pub rate_hz: Option<f64>,
     pub json: bool,
@@ -86,18 +93,6 @@ enum Request {
     /// Tare by the mean of the rows that arrive within this time (s); with 0, by the newest row.
     Tare(f64),
     Reset,
-}
-
-impl fmt::Display for Request {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Tare(0.0) => f.write_str("tared by the gauges of the newest row"),
-            Self::Tare(secs) => {
-                write!(f, "taring by the mean gauges of the rows of the next {secs} s")
-            }
-            Self::Reset => f.write_str("reset: the earlier rows are forgotten"),
-        }
-    }
 }
 
 impl Request {
@@ -216,23 +211,49 @@ impl Answering<'_, '_> {
     }
 
     fn obey(&mut self, request: Request) -> Result<(), JobError> {
-        self.say.note(request);
-        match request {
-            Request::Reset => self.estimator.reset(),
-            // Without an earlier row, there are no gauges to tare by, so the command has no effect.
-            Request::Tare(0.0) => {
-                if let Some(newest) = self.newest.clone() {
-                    self.tare(newest)?;
-                }
+        let taring = match request {
+            Request::Reset => {
+                self.estimator.reset();
+                let ended = self.zero.taring.take().map_or("", |_| ", and the tare is ended");
+                self.say.note(format_args!("reset: the earlier rows are forgotten{ended}"));
+                return Ok(());
             }
-            Request::Tare(secs) => self.zero.taring = Some(Taring::new((0.0, secs))),
-        }
+            Request::Tare(secs) if secs > TARE_LIMIT_SECS => {
+                self.say.warning(format_args!(
+                    "tare {secs} is ignored: the duration is in seconds, at most {TARE_LIMIT_SECS}"
+                ));
+                return Ok(());
+            }
+            Request::Tare(0.0) => match self.newest.clone() {
+                Some(newest) => {
+                    self.say.note("tared by the gauges of the newest row");
+                    self.tare(newest)?;
+                    None
+                }
+                None => {
+                    self.say
+                        .note("tare: the first row will be taken as that of the unloaded sensor");
+                    Some(Taring::new((0.0, 0.0)))
+                }
+            },
+            Request::Tare(secs) => {
+                self.say.note(format_args!(
+                    "taring by the mean gauges of the rows of the next {secs} s"
+                ));
+                Some(Taring::new((0.0, secs)))
+            }
+        };
+        self.zero.taring = taring;
         Ok(())
     }
 
     /// Writes the load of the row in a line. A line that is no row is reported, and its output has no load.
-    fn line(&mut self, table: &mut LiveTable, line: &str) -> Result<(), JobError> {
-        let rejected = match table.row(line) {
+    fn answer(
+        &mut self,
+        row: Result<Option<LiveRow>, Rejected>,
+        line: &str,
+    ) -> Result<(), JobError> {
+        let rejected = match row {
             Ok(row) => return row.map_or(Ok(()), |row| self.row(&row)),
             Err(rejected) => rejected,
         };
@@ -252,12 +273,26 @@ type Lines<'a> = dyn FnMut() -> Result<Option<Grown>, JobError> + 'a;
 
 impl Tap<'_> {
     fn answer(mut self, path: &Path, next: &mut Lines<'_>) -> Result<(), JobError> {
+        let (map, header) = (self.map.take(), self.header.take());
+        let channels =
+            [self.calibration.gauges.clone(), self.calibration.features.auxiliary_names()];
+        let source = LiveSource {
+            path,
+            map: map.as_ref(),
+            step_secs: self.calibration.step_secs(),
+            gauges: &channels[0],
+            auxiliary: &channels[1],
+            form: self.form,
+            header: header.as_deref(),
+            rate_hz: self.rate_hz,
+        };
         let mut out = None;
         let mut zero = Zero::default();
         if let Some(Tare::Interval(from, to)) = self.tare {
             zero.taring = Some(Taring::new((from, to)));
         }
-        while let Some((mut table, rows)) = self.begin(path, next)? {
+        let mut head = LiveHead::default();
+        while let Some((mut table, kept)) = self.begin(std::mem::take(&mut head), source, next)? {
             self.note_assumptions(path, &table);
             if !self.names_gauges {
                 name_gauges(&mut self.calibration, table.gauge_names());
@@ -289,21 +324,41 @@ impl Tap<'_> {
                 out,
                 newest: None,
             };
-            rows.iter().try_for_each(|row| answering.row(row))?;
+            for Arrived { line, secs, .. } in kept {
+                match Request::of(&line) {
+                    Some(request) => answering.obey(request)?,
+                    None => answering.answer(table.row_at(&line, secs), &line)?,
+                }
+            }
             loop {
-                match next()? {
-                    Some(Grown::Nothing) => {}
+                let line = match next()? {
+                    Some(Grown::Nothing) => continue,
                     Some(Grown::Replaced) => break,
-                    Some(Grown::Line(line)) => match Request::of(&line) {
-                        Some(request) => answering.obey(request)?,
-                        None => answering.line(&mut table, &line)?,
-                    },
+                    Some(Grown::Line(line)) => line,
                     None => {
                         let n = zero.n_broken;
                         if n > REPORTED_ONE_BY_ONE {
                             self.say.warning(format_args!("{n} lines were not usable as rows"));
                         }
                         return Ok(());
+                    }
+                };
+                if let Some(request) = Request::of(&line) {
+                    answering.obey(request)?;
+                    continue;
+                }
+                let row = table.row(&line);
+                match row.is_err().then(|| table.new_header(&line, source)).flatten() {
+                    None => answering.answer(row, &line)?,
+                    Some(names) if names.is_empty() => {}
+                    Some(names) => {
+                        self.say.note(format_args!(
+                            "{}: a header with other columns follows: {}",
+                            path.display(),
+                            names.join(", ")
+                        ));
+                        head.push(line, source).map_err(unread)?;
+                        break;
                     }
                 }
             }
@@ -324,44 +379,56 @@ impl Tap<'_> {
         }
     }
 
-    /// Reads lines until the columns are known. Returns the table of the columns and its first rows; `None` if the input ends
-    /// before its first line.
+    /// Reads lines until the columns are known. Returns the table of the columns and the lines that it has to read; `None` if
+    /// the input ends before its first line.
     fn begin(
         &self,
-        path: &Path,
+        mut head: LiveHead,
+        source: LiveSource<'_>,
         next: &mut Lines<'_>,
-    ) -> Result<Option<(LiveTable, Vec<LiveRow>)>, JobError> {
-        let auxiliary = self.calibration.features.auxiliary_names();
-        let source = LiveSource {
-            path,
-            map: self.map.as_ref(),
-            step_secs: self.calibration.step_secs(),
-            gauges: &self.calibration.gauges,
-            auxiliary: &auxiliary,
-            form: self.form,
-            rate_hz: self.rate_hz,
-        };
-        // A `ReadError` contains advice that applies only to files, so the error is shown without it.
-        let unread = |error: ReadError| {
-            JobError::other(format!("{error}; --rows sets the format of the rows"))
-        };
-        let mut head = LiveHead::default();
+    ) -> Result<Option<(LiveTable, Vec<Arrived>)>, JobError> {
         loop {
-            match next()? {
+            let table = match next()? {
                 None if head.is_empty() => return Ok(None),
-                None => return Ok(Some(head.end(source).map_err(unread)?)),
-                Some(Grown::Nothing) => {}
-                Some(Grown::Replaced) => head = LiveHead::default(),
-                // Commands before the first row have no effect, because there are no gauges and no history.
-                Some(Grown::Line(line)) if Request::of(&line).is_some() => {}
-                Some(Grown::Line(line)) => {
-                    if let Some(begun) = head.push(line, source).map_err(unread)? {
-                        return Ok(Some(begun));
-                    }
+                None => Some(head.end(source).map_err(unread)?),
+                Some(Grown::Nothing) => None,
+                Some(Grown::Replaced) => {
+                    head = LiveHead::default();
+                    None
                 }
+                Some(Grown::Line(line)) if Request::of(&line).is_some() => {
+                    head.keep(line);
+                    None
+                }
+                Some(Grown::Line(line)) => {
+                    let table = head.push(line, source).map_err(unread)?;
+                    let is_late = table.is_none() && head.n_lines() == LINES_WITHOUT_A_ROW;
+                    if is_late && source.form.is_some() {
+                        self.say.note(format_args!(
+                            "{}: the first {LINES_WITHOUT_A_ROW} lines are no rows of the format given by --rows",
+                            source.path.display()
+                        ));
+                    }
+                    table
+                }
+            };
+            if let Some(table) = table {
+                return Ok(Some((table, head.into_kept().collect())));
             }
         }
     }
+}
+
+/// Returns the error with the answers to it. A `ReadError` contains advice that applies only to files, so the error is shown
+/// without it.
+fn unread(error: ReadError) -> JobError {
+    if let ReadError::Table { source: TableError::UnclearRows { needed, .. }, .. } = &error {
+        let names = needed.join(",");
+        return JobError::other(format!(
+            "{error}. Give all columns in their order: --rows \"x,{names}\", where x stands for a column that is not needed, or \"time [ms],{names}\" for a time. If the rows begin with these columns, use --rows numbers; if they begin with a time without a unit, --rows timed-numbers"
+        ));
+    }
+    JobError::other(format!("{error}; --rows sets the format of the rows"))
 }
 
 #[cfg(test)]

@@ -155,40 +155,19 @@ impl Minute {
             }
         };
         self.changed = true;
-        let rows = match &mut self.table {
-            Some(table) => {
-                let row = table.row(&line);
-                self.counts.1 += u64::from(row.is_err());
-                Vec::from_iter(row.ok().flatten())
-            }
-            None if self.refused.is_some() => Vec::new(),
-            None => {
-                let [gauges, auxiliary] = &self.channels;
-                let source = LiveSource {
-                    path,
-                    map: None,
-                    step_secs: self.step_secs,
-                    gauges,
-                    auxiliary,
-                    form: None,
-                    rate_hz: None,
-                };
-                match self.head.push(line, source) {
-                    Ok(None) => Vec::new(),
-                    Ok(Some((table, rows))) => {
-                        let unit = table.assumed_unit();
-                        let note = |unit| format!("the times have no unit; {unit} is assumed");
-                        self.notes.extend(unit.map(note));
-                        self.notes.extend(table.device());
-                        self.table = Some(table);
-                        rows
-                    }
-                    Err(error) => {
-                        self.refused = Some(error.to_string());
-                        Vec::new()
-                    }
-                }
-            }
+        let [gauges, auxiliary] = self.channels.clone();
+        let source = LiveSource {
+            path,
+            map: None,
+            step_secs: self.step_secs,
+            gauges: &gauges,
+            auxiliary: &auxiliary,
+            form: None,
+            header: None,
+            rate_hz: None,
+        };
+        let Some(rows) = self.take(line, source) else {
+            return Ok(None);
         };
         self.counts.0 += rows.len() as u64;
         let n = rows.len();
@@ -199,6 +178,44 @@ impl Minute {
             self.rows.pop_front();
         }
         Ok(Some(n.min(self.rows.len())))
+    }
+
+    /// Returns the rows that a line completes; `None` if it is the header of other columns. The first lines of the file are
+    /// collected until the columns are known.
+    fn take(&mut self, line: String, source: LiveSource<'_>) -> Option<Vec<LiveRow>> {
+        if let Some(table) = &mut self.table {
+            let row = table.row(&line);
+            match row.is_err().then(|| table.new_header(&line, source)).flatten() {
+                Some(names) if !names.is_empty() => {
+                    let columns = format!("a header with other columns: {}", names.join(", "));
+                    self.restart(vec![columns]);
+                    self.refused =
+                        self.head.push(line, source).err().map(|error| error.to_string());
+                    return None;
+                }
+                header => self.counts.1 += u64::from(row.is_err() && header.is_none()),
+            }
+            return Some(Vec::from_iter(row.ok().flatten()));
+        }
+        if self.refused.is_some() {
+            return Some(Vec::new());
+        }
+        let mut table = match self.head.push(line, source) {
+            Ok(Some(table)) => table,
+            Ok(None) => return Some(Vec::new()),
+            Err(error) => {
+                self.refused = Some(error.to_string());
+                return Some(Vec::new());
+            }
+        };
+        let unit = table.assumed_unit();
+        self.notes.extend(unit.map(|unit| format!("the times have no unit; {unit} is assumed")));
+        self.notes.extend(table.device());
+        let kept = std::mem::take(&mut self.head).into_kept();
+        let rows: Vec<_> = kept.map(|kept| table.row_at(&kept.line, kept.secs)).collect();
+        self.counts.1 += rows.iter().filter(|row| row.is_err()).count() as u64;
+        self.table = Some(table);
+        Some(rows.into_iter().filter_map(|row| row.ok().flatten()).collect())
     }
 
     /// Computes the loads of existing and new samples until the calibration changes or the file is replaced. Without a

@@ -81,13 +81,8 @@ pub(crate) fn open(
         }
     }
     let text = TextFile::open(path, block_bytes, limit_bytes)?;
-    Ok(Opened {
-        kind: None,
-        encoding: text.encoding(),
-        file_bytes: metadata.len(),
-        read_bytes: metadata.len().min(limit_bytes.unwrap_or(u64::MAX)),
-        table: Table::Text(text),
-    })
+    let read_bytes = metadata.len().min(limit_bytes.unwrap_or(u64::MAX));
+    Ok(Opened::of_text(text, metadata.len(), read_bytes))
 }
 
 fn files_in(folder: &Path) -> Vec<String> {
@@ -113,6 +108,17 @@ impl Opened {
             read_bytes: n_bytes,
             table: Table::Columns(columns),
         }
+    }
+
+    fn of_text(text: TextFile, file_bytes: u64, read_bytes: u64) -> Self {
+        let encoding = text.encoding();
+        Self { kind: None, encoding, file_bytes, read_bytes, table: Table::Text(text) }
+    }
+
+    /// Opens text in memory like a file.
+    pub fn of_bytes(bytes: Vec<u8>) -> Result<Self, FileError> {
+        let n_bytes = bytes.len() as u64;
+        Ok(Self::of_text(TextFile::of_bytes(bytes)?, n_bytes, n_bytes))
     }
 
     /// Opens the first lines of a stream like a file, if the lines are JSON objects.

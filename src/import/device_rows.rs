@@ -4,18 +4,17 @@
 //! Guarantees: each complete row of a device becomes one line of the table, in the order of arrival. Times that are computed
 //! from the sample rate or taken from this computer's clock always increase. The text of a cell is not changed.
 
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
-use super::error::TableError;
 use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
 use crate::formats::text::cells::Cells;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Delimiter, TextLayout, stamped};
+use crate::import::timeline;
+use crate::recording::gap::median_step;
+use crate::recording::units::TimeUnit;
 
-/// Number of lines at the start of a live source from which the form of the rows is guessed.
-pub(super) const GUESSED_BY: usize = 10;
-/// Minimum number of rows with increasing numbers in the first column, for this column to be taken for the time.
-const ROWS_FOR_A_CLOCK: usize = 5;
 /// Minimum time step (s) between two rows. It is used for rows that arrive at the same clock reading.
 const LEAST_STEP_SECS: f64 = 1e-6;
 
@@ -33,11 +32,29 @@ pub struct LiveSource<'a> {
     pub step_secs: Option<f64>,
     pub gauges: &'a [String],
     pub auxiliary: &'a [String],
-    /// Form of the rows. `None` to guess the form from the first ten lines.
+    /// Form of the rows. `None` to guess the form from the first ten rows.
     pub form: Option<RowForm>,
+    /// Names of the columns, if the user gave them. The rows are then those of a table with this header.
+    pub header: Option<&'a str>,
     /// Sample rate (Hz) from which the times of rows without a time are computed. `None` to take these times from the clock
     /// of this computer.
     pub rate_hz: Option<f64>,
+}
+
+impl<'a> LiveSource<'a> {
+    pub(super) fn channels(self) -> impl Iterator<Item = &'a String> {
+        self.gauges.iter().chain(self.auxiliary)
+    }
+
+    /// Returns true if a line of the source may be the header of a table.
+    pub(super) fn may_have_header(self) -> bool {
+        let is_table = matches!(self.form, None | Some(RowForm::Table));
+        is_table && self.header.is_none() && self.map.is_none()
+    }
+
+    pub(super) fn n_channels(self) -> usize {
+        self.gauges.len() + self.auxiliary.len()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,44 +92,38 @@ impl RowForm {
         own.map_or("", |(_, _, words)| words)
     }
 
-    fn is_numbers(self) -> bool {
+    pub(super) fn is_numbers(self) -> bool {
         matches!(self, Self::Numbers | Self::TimedNumbers)
     }
 
-    /// Returns the form of rows that most of these lines have. `None` if most lines have no known form.
-    pub(super) fn guess(lines: &[String], n_needed: usize) -> Option<Self> {
-        let lines: Vec<&str> = lines.iter().map(|line| without_stamp(line).1).collect();
-        let lines: Vec<&str> = lines.into_iter().filter(|line| !line.trim().is_empty()).collect();
-        let count = |is: &dyn Fn(&&&str) -> bool| lines.iter().filter(is).count();
-        let is_numbers = |line: &&&str| numbers(line).is_some();
-        let forms = [
-            (Self::Teleplot, count(&|line| teleplot(line).is_some())),
-            (Self::Json, count(&|line| line.trim_start().starts_with('{'))),
-            (Self::Pairs, count(&|line| pairs(line).is_some())),
-            (Self::Numbers, count(&is_numbers)),
-        ];
-        let (form, n) = forms.into_iter().max_by_key(|(_, n)| *n)?;
-        let form = (2 * n > lines.len()).then_some(form)?;
-        let rows = lines.iter().filter_map(|line| numbers(line));
-        let first: Vec<f64> =
-            rows.filter(|row| row.len() == n_needed + 1).map(|row| row[0]).collect();
-        let is_clock = first.len() >= ROWS_FOR_A_CLOCK
-            && 2 * first.len() > lines.len()
-            && first.windows(2).all(|two| two[0] < two[1]);
-        Some(if form == Self::Numbers && is_clock { Self::TimedNumbers } else { form })
+    /// Returns the form that a line has as a row with one of these channels. `None` for any other line.
+    pub(super) fn of(row: &str, mut is_channel: impl FnMut(&str) -> bool) -> Option<Self> {
+        if row.trim_start().starts_with('{') {
+            return Some(Self::Json);
+        }
+        if let Some((name, ..)) = teleplot(row) {
+            return is_channel(name).then_some(Self::Teleplot);
+        }
+        if let Some(pairs) = pairs(row) {
+            return pairs.iter().any(|(name, _)| is_channel(name)).then_some(Self::Pairs);
+        }
+        numbers(row).map(|_| Self::Numbers)
     }
 }
 
-/// Splits off the time stamp and the arrow that a serial terminal writes before each row.
-fn without_stamp(line: &str) -> (Option<&str>, &str) {
-    match stamped(line.as_bytes()) {
+/// Splits off the time stamp and the arrow that a serial terminal writes before each row, and the brackets around a row.
+pub(super) fn without_stamp(line: &str) -> (Option<&str>, &str) {
+    let (stamp, row) = match stamped(line.as_bytes()) {
         Some((time, row)) => (line.get(..time), line.get(row..).unwrap_or_default()),
         None => (None, line),
-    }
+    };
+    let inside = |open, close| row.trim().strip_prefix(open)?.strip_suffix(close);
+    let inside = inside('[', ']').or_else(|| inside('(', ')'));
+    (stamp, inside.filter(|row| !row.contains(['[', ']', '(', ')'])).unwrap_or(row))
 }
 
 /// Returns the delimiter of the numbers in a line; `None` if the line is not a row of numbers.
-fn delimiter(line: &str) -> Option<Delimiter> {
+pub(super) fn delimiter(line: &str) -> Option<Delimiter> {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
         let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
@@ -124,13 +135,13 @@ fn delimiter(line: &str) -> Option<Delimiter> {
 }
 
 /// Returns the cells of a line. A delimiter at the end of the line is ignored.
-fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
+pub(super) fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
     let line = line.trim_end().trim_end_matches(char::from(delimiter.byte()));
     Cells::new(line.as_bytes(), delimiter)
 }
 
 /// Returns the numbers of a line. `None` if a cell of the line is not a number.
-fn numbers(line: &str) -> Option<Vec<f64>> {
+pub(super) fn numbers(line: &str) -> Option<Vec<f64>> {
     let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
 }
@@ -143,7 +154,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
     // Some devices write a blank between the colon and the value of a pair.
     let mut joined: Vec<(&str, &str)> = Vec::new();
     for cell in cells {
-        match (cell.split_once(':'), joined.last_mut()) {
+        match (cell.split_once([':', '=']), joined.last_mut()) {
             (Some((name, value)), _) if !name.is_empty() => joined.push((name, value)),
             (None, Some((_, value))) if value.is_empty() => *value = cell,
             _ => return None,
@@ -163,15 +174,16 @@ fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
     })
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct DeviceRows {
     pub form: RowForm,
-    pub clock: &'static str,
+    pub clock: String,
     rate_hz: Option<f64>,
-    delimiter: Delimiter,
-    /// Number of cells that a row of plain numbers must have for all channels of the calibration, and for its time if it has
-    /// one.
-    n_cells: usize,
+    has_stamps: bool,
+    pub delimiter: Delimiter,
+    /// Number of cells of a row of plain numbers, and whether a row may have further cells, which are ignored. `None` for
+    /// rows of another form.
+    n_cells: Option<(usize, bool)>,
     n_rows: f64,
     last_secs: f64,
     /// Channel names of the calibration. A Teleplot value with the first name starts a row.
@@ -183,85 +195,103 @@ pub(super) struct DeviceRows {
 }
 
 impl DeviceRows {
-    /// Creates the converter from the first lines of the source. For plain numbers, also returns the column map of the table,
-    /// because the columns have no names. Returns [`TableError::FewNumbers`] if no line has a number for each channel.
-    pub fn new(
-        form: RowForm,
-        lines: &[String],
-        source: LiveSource<'_>,
-    ) -> Result<(Self, Option<ColumnMap>), TableError> {
-        let rows: Vec<(Option<&str>, &str)> =
-            lines.iter().map(|line| without_stamp(line)).collect();
-        let stamp = rows.iter().find_map(|(stamp, _)| *stamp);
-        let has_own_time = match form {
-            RowForm::TimedNumbers => true,
+    /// Creates the converter from the first rows of the source. `times` are the columns of the time in rows of plain numbers:
+    /// none, one column, or two with seconds and nanoseconds.
+    pub fn new(form: RowForm, times: &Range<usize>, rows: &[&str], source: LiveSource<'_>) -> Self {
+        let rows: Vec<(Option<&str>, &str)> = rows.iter().map(|line| without_stamp(line)).collect();
+        let has_stamps = rows.iter().any(|(stamp, _)| stamp.is_some());
+        let has_clock = match form {
             RowForm::Teleplot => {
                 rows.iter().any(|(_, row)| matches!(teleplot(row), Some((_, Some(_), _))))
             }
-            _ => stamp.is_some(),
+            _ => has_stamps,
         };
-        let is_timed = form == RowForm::TimedNumbers;
-        let n_cells = source.gauges.len() + source.auxiliary.len() + usize::from(is_timed);
-        let count = |row: &str| numbers(row).map_or(0, |own| own.len());
-        let whole = rows.iter().map(|(_, row)| *row).find(|row| count(row) >= n_cells);
-        if form.is_numbers() && whole.is_none() {
-            let found = rows.iter().map(|(_, row)| count(row)).max().unwrap_or(0);
-            return Err(TableError::FewNumbers { found, needed: n_cells });
-        }
-        let own = Self {
+        let n_cells = source.n_channels() + times.len();
+        let has_further = source.form.is_some();
+        Self {
             form,
-            clock: match (has_own_time, source.rate_hz) {
-                (true, _) => "the device",
-                (false, Some(_)) => "the given rate",
-                (false, None) => "the clock of this computer",
+            clock: match (has_clock, source.rate_hz) {
+                _ if !times.is_empty() => format!("column {} of the rows", times.start + 1),
+                (true, _) => "the device".to_owned(),
+                (false, Some(_)) => "the given rate".to_owned(),
+                (false, None) => "the clock of this computer".to_owned(),
             },
             rate_hz: source.rate_hz,
-            delimiter: whole.and_then(delimiter).unwrap_or_default(),
-            n_cells,
+            has_stamps,
+            delimiter: rows.iter().find_map(|(_, row)| delimiter(row)).unwrap_or_default(),
+            n_cells: form.is_numbers().then_some((n_cells, has_further)),
             n_rows: 0.0,
             last_secs: f64::NEG_INFINITY,
-            cycle: source.gauges.iter().chain(source.auxiliary).cloned().collect(),
+            cycle: source.channels().cloned().collect(),
             pending: Vec::new(),
             pending_time: None,
-        };
-        let map = form.is_numbers().then(|| own.map(stamp, source));
-        Ok((own, map))
+        }
     }
 
-    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, so that no load can be
-    /// computed from it.
-    pub fn missing(&self, line: &str) -> Option<String> {
+    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
+    /// had. No load can be computed from such a line.
+    pub fn misfit(&self, line: &str) -> Option<String> {
+        let (needed, may_have_more) = self.n_cells?;
         let (_, row) = without_stamp(line);
         let n = cells(row, self.delimiter).filter(|cell| !cell.is_empty()).count();
-        let needed = self.n_cells;
-        (self.form.is_numbers() && n < needed)
-            .then(|| format!("the line has {n} of the {needed} values that the calibration needs"))
+        if n < needed {
+            let what = "values that the calibration needs";
+            return Some(format!("the line has {n} of the {needed} {what}"));
+        }
+        (n > needed && !may_have_more)
+            .then(|| format!("the line has {n} values, but the first rows had {needed}"))
     }
 
-    fn without_further(&self, row: &str) -> String {
-        let cells = cells(row, self.delimiter).take(self.n_cells).map(String::from_utf8_lossy);
-        cells.collect::<Vec<_>>().join(&char::from(self.delimiter.byte()).to_string())
-    }
-
-    fn map(&self, stamp: Option<&str>, source: LiveSource<'_>) -> ColumnMap {
-        let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
-        let is_timed = self.form == RowForm::TimedNumbers;
+    /// Returns the column map of rows of plain numbers, whose columns have no names. `times` are the columns of the time.
+    pub fn map(
+        &self,
+        times: &Range<usize>,
+        rows: &[&str],
+        source: LiveSource<'_>,
+    ) -> Option<ColumnMap> {
+        let (n_cells, _) = self.n_cells?;
+        let stamp = rows.iter().find_map(|line| without_stamp(line).0);
         let form = stamp.and_then(|stamp| TimeForm::of_all([stamp.as_bytes()].into_iter()));
-        let unit = (!is_timed).then(|| form.map_or("s", TimeForm::name).to_owned());
-        let time = ColumnRule { unit, ..ColumnRule::new(ColumnKey::Number(1), ColumnRole::Time) };
+        let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
+        // In rows without a time, the time is added before the first column.
+        let (first, unit, n_columns) = match times.len() {
+            0 => (0, Some(form.map_or("s", TimeForm::name)), n_cells + 1),
+            1 => (times.start, None, n_cells),
+            _ => (times.start, Some("s"), n_cells),
+        };
+        let rule = |at: usize, is| ColumnRule::new(ColumnKey::Number(at + 1), is);
+        let unit = unit.map(str::to_owned);
+        let mut columns = vec![ColumnRule { unit, ..rule(first, ColumnRole::Time) }];
+        columns.extend((times.len() == 2).then(|| rule(times.start + 1, ColumnRole::TimeFraction)));
+        let others = (0..n_columns).filter(|at| *at != first && !times.contains(at));
         let gauges = source.gauges.iter().map(|name| (name, ColumnRole::Gauge));
         let auxiliary = source.auxiliary.iter().map(|name| (name, ColumnRole::Auxiliary));
-        let rules = gauges.chain(auxiliary).zip(2..).map(|((name, is), number)| ColumnRule {
-            name: Some(name.clone()),
-            ..ColumnRule::new(ColumnKey::Number(number), is)
-        });
-        let columns = [time].into_iter().chain(rules).collect::<Vec<_>>();
-        let n_columns = self.n_cells + usize::from(!is_timed);
+        columns.extend(
+            gauges
+                .chain(auxiliary)
+                .zip(others)
+                .map(|((name, is), at)| ColumnRule { name: Some(name.clone()), ..rule(at, is) }),
+        );
         let shape = Shape { columns: n_columns, ..Shape::default() };
-        ColumnMap {
-            table: TableMap { shape, text, columns, ..TableMap::default() },
-            ..ColumnMap::default()
+        let table = TableMap { shape, text, columns, ..TableMap::default() };
+        Some(ColumnMap::of_table(table))
+    }
+
+    /// Returns the name of the time column that is added to rows without a time.
+    pub fn time_name(&self) -> &'static str {
+        if self.has_stamps { "time" } else { SECONDS }
+    }
+
+    /// Returns the cells of a row of plain numbers; none if the row does not fit.
+    fn fitting(&self, line: &str, row: &str) -> String {
+        let Some((n_cells, _)) = self.n_cells else {
+            return row.to_owned();
+        };
+        if self.misfit(line).is_some() {
+            return String::new();
         }
+        let cells = cells(row, self.delimiter).take(n_cells).map(String::from_utf8_lossy);
+        cells.collect::<Vec<_>>().join(&char::from(self.delimiter.byte()).to_string())
     }
 
     /// Converts a line that arrived at this time (s). Returns a line of the table, or `None` if more lines of the device
@@ -269,11 +299,14 @@ impl DeviceRows {
     pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
         let (stamp, row) = without_stamp(line);
         match self.form {
-            RowForm::Table => Some(row.to_owned()),
-            RowForm::TimedNumbers => Some(self.without_further(row)),
-            RowForm::Numbers => {
+            RowForm::TimedNumbers => Some(self.fitting(line, row)),
+            RowForm::Table | RowForm::Numbers => {
                 let time = self.time(stamp, arrived_secs);
-                let row = self.without_further(row);
+                let row = self.fitting(line, row);
+                // Lines before the first row take no time.
+                if row.is_empty() && self.n_rows == 1.0 {
+                    self.n_rows = 0.0;
+                }
                 Some(format!("{time}{}{row}", char::from(self.delimiter.byte())))
             }
             RowForm::Json => {
@@ -329,6 +362,60 @@ impl DeviceRows {
         self.last_secs = secs;
         stamp.map_or_else(|| format!("{secs:.6}"), str::to_owned)
     }
+}
+
+/// Returns the columns of the time in the first rows of plain numbers, all of which have equally many. `None` if it is unclear
+/// which columns are the channels. As many numbers as the calibration has channels are the channels. One number more is a time
+/// if exactly one column is a clock. Two numbers more are a time in seconds and nanoseconds if both together are a clock.
+pub(super) fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Range<usize>> {
+    let n = source.n_channels();
+    let is_clock = |time: &dyn Fn(&Vec<f64>) -> f64| {
+        clock(&rows.iter().map(time).collect::<Vec<f64>>(), source.step_secs?)
+    };
+    match rows.first()?.len().checked_sub(n)? {
+        0 => Some(0..0),
+        1 => {
+            let mut clocks = (0..=n).filter(|at| is_clock(&|row| row[*at]).is_some());
+            clocks.next().filter(|_| clocks.next().is_none()).map(|at| at..at + 1)
+        }
+        2 => {
+            let is_stamp = |row: &Vec<f64>| row[0].fract() == 0.0 && (0.0..1e9).contains(&row[1]);
+            let unit = is_clock(&|row| row[0] - rows[0][0] + 1e-9 * row[1]);
+            let is_time = unit == Some(TimeUnit::Seconds) && rows.iter().all(is_stamp);
+            is_time.then_some(0..2)
+        }
+        _ => None,
+    }
+}
+
+/// Returns the unit of a column of numbers that is a clock; `None` if this is not proven. A clock never goes back, and moves in
+/// nearly equal steps, which are near to the step of the calibration in one of the units. Each time of a coarse clock is
+/// repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
+/// 1 in each row must be very near.
+fn clock(times: &[f64], trained_secs: f64) -> Option<TimeUnit> {
+    /// Minimum number of steps.
+    const FEWEST_STEPS: usize = 4;
+    /// Factors of the median step between which the steps of a clock are, apart from a few.
+    const EVEN: RangeInclusive<f64> = 0.5..=1.5;
+    /// Factors of the calibration's step between which the step of a counter must be.
+    const VERY_NEAR: RangeInclusive<f64> = 0.67..=1.5;
+    let steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
+    let step = median_step(times)?;
+    let rises: Vec<f64> = steps.iter().map(|own| own / step).filter(|own| *own > 0.0).collect();
+    let n_even = rises.iter().filter(|own| EVEN.contains(own)).count();
+    let runs: Vec<usize> = times.chunk_by(|a, b| a == b).map(<[f64]>::len).collect();
+    // The first and the last time may be cut.
+    let whole_runs = runs.get(1..runs.len() - 1)?;
+    let (shortest, longest) = (whole_runs.iter().min()?, whole_runs.iter().max()?);
+    let unit = timeline::unit_by_step(step, trained_secs).ok()?;
+    let is_counter = steps.iter().all(|own| *own == 1.0);
+    let is_very_near = VERY_NEAR.contains(&(step / unit.per_second() / trained_secs));
+    let is_clock = steps.iter().all(|own| *own >= 0.0)
+        && n_even >= FEWEST_STEPS
+        && 5 * n_even >= 4 * rises.len()
+        && longest - shortest <= 1
+        && (is_very_near || !is_counter);
+    is_clock.then_some(unit)
 }
 
 /// Returns a JSON line with a time and these values. All values are written as texts.

@@ -87,6 +87,11 @@ pub enum TableError {
     )]
     FewNumbers { found: usize, needed: usize },
     #[error(
+        "it is not clear which columns of the rows are the gauges: {found}. The calibration needs the columns {}",
+        listed(needed)
+    )]
+    UnclearRows { found: String, needed: Vec<String> },
+    #[error(
         "{what} {} (column {}) has no number in any row. Correct or delete the column",
         shown(&column.name),
         column.number

@@ -4,20 +4,21 @@
 //! are parsed. A line that is not a row is reported and changes nothing. In JSON lines, the keys are the names of the
 //! columns.
 
-use std::fs::File;
-use std::io::{self, Read as _, Seek as _, SeekFrom};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+mod growing;
+mod head;
 
-use super::device_rows::{DeviceRows, GUESSED_BY};
+use std::time::Instant;
+
+use super::device_rows::{DeviceRows, without_stamp};
 pub use super::device_rows::{LiveSource, RowForm};
 use super::error::{at, of_file};
-use super::load::{BLOCK_BYTES, by_names};
+use super::load::by_header;
+use super::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
 use super::warning::Cause;
-use crate::formats::text::ArrivingLines;
-use crate::formats::{self, FileError, LineKeys, Opened, Part};
+use crate::formats::text::{Head, TextLayout};
+use crate::formats::{LineKeys, Opened, Part};
 use crate::import::error::ReadError;
 use crate::import::error::TableError;
 use crate::import::timeline;
@@ -25,96 +26,15 @@ use crate::progress::Progress;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, places};
-
-/// Maximum number of lines at the start of a live source in which the columns must be found.
-const MAX_HEAD_LINES: usize = 200;
-/// Number of rows, at the start of a live source, from whose median time step the unit of time is derived.
-const ROWS_FOR_A_STEP: usize = 5;
-
-/// Columns of a live source, and the rows in the lines by which the columns were found.
-pub type Begun = (LiveTable, Vec<LiveRow>);
+pub use growing::{GrowingFile, Grown};
+pub use head::{Arrived, LiveHead};
+use head::{TableHeader, is_named};
 
 /// Line of a live source that cannot be used, with the reason and the time of the row if it is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
     pub time: Option<f64>,
     pub why: String,
-}
-
-/// First lines of a source, collected until the columns of the source are known.
-#[derive(Debug)]
-pub struct LiveHead {
-    lines: Vec<String>,
-    /// Time (s) between `start` and the arrival of each line.
-    arrived_secs: Vec<f64>,
-    start: Instant,
-}
-
-impl Default for LiveHead {
-    fn default() -> Self {
-        Self { lines: Vec::new(), arrived_secs: Vec::new(), start: Instant::now() }
-    }
-}
-
-impl LiveHead {
-    pub fn is_empty(&self) -> bool {
-        self.lines.is_empty()
-    }
-
-    /// Adds the next line, and returns the table once its columns are known. After an error, no further lines may be added.
-    pub fn push(
-        &mut self,
-        line: String,
-        source: LiveSource<'_>,
-    ) -> Result<Option<Begun>, ReadError> {
-        self.lines.push(line);
-        self.arrived_secs.push(self.start.elapsed().as_secs_f64());
-        let begun = match source.form {
-            None | Some(RowForm::Table) => LiveTable::begin(&self.lines, source),
-            _ => Ok(None),
-        };
-        match begun {
-            Ok(None) if source.form.is_none() && self.lines.len() < GUESSED_BY => Ok(None),
-            Ok(None) => self.of_device(source, false),
-            begun => begun,
-        }
-    }
-
-    /// Returns the table of the lines so far, after the source has ended.
-    pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
-        match self.of_device(source, true)? {
-            Some(begun) => Ok(begun),
-            None => LiveTable::of_all(&self.lines, source),
-        }
-    }
-
-    fn of_device(&self, source: LiveSource<'_>, is_all: bool) -> Result<Option<Begun>, ReadError> {
-        let n_needed = source.gauges.len() + source.auxiliary.len();
-        let form = match (source.form, source.map) {
-            (None, None) => RowForm::guess(&self.lines, n_needed),
-            (form, _) => form,
-        };
-        let Some(form) = form.filter(|form| *form != RowForm::Table && n_needed > 0) else {
-            return Ok(None);
-        };
-        let device = DeviceRows::new(form, &self.lines, source);
-        let (mut device, map) = match device {
-            Err(_) if !is_all && self.lines.len() < GUESSED_BY => return Ok(None),
-            device => device.map_err(at(source.path, 1))?,
-        };
-        let lines = self.lines.iter().zip(&self.arrived_secs);
-        let rows: Vec<String> =
-            lines.filter_map(|(line, arrived)| device.line(line, *arrived)).collect();
-        let table_source = LiveSource { map: map.as_ref(), ..source };
-        let begun = match is_all || !rows.is_empty() && self.lines.len() >= GUESSED_BY {
-            true => Some(LiveTable::of_all(&rows, table_source)?),
-            false => LiveTable::begin(&rows, table_source)?,
-        };
-        Ok(begun.map(|(mut table, rows)| {
-            table.device = Some((device, self.start));
-            (table, rows)
-        }))
-    }
 }
 
 /// One row of a live source. Its values are in the order of the channels in [`LiveTable`].
@@ -163,9 +83,14 @@ pub struct LiveTable {
     keys: Option<LineKeys>,
     n_rows: f64,
     held: Vec<Newest>,
-    /// Converter of the rows that a device prints, and the moment from which times of arrival are counted. `None` for a table
-    /// with its own times.
-    device: Option<(DeviceRows, Instant)>,
+    /// Converter of the rows that a device prints. `None` for a table with its own times.
+    device: Option<DeviceRows>,
+    /// Moment from which times of arrival are counted.
+    start: Instant,
+    /// Names in the header; `None` without one.
+    header: Option<Vec<String>>,
+    /// Number of lines above the first row.
+    n_above: usize,
 }
 
 /// Newest value of an auxiliary channel, and its age.
@@ -240,47 +165,70 @@ impl LiveTable {
     /// Returns a description of the rows that a device prints: their form, and where their times come from. `None` for a
     /// table with its own times.
     pub fn device(&self) -> Option<String> {
-        let (device, _) = self.device.as_ref()?;
-        Some(format!(
-            "the rows of the device are {}; the times come from {}",
-            device.form.words(),
-            device.clock
-        ))
+        let device = self.device.as_ref()?;
+        let rows = match device.form {
+            RowForm::Table => "a table without a time",
+            form => form.words(),
+        };
+        Some(format!("the rows of the device are {rows}; the times come from {}", device.clock))
     }
 
-    /// Finds the columns of the table in the first lines. Returns `None` if more lines are needed.
-    pub fn begin(lines: &[String], source: LiveSource<'_>) -> Result<Option<Begun>, ReadError> {
-        let begun = Self::begun(lines, source, ROWS_FOR_A_STEP);
-        match begun {
-            Err(ReadError::Table { source: TableError::NoTimeUnit { .. }, .. }) => begun,
-            Err(_) if lines.len() < MAX_HEAD_LINES => Ok(None),
-            begun => begun,
-        }
+    /// Returns the names in a line that is the header of a table with every gauge, if they differ from the present names. An
+    /// empty list stands for the present header.
+    pub fn new_header(&self, line: &str, source: LiveSource<'_>) -> Option<Vec<String>> {
+        let header = TableHeader::of(without_stamp(line).1, source)?;
+        let is_header = source.may_have_header() && header.has_gauges;
+        let is_new = self.header.as_ref() != Some(&header.names);
+        is_header.then(|| if is_new { header.names } else { Vec::new() })
     }
 
-    /// Finds the columns as [`begin`](Self::begin) does, when the source has ended, so that no further lines follow.
-    pub fn of_all(lines: &[String], source: LiveSource<'_>) -> Result<Begun, ReadError> {
-        Ok(Self::begun(lines, source, 0)?.expect("all rows are available"))
-    }
-
-    /// Finds the columns of the table. Returns `None` if the unit of time must be derived from the time step, and there are
-    /// fewer than `n_needed` rows.
-    fn begun(
+    /// Finds the columns in the first lines of a table. Without a column map, the first line is the header. Returns `None` if
+    /// the unit of time must be derived from the time step, and there are fewer than `n_needed` rows.
+    fn begin(
         lines: &[String],
         source: LiveSource<'_>,
         n_needed: usize,
-    ) -> Result<Option<Begun>, ReadError> {
-        let (plan, rows, keys) = Self::of_first(lines, source)?;
-        let is_enough = rows.times.len() >= n_needed || lines.len() >= MAX_HEAD_LINES;
-        let assumed_unit = match (plan.time_scale, source.step_secs) {
-            (TimeScale::ByValues, Some(_)) if !is_enough => return Ok(None),
-            (TimeScale::ByValues, Some(secs)) => {
-                by_step_of(&rows.times, secs, &plan).map_err(at(source.path, plan.line))?
+    ) -> Result<Option<Self>, ReadError> {
+        let name = source.path;
+        let progress = Progress::default();
+        let (opened, keys) = match Opened::of_json_lines(lines) {
+            Some((opened, keys)) => (opened, Some(keys)),
+            None => {
+                let text = Opened::of_bytes((lines.join("\n") + "\n").into_bytes());
+                (text.map_err(of_file(name))?, None)
             }
-            _ => None,
+        };
+        let no_header = || ReadError::NoHeader { path: name.to_owned() };
+        let text = match source.map {
+            Some(map) => map.table.text.clone(),
+            None => {
+                let text = opened.layout().ok_or_else(no_header)?;
+                TextLayout { header: true, skip_rows: 0, ..text }
+            }
+        };
+        let head = opened.head(&text).ok_or_else(no_header)?;
+        let map = match source.map {
+            Some(map) => map.clone(),
+            None => named_channels(by_header(name, &opened, text, &head).0, &head, source),
+        };
+        // If the reference has another clock, only the gauges are read, because a reference value in the same row belongs to
+        // another time.
+        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None, false);
+        let plan = plan.map_err(at(name, head.line))?;
+        let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
+        if rows.times.is_empty() {
+            return Err(at(name, plan.line)(TableError::NoRows));
+        }
+        let by_values = plan.time_scale == TimeScale::ByValues;
+        let assumed_unit = match source.step_secs.filter(|_| by_values) {
+            Some(_) if rows.times.len() < n_needed => return Ok(None),
+            Some(secs) => {
+                by_step_of(&rows.times, secs, &plan, source).map_err(at(name, plan.line))?
+            }
+            None => None,
         };
         let by_values = || timeline::unit_by_values(&rows.times, 0.0);
-        let mut table = Self {
+        Ok(Some(Self {
             per_second: match plan.time_scale {
                 TimeScale::PerSecond(per_second) => per_second,
                 TimeScale::ByValues => assumed_unit.unwrap_or_else(by_values).per_second(),
@@ -291,49 +239,27 @@ impl LiveTable {
             keys,
             n_rows: 0.0,
             device: None,
-        };
-        let rows = table.rows(rows);
-        Ok(Some((table, rows)))
+            start: Instant::now(),
+            header: None,
+            n_above: head.n_lines as usize,
+        }))
     }
 
-    fn of_first(
-        lines: &[String],
-        source: LiveSource<'_>,
-    ) -> Result<(Plan, Rows, Option<LineKeys>), ReadError> {
-        let name = source.path;
-        let progress = Progress::default();
-        let (opened, keys) = match Opened::of_json_lines(lines) {
-            Some((opened, keys)) => (opened, Some(keys)),
-            None => (opened(lines, &progress).map_err(of_file(name))?, None),
-        };
-        let map = match source.map {
-            Some(map) => map.clone(),
-            None => by_names(name, &opened)?.0,
-        };
-        let head = opened.head(&map.table.text);
-        let head = head.ok_or_else(|| ReadError::NoHeader { path: name.to_owned() })?;
-        // If the reference has another clock, only the gauges are read, because a reference value in the same row belongs to
-        // another time.
-        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None, false);
-        let plan = plan.map_err(at(name, head.line))?;
-        let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
-        if rows.times.is_empty() {
-            return Err(at(name, plan.line)(TableError::NoRows));
-        }
-        Ok((plan, rows, keys))
-    }
-
-    /// Reads one line. Returns `None` if more lines belong to the same row.
+    /// Reads one line that arrives now. Returns `None` if more lines belong to the same row.
     pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
-        let Some((device, start)) = &mut self.device else {
+        self.row_at(line, self.start.elapsed().as_secs_f64())
+    }
+
+    /// Reads one line that arrived at this time (s).
+    pub fn row_at(&mut self, line: &str, secs: f64) -> Result<Option<LiveRow>, Rejected> {
+        let Some(device) = &mut self.device else {
+            let line = if self.keys.is_some() { line } else { without_stamp(line).1 };
             return self.table_row(line).map(Some);
         };
-        let translated = device.line(line, start.elapsed().as_secs_f64());
+        let misfit = device.misfit(line);
+        let translated = device.line(line, secs);
         let row = translated.map(|line| self.table_row(&line)).transpose();
-        row.map_err(|own| {
-            let missing = self.device.as_ref().and_then(|(device, _)| device.missing(line));
-            Rejected { why: missing.unwrap_or(own.why), ..own }
-        })
+        row.map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
     }
 
     fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
@@ -388,139 +314,70 @@ impl LiveTable {
     }
 }
 
-fn opened(lines: &[String], progress: &Progress) -> Result<Opened, FileError> {
-    let folder = tempfile::tempdir()?;
-    let path = folder.path().join("lines");
-    std::fs::write(&path, lines.join("\n") + "\n")?;
-    formats::open(&path, BLOCK_BYTES, None, &[], progress)
+/// Gives the columns that are named as channels of the calibration their roles, whatever their names usually mean.
+fn named_channels(mut map: ColumnMap, head: &Head, source: LiveSource<'_>) -> ColumnMap {
+    let keys = Header::of(head);
+    let roles = [(source.gauges, ColumnRole::Gauge), (source.auxiliary, ColumnRole::Auxiliary)];
+    for (names, is) in roles {
+        for name in names {
+            let column = head.names.iter().position(|cell| is_named(cell, name));
+            let Some(column) = column.map(|at| keys.key(at)) else { continue };
+            let rules = &mut map.table.columns;
+            if !rules.iter().any(|rule| rule.column == column && rule.is == is) {
+                rules.retain(|rule| rule.column != column);
+                rules.push(ColumnRule { name: Some(name.clone()), ..ColumnRule::new(column, is) });
+            }
+        }
+    }
+    map
 }
 
 /// Returns the unit in which the time step of these times is nearest to `trained_secs`, the time step of the calibration's
-/// recordings. `None` if all times are equal.
+/// recordings. `None` if all times are equal. If the form of the rows was given, the step may differ by any factor.
 fn by_step_of(
     times: &[f64],
     trained_secs: f64,
     plan: &Plan,
+    source: LiveSource<'_>,
 ) -> Result<Option<TimeUnit>, TableError> {
-    let unit = |step| {
-        let unit = timeline::unit_by_step(step, trained_secs);
-        unit.map_err(|(nearest, off)| TableError::NoTimeUnit {
+    let unit = |step| match timeline::unit_by_step(step, trained_secs) {
+        Ok(unit) => Ok(unit),
+        Err((nearest, _)) if source.form.is_some() => Ok(nearest),
+        Err((nearest, off)) => Err(TableError::NoTimeUnit {
             column: plan.time(),
             step,
             trained_secs,
             nearest: nearest.symbol(),
             off,
-        })
+        }),
     };
     median_step(times).map(unit).transpose()
 }
 
-/// Time after which a file without new lines is checked again.
-const LOOK_AGAIN: Duration = Duration::from_millis(2);
-
-/// Number of bytes of a growing file that are read at a time. The last [`TAIL_BYTES`] of them are remembered: if they change
-/// in the file, the file was rewritten.
-const READ_BYTES: usize = 1 << 16;
-const TAIL_BYTES: usize = 256;
-
-/// File that another program is still writing. If the file is replaced or rewritten, reading starts again at its beginning.
-#[derive(Debug)]
-pub struct GrowingFile {
-    path: PathBuf,
-    file: File,
-    n_read: u64,
-    tail: Vec<u8>,
-    lines: ArrivingLines,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Grown {
-    Line(String),
-    Nothing,
-    /// The file was replaced or rewritten. Its first lines follow.
-    Replaced,
-}
-
-impl GrowingFile {
-    pub fn open(path: &Path) -> io::Result<Self> {
-        Ok(Self {
-            path: path.to_owned(),
-            file: File::open(path)?,
-            n_read: 0,
-            tail: Vec::new(),
-            lines: ArrivingLines::default(),
-        })
-    }
-
-    /// Returns the next complete line. If there is none yet, waits briefly and returns [`Grown::Nothing`] or
-    /// [`Grown::Replaced`].
-    pub fn look(&mut self) -> io::Result<Grown> {
-        if let Some(line) = self.lines.next_line() {
-            return Ok(Grown::Line(line));
-        }
-        let mut new = Vec::new();
-        let is_there = self.still_holds_its_tail()?;
-        if is_there {
-            let mut next = (&mut self.file).take(READ_BYTES as u64);
-            next.read_to_end(&mut new)?;
-        }
-        if !is_there || new.is_empty() && self.is_replaced() {
-            *self = Self::open(&self.path)?;
-            return Ok(Grown::Replaced);
-        }
-        if new.is_empty() {
-            std::thread::sleep(LOOK_AGAIN);
-            return Ok(Grown::Nothing);
-        }
-        self.n_read += new.len() as u64;
-        self.lines.push(&new);
-        self.tail.append(&mut new);
-        self.tail.drain(..self.tail.len().saturating_sub(TAIL_BYTES));
-        Ok(self.lines.next_line().map_or(Grown::Nothing, Grown::Line))
-    }
-
-    /// Returns true if the last bytes that were read are unchanged, so that reading can continue after them. In a rewritten
-    /// file these bytes differ, even if the file is longer.
-    fn still_holds_its_tail(&mut self) -> io::Result<bool> {
-        let mut again = vec![0; self.tail.len()];
-        let start = self.n_read - self.tail.len() as u64;
-        self.file.seek(SeekFrom::Start(start))?;
-        match self.file.read_exact(&mut again) {
-            Ok(()) => Ok(again == self.tail),
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// Returns true if another file is now at this path. If there is no file, returns false, because the file may come back.
-    fn is_replaced(&self) -> bool {
-        match (self.file.metadata(), std::fs::metadata(&self.path)) {
-            (Ok(here), Ok(there)) => is_other(&here, &there),
-            _ => false,
-        }
-    }
-}
-
-#[cfg(unix)]
-fn is_other(here: &std::fs::Metadata, there: &std::fs::Metadata) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    (here.dev(), here.ino()) != (there.dev(), there.ino())
-}
-
-#[cfg(not(unix))]
-fn is_other(here: &std::fs::Metadata, there: &std::fs::Metadata) -> bool {
-    here.created().ok() != there.created().ok()
-}
-
 #[cfg(test)]
 mod tests {
-    use std::io::Write as _;
+    use std::path::Path;
 
     use super::*;
 
-    fn begin(lines: &[&str]) -> Option<(LiveTable, Vec<LiveRow>)> {
+    type Begun = (LiveTable, Vec<LiveRow>);
+
+    /// Returns the table of the first lines, and the rows in these lines.
+    fn begun(lines: &[String], source: LiveSource<'_>) -> Result<Option<Begun>, ReadError> {
+        let mut head = LiveHead::default();
+        for line in lines {
+            if let Some(mut table) = head.push(line.clone(), source)? {
+                let rows = head.into_kept().map(|own| table.row_at(&own.line, own.secs));
+                let rows = rows.filter_map(|row| row.ok().flatten()).collect();
+                return Ok(Some((table, rows)));
+            }
+        }
+        Ok(None)
+    }
+
+    fn begin(lines: &[&str]) -> Option<Begun> {
         let lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
-        LiveTable::begin(&lines, of(None)).unwrap()
+        begun(&lines, of(None)).unwrap()
     }
 
     fn of(step_secs: Option<f64>) -> LiveSource<'static> {
@@ -531,7 +388,143 @@ mod tests {
             gauges: &[],
             auxiliary: &[],
             form: None,
+            header: None,
             rate_hz: None,
+        }
+    }
+
+    fn gauges(n: usize) -> Vec<String> {
+        (1..=n).map(|k| format!("S{k}")).collect()
+    }
+
+    /// Reads all lines of a source that ends. Returns the gauges of the calibration and the time in each row.
+    fn read_all(
+        lines: &[String],
+        source: LiveSource<'_>,
+    ) -> Result<Vec<(Vec<f64>, f64)>, ReadError> {
+        let mut head = LiveHead::default();
+        let mut table = None;
+        let mut n = 0;
+        while table.is_none() && n < lines.len() {
+            table = head.push(lines[n].clone(), source)?;
+            n += 1;
+        }
+        let mut table = table.map_or_else(|| head.end(source), Ok)?;
+        let places = table.places(source.gauges, source.auxiliary).unwrap();
+        let kept: Vec<String> = head.into_kept().map(|own| own.line).collect();
+        let rows = kept.iter().chain(&lines[n..]).filter_map(|line| table.row(line).ok().flatten());
+        Ok(rows.map(|row| (places.gauges(&row), row.time)).collect())
+    }
+
+    /// Lines of numbers, where `first` gives the cells before the gauges. The gauges of each row are 1, 2, 4.
+    fn numbers_after(n: u32, first: impl Fn(u32) -> String) -> Vec<String> {
+        (0..n).map(|k| format!("{}1,2,4", first(k))).collect()
+    }
+
+    /// One number more than gauges is a time only if its column is a clock: it never goes back, moves in even steps, and has
+    /// a unit in which a step is near to the calibration's. The calibration is at 100 Hz.
+    #[test]
+    fn one_number_too_many_is_a_proven_clock_or_a_question() {
+        let gauges = gauges(3);
+        let source = LiveSource { gauges: &gauges, ..of(Some(0.01)) };
+        let last_time = |lines: &[String]| -> Option<f64> {
+            let rows = match read_all(lines, source) {
+                Err(ReadError::Table { source: TableError::UnclearRows { .. }, .. }) => None,
+                rows => Some(rows.unwrap()),
+            }?;
+            assert!(rows.iter().all(|(gauges, _)| gauges[..] == [1.0, 2.0, 4.0]), "{rows:?}");
+            assert_eq!(rows.len(), lines.len());
+            Some((1e9 * rows[rows.len() - 1].1).round() / 1e9)
+        };
+        for n in [10, 60] {
+            let last = f64::from(n - 1);
+            let of = |first: &dyn Fn(u32) -> String| last_time(&numbers_after(n, first));
+            assert_eq!(of(&|k| format!("{},", 10 * k)), Some(0.01 * last), "ms");
+            assert_eq!(of(&|k| format!("{},", k / 2)), Some(f64::from((n - 1) / 2) / 1e3), "2 kHz");
+            assert_eq!(
+                of(&|k| format!("{},", 20_000 * k)),
+                Some((0.02 * last * 1e9).round() / 1e9)
+            );
+            let stamp = |k: u32| format!("{},{},", 1_700_000_000 + k / 50, 20_000_000 * (k % 50));
+            assert_eq!(
+                of(&stamp).map(|secs| (secs - 1.7e9 - 0.02 * last).abs() < 1e-6),
+                Some(true)
+            );
+            assert_eq!(of(&|_| "0,".to_owned()), None, "a status");
+            assert_eq!(
+                of(&|k| format!("{k},")),
+                None,
+                "a counter, or a clock at ten times the rate"
+            );
+            assert_eq!(of(&|k| format!("{},", 7 * k * k % 5)), None, "a channel");
+            assert_eq!(of(&|k| format!("{},", u32::from(k > 4))), None, "a switch");
+            assert_eq!(of(&|_| "0,0,0,".to_owned()), None, "three numbers too many");
+        }
+        assert_eq!(last_time(&numbers_after(4, |k| format!("{},", 10 * k))), None, "too few rows");
+        let last: Vec<String> = (0..10).map(|k| format!("1,2,4,{}", 10 * k)).collect();
+        assert_eq!(last_time(&last), Some(0.09), "the clock may be in any column");
+        let fast = LiveSource { step_secs: Some(0.001), ..source };
+        let counted = read_all(&numbers_after(12, |k| format!("{k},")), fast).unwrap();
+        assert_eq!(counted[11].1, 0.011, "a counter at the rate of the calibration");
+    }
+
+    /// The header stands after up to 500 lines of a log, and above one row or many. It names the gauges in any order, with
+    /// and without a time.
+    #[test]
+    fn a_line_with_all_gauge_names_is_the_header_wherever_it_stands() {
+        let gauges = ["A0", "bridge 2", "S3"].map(str::to_owned);
+        let source = LiveSource { gauges: &gauges, rate_hz: Some(100.0), ..of(Some(0.01)) };
+        let log = |k: usize| format!("[  {k}.123] I (wifi): state: init, rssi: -{k}, chan {k}");
+        for n_log in [0, 60, 500] {
+            for n_rows in [1, 3, 30] {
+                for (header, time) in
+                    [("S3,t [ms],x,bridge 2,A0 [mV/V]", 10.0), ("S3,a,x,bridge 2,A0", 1.0)]
+                {
+                    let mut lines: Vec<String> = (0..n_log).map(log).collect();
+                    lines.push(header.to_owned());
+                    lines.extend(header.contains("ms").then(|| log(0)));
+                    lines.extend((0..n_rows).map(|k| format!("4,{},0,2,1", time * f64::from(k))));
+                    let rows = read_all(&lines, source).unwrap();
+                    assert_eq!(rows.len(), n_rows as usize, "{header}");
+                    assert!(rows.iter().all(|row| row.0 == [1.0, 2.0, 4.0]), "{header} {rows:?}");
+                    let last = 0.01 * f64::from(n_rows - 1);
+                    assert!((rows[rows.len() - 1].1 - last).abs() < 1e-9, "{header} {rows:?}");
+                }
+            }
+        }
+        let (mut table, _) =
+            begun(&["t,A0,bridge 2,S3", "0,1,2,4"].map(str::to_owned), of(None)).unwrap().unwrap();
+        assert!(table.row("0.01,1,2,4").is_ok());
+        assert_eq!(table.new_header("t,A0,bridge 2,S3", source), Some(Vec::new()));
+        assert_eq!(table.new_header("S3,bridge 2,A0", source).map(|names| names.len()), Some(3));
+        assert_eq!(table.new_header("t,A0,S3", source), None);
+    }
+
+    /// With a given form, lines of another form before the rows are no error, and are kept to be reported.
+    #[test]
+    fn a_given_form_waits_for_its_first_row() {
+        let gauges = gauges(3);
+        let names = "x,S3,S2,S1,time [ms]";
+        for (form, header, row) in [
+            (RowForm::Numbers, None, "1,2,4,9"),
+            (RowForm::TimedNumbers, None, "[20, 1, 2, 4]"),
+            (RowForm::Pairs, None, "S1=1 S2=2,S3:4"),
+            (RowForm::Json, None, r#"{"S1": 1, "S2": 2, "S3": 4}"#),
+            (RowForm::Table, Some(names), "( 7 , 4 , 2 , 1 , 20 )"),
+            (RowForm::Table, Some(names), "7 4 2 1 20"),
+        ] {
+            let form = Some(form);
+            let source = LiveSource { gauges: &gauges, form, header, ..of(Some(0.01)) };
+            let mut lines = vec!["rst:0x1 (POWERON),boot:0x13".to_owned(); 80];
+            lines.extend(vec![row.to_owned(); 20]);
+            let rows = read_all(&lines, source).unwrap();
+            assert!(rows.len() == 20 && rows[19].0 == [1.0, 2.0, 4.0], "{form:?} {rows:?}");
+            let mut head = LiveHead::default();
+            for line in vec!["7 8".to_owned(); 6000] {
+                assert!(head.push(line, source).unwrap().is_none(), "{form:?}");
+            }
+            assert!(head.end(source).is_err());
+            assert!(head.into_kept().count() <= 2000);
         }
     }
 
@@ -544,13 +537,13 @@ mod tests {
         };
         for (step, unit) in [(0.05, "s"), (50.0, "ms"), (5e4, "us"), (5e7, "ns")] {
             let lines = lines(step);
-            let early = LiveTable::begin(&lines[..5], of(Some(0.05))).unwrap();
+            let early = begun(&lines[..5], of(Some(0.05))).unwrap();
             assert!(early.is_none(), "four rows do not determine the unit");
-            let (table, rows) = LiveTable::begin(&lines, of(Some(0.05))).unwrap().unwrap();
+            let (table, rows) = begun(&lines, of(Some(0.05))).unwrap().unwrap();
             assert_eq!(table.assumed_unit(), Some(unit));
             assert!((rows[4].time - 0.2).abs() < 1e-9, "{unit}: {}", rows[4].time);
         }
-        let refused = LiveTable::begin(&lines(1.2), of(Some(0.05))).unwrap_err();
+        let refused = begun(&lines(1.2), of(Some(0.05))).unwrap_err();
         let refused = refused.to_string();
         assert!(
             refused.contains(
@@ -559,14 +552,14 @@ mod tests {
             "{refused}"
         );
         let labelled: Vec<String> = ["time [s],S1", "0,1"].map(str::to_owned).to_vec();
-        let (table, _) = LiveTable::begin(&labelled, of(Some(0.05))).unwrap().unwrap();
+        let (table, _) = begun(&labelled, of(Some(0.05))).unwrap().unwrap();
         assert_eq!(table.assumed_unit(), None);
     }
 
     #[test]
     fn a_file_without_a_table_is_refused_by_its_name() {
-        let lines = vec!["a b c".to_owned(); MAX_HEAD_LINES];
-        let refused = LiveTable::begin(&lines, of(None)).unwrap_err().to_string();
+        let lines = vec!["a b c".to_owned(); 2000];
+        let refused = begun(&lines, of(None)).unwrap_err().to_string();
         assert!(refused.starts_with("log.csv"), "{refused}");
     }
 
@@ -644,50 +637,16 @@ mod tests {
         std::fs::write(&path, lines.join("\n")).unwrap();
         let file = crate::import::read(&path, None, &[], &Progress::default()).unwrap();
         let file = &file.recordings[0];
-        for n_head in [1, 4] {
-            let (mut table, mut rows) =
-                LiveTable::begin(&lines[..n_head], of(None)).unwrap().unwrap();
-            rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap().unwrap()));
-            assert_eq!(table.gauge_names(), file.gauge_names());
-            assert_eq!(table.auxiliary_names(), ["temp_degC"]);
-            assert_eq!(table.axes(), file.axes());
-            for (k, row) in rows.iter().enumerate() {
-                assert_eq!(row.time, file.times()[k]);
-                assert!(row.gauges.iter().eq(file.gauges_at(k)));
-                assert_eq!(row.loads, [file.loads()[k]]);
-            }
+        let (mut table, mut rows) = begun(&lines, of(None)).unwrap().unwrap();
+        let n_read = rows.len();
+        rows.extend(lines[n_read..].iter().map(|line| table.row(line).unwrap().unwrap()));
+        assert_eq!(table.gauge_names(), file.gauge_names());
+        assert_eq!(table.auxiliary_names(), ["temp_degC"]);
+        assert_eq!(table.axes(), file.axes());
+        for (k, row) in rows.iter().enumerate() {
+            assert_eq!(row.time, file.times()[k]);
+            assert!(row.gauges.iter().eq(file.gauges_at(k)));
+            assert_eq!(row.loads, [file.loads()[k]]);
         }
-    }
-
-    #[test]
-    fn a_growing_file_and_its_replacement_are_followed() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log.csv");
-        let mut out = File::create(&path).unwrap();
-        write!(out, "a\nb").unwrap();
-        let mut file = GrowingFile::open(&path).unwrap();
-        let mut next = || match file.look().unwrap() {
-            Grown::Nothing => None,
-            grown => Some(grown),
-        };
-        let line = |text: &str| Some(Grown::Line(text.to_owned()));
-        assert_eq!(next(), line("a"));
-        assert_eq!(next(), None);
-        assert_eq!(next(), None);
-        writeln!(out, "c").unwrap();
-        assert_eq!(next(), line("bc"));
-        std::fs::rename(&path, folder.path().join("log.1.csv")).unwrap();
-        assert_eq!(next(), None);
-        std::fs::write(&path, "d\n").unwrap();
-        assert_eq!(next(), Some(Grown::Replaced));
-        assert_eq!(next(), line("d"));
-        std::fs::write(&path, "").unwrap();
-        assert_eq!(next(), Some(Grown::Replaced));
-        std::fs::write(&path, "head\n1\n").unwrap();
-        assert_eq!([next(), next()], [line("head"), line("1")]);
-        // The file is rewritten, and is longer than before at once.
-        std::fs::write(&path, "other head\n7\n8\n").unwrap();
-        assert_eq!(next(), Some(Grown::Replaced));
-        assert_eq!([next(), next(), next()], ["other head", "7", "8"].map(line));
     }
 }

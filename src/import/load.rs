@@ -11,7 +11,7 @@ use super::two_clocks::{self, Table};
 use super::warning::Cause;
 use crate::finding::Finding;
 use crate::formats;
-use crate::formats::text::Decimal;
+use crate::formats::text::{Decimal, Head, TextLayout};
 use crate::formats::{FilePart, Opened};
 use crate::import::error::{ReadError, TableError};
 use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
@@ -201,7 +201,7 @@ impl<'a> Reading<'a> {
 /// Returns the column map that follows from the names of a file's columns, and warnings about what was assumed.
 pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Cause>), ReadError> {
     let no_header = || ReadError::NoHeader { path: path.to_owned() };
-    let mut text = opened.layout().ok_or_else(no_header)?;
+    let text = opened.layout().ok_or_else(no_header)?;
     let head = opened.head(&text).ok_or_else(no_header)?;
     if opened.kind.is_some() && !text.header {
         return Err(ReadError::NoNames { path: path.to_owned(), columns: head.n_columns });
@@ -209,15 +209,25 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     if !text.header && head.names_in_comment.is_empty() {
         return Err(at(path, head.line)(TableError::HeaderIsNumbers));
     }
-    let sample = opened.sample(&text, &head);
-    let mut guess = names::by_names(&text, &head, &sample.rows);
+    Ok(by_header(path, opened, text, &head))
+}
+
+/// Returns the column map that follows from the names in a header, and warnings about what was assumed.
+pub(super) fn by_header(
+    path: &Path,
+    opened: &Opened,
+    mut text: TextLayout,
+    head: &Head,
+) -> (ColumnMap, Vec<Cause>) {
+    let sample = opened.sample(&text, head);
+    let mut guess = names::by_names(&text, head, &sample.rows);
     // Decimal commas are not declared in this map, so that each use of one is reported. Commas in quoted cells are an
     // exception, because they can only be decimal commas.
     if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
         text.decimal = Decimal::Point;
     }
-    let map = guess.map(&text, &head, path, &sample.rows);
-    Ok((map, guess.notes))
+    let map = guess.map(&text, head, path, &sample.rows);
+    (map, guess.notes)
 }
 
 /// Returns warnings about parts of the file that are missing or are not read.
@@ -244,7 +254,7 @@ fn about(opened: &Opened) -> Vec<Cause> {
 impl Sides {
     /// Returns an error if too many rows are skipped. Rows with NaN do not count as skipped here, because NaN marks a missing
     /// value.
-    fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
+    pub fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
         let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);
         if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {

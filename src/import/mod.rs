@@ -43,6 +43,7 @@ mod warning;
 mod weigh;
 
 pub use error::ReadError;
+pub(crate) use error::TableError;
 pub(crate) use estimate::estimate_weight;
 pub(crate) use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;

@@ -152,8 +152,12 @@ pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     })
 }
 
+/// Factor by which the time step of live rows may differ from that of the calibration's recordings, if no unit is given. The
+/// factor for the next unit is then above 60.
+const STEP_FACTOR_LIMIT: f64 = 15.0;
+
 /// Returns the unit in which the time step `step` is nearest to the time step of a calibration's recordings (s). If the two
-/// differ by a factor of more than ten, returns unit and factor as an error.
+/// differ by more than [`STEP_FACTOR_LIMIT`], returns unit and factor as an error.
 pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
     let off = |unit: TimeUnit| {
         let times = step / unit.per_second() / trained_secs;
@@ -162,7 +166,7 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
     let nearest = UNITS.into_iter().map(off);
     let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
     let (unit, off) = nearest.expect("the list of units is not empty");
-    if off <= 10.0 { Ok(unit) } else { Err((unit, off)) }
+    if off <= STEP_FACTOR_LIMIT { Ok(unit) } else { Err((unit, off)) }
 }
 
 /// Makes times (s) increase that come from a 32-bit counter which starts again from zero. Returns the first row after the

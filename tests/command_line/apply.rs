@@ -347,6 +347,116 @@ fn rows_on_standard_input_are_an_instrument() {
     assert!(!error.contains("/tmp"), "{error}");
 }
 
+/// Rows with one number more than the calibration has gauges are read only if it is a time. The answer to the question is a
+/// list of names.
+#[test]
+fn rows_with_a_number_too_many_are_asked_about() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let rows = |row: &dyn Fn(u32) -> String| -> String { (0..50).map(row).collect() };
+    let gauges = |k: u32| format!("{},{}", 40.0 + f64::from(k), f64::from(k * k % 7));
+    let table = rows(&|k| format!("{},{}\n", 0.1 * f64::from(k), gauges(k)));
+    let expected = fed(&workshop, &["apply", "c.json", "-"], &["t [s],S1,S2\n", &table].concat());
+    let loads = |text: &str| -> Vec<String> {
+        text.lines().skip(1).map(|row| row.split_once(',').unwrap().1.to_owned()).collect()
+    };
+    for first in [0, 7] {
+        let status = rows(&|k| format!("{first},{}\n", gauges(k)));
+        let refused = rejected(&workshop, &["apply", "c.json", "-"], &status);
+        assert_eq!((refused.0, &*refused.1), (1, ""));
+        assert!(refused.2.contains("--rows \"x,S1,S2\""), "{}", refused.2);
+        let named = ["apply", "c.json", "-", "--rows", "x,S1,S2", "--rate", "10"];
+        assert_eq!(loads(&fed(&workshop, &named, &status)), loads(&expected));
+    }
+    for text in [
+        table.clone(),
+        rows(&|k| format!("{},{}\n", 100 * k, gauges(k))),
+        rows(&|k| format!("{},{},{}\n", k / 10, k % 10 * 100_000_000, gauges(k))),
+        rows(&|k| format!("[{} , {}]\r", 100 * k, gauges(k))),
+    ] {
+        assert_eq!(loads(&fed(&workshop, &["apply", "c.json", "-"], &text)), loads(&expected));
+    }
+}
+
+/// A header names the columns in any order, also after a long log. Without a header but with a given form, the log is
+/// rejected.
+#[test]
+fn a_header_or_rows_after_a_long_log_are_found() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let log: String =
+        (0..80).map(|k| format!("[  {k}.1] I (wifi): state: init, rssi: -{k}\n")).collect();
+    let rows = "0,1,2\n100,3,5\n200,4,4\n";
+    let apply = |text: &str| fed(&workshop, &["apply", "c.json", "-"], text);
+    let expected = apply(&["t [ms],S1,S2\n", rows].concat());
+    let turned = "t [ms],S2,S1\n0,2,1\n100,5,3\n200,4,4\n";
+    assert_eq!(apply(&[&log, turned].concat()), expected);
+    // The header of a logger that starts again in the middle of the rows.
+    let twice = apply(&["t [ms],S1,S2\n", rows, "boot: 7\n", turned].concat());
+    let answers: Vec<&str> = twice.lines().collect();
+    assert_eq!(answers.len(), 8);
+    assert_eq!(answers[5..], expected.lines().collect::<Vec<_>>()[1..]);
+
+    let numbers = ["apply", "c.json", "-", "--rows", "numbers", "--rate", "10"];
+    let answered = fed(&workshop, &numbers, &[&log, "1,2\n3,5\n4,4\n"].concat());
+    let (rejected, answers): (Vec<&str>, Vec<&str>) =
+        answered.lines().skip(1).partition(|line| line.ends_with(",rejected: value"));
+    assert_eq!((rejected.len(), answers.len()), (80, 3));
+
+    // The time for the first lines does not grow with the square of their length.
+    let long = format!("# {}\n", "log ".repeat(2500)).repeat(190);
+    let start = std::time::Instant::now();
+    assert_eq!(apply(&[&long, "t [ms],S1,S2\n", rows].concat()), expected);
+    assert!(start.elapsed().as_secs_f64() < 6.0, "{:?}", start.elapsed());
+}
+
+/// A tare works before the header, below it and between the rows, and a reset ends it. The answers to the rows need no
+/// temporary folder.
+#[test]
+fn a_tare_works_wherever_it_stands() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let arguments = ["apply", "c.json", "-", "--status", "--json"];
+    let loads = |text: &str| -> Vec<Option<f64>> {
+        workshop.write("input", text);
+        let input = fs::File::open(workshop.file("input")).unwrap();
+        let mut program = command(workshop.path(), &arguments);
+        let output = program.env("TMPDIR", "/nowhere").stdin(input).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        let answers = String::from_utf8(output.stdout).unwrap();
+        let row = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap();
+        answers.lines().map(|line| row(line)["Fz_conv"].as_f64()).collect()
+    };
+    let header = "t,S1,S2\n";
+    let rows = |from: u32| -> String {
+        (from..from + 6).map(|k| format!("{}.{},41,3\n", k / 10, k % 10)).collect()
+    };
+    let untared = loads(&[header, &rows(0)].concat());
+    assert!(untared.iter().all(|load| load.unwrap().abs() > 1e-3), "{untared:?}");
+    let is_zero = |load: &Option<f64>| load.is_some_and(|load| load.abs() < 1e-9);
+    for text in [
+        ["tare\n", header, &rows(0)].concat(),
+        [header, "tare\n", &rows(0)].concat(),
+        ["tare 0.05\n", header, &rows(0)].concat(),
+    ] {
+        let loads = loads(&text);
+        assert_eq!(loads[0], None, "{text}");
+        assert!(loads.len() == 6 && loads[1..].iter().all(is_zero), "{text} {loads:?}");
+    }
+    assert_eq!(loads(&[header, "tare 1000\n", &rows(0)].concat()), untared);
+    let ended = loads(&[header, "tare 50\n", &rows(0), "reset\n", &rows(6)].concat());
+    assert_eq!(ended, [vec![None; 6], untared].concat());
+}
+
+/// Returns the exit code, the standard output and the messages of the program with this input.
+fn rejected(workshop: &Workshop, arguments: &[&str], text: &str) -> (i32, String, String) {
+    workshop.write("input", text);
+    let input = fs::File::open(workshop.file("input")).unwrap();
+    let output = command(workshop.path(), arguments).stdin(input).output().unwrap();
+    let message = stderr(&output);
+    (output.status.code().unwrap(), String::from_utf8(output.stdout).unwrap(), message)
+}
+
 /// The source is a folder: on Linux, reading a folder fails in the same way as reading an unplugged serial port.
 #[cfg(target_os = "linux")]
 #[test]

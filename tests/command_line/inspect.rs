@@ -119,6 +119,29 @@ fn an_offset_between_two_clocks_is_shown_and_not_applied() {
     assert!(rmse() < 1e-6);
 }
 
+/// In 36 of 200 rows, a cell is missing, so that the layout of the text was probably not understood.
+#[test]
+fn inspect_and_fit_refuse_the_same_file() {
+    let workshop = Workshop::with_recordings();
+    let text = recording(1.0, 200);
+    let cut = |(at, line): (usize, &str)| match line.rsplit_once(',') {
+        Some((short, _)) if at % 5 == 4 && at < 180 => format!("{short}\n"),
+        _ => format!("{line}\n"),
+    };
+    workshop.write("short.csv", text.lines().enumerate().map(cut).collect::<String>());
+    let refused = run(workshop.path(), &["inspect", "--json", "short.csv"]);
+    let found: Value = serde_json::from_slice(&refused.stdout).unwrap();
+    assert!(found["check"]["error"].as_str().unwrap().contains("36 of 200 rows"));
+    assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 0);
+    let fitted = run(workshop.path(), &["fit", "--train", "short.csv"]);
+    assert_eq!((refused.status.code(), fitted.status.code()), (Some(1), Some(1)));
+    // With the written map, the user accepts the skipped rows.
+    succeed(workshop.path(), &["inspect", "short.csv", "--write-map", "map.json"]);
+    for job in [&["inspect"][..], &["fit", "--train"]] {
+        succeed(workshop.path(), &[job, &["short.csv", "--columns", "map.json"]].concat());
+    }
+}
+
 #[test]
 fn unusable_maps_are_refused_with_their_names() {
     let workshop = Workshop::with_recordings();

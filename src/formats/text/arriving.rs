@@ -20,6 +20,8 @@ pub(crate) struct ArrivingLines {
     /// Position in `text` up to which the search for the next end of a line found none.
     searched: usize,
     is_too_long: bool,
+    /// True if the last line ended with `\r`, which `\n` may follow.
+    is_after_return: bool,
 }
 
 impl ArrivingLines {
@@ -47,9 +49,15 @@ impl ArrivingLines {
         self.text.append(&mut text);
     }
 
-    /// Returns the next complete line, without its line end.
+    /// Returns the next complete line, without its line end: `\n`, `\r\n` or `\r`.
     pub fn next_line(&mut self) -> Option<String> {
-        let Some(at) = memchr::memchr(b'\n', &self.text[self.searched..]) else {
+        // The line end `\r` of the last line was returned before it was known that `\n` follows.
+        if self.is_after_return && self.start < self.text.len() {
+            self.is_after_return = false;
+            self.start += usize::from(self.text[self.start] == b'\n');
+            self.searched = self.searched.max(self.start);
+        }
+        let Some(at) = memchr::memchr2(b'\n', b'\r', &self.text[self.searched..]) else {
             if self.text.len() - self.start > LINE_LIMIT_BYTES {
                 self.is_too_long = true;
                 self.text.clear();
@@ -59,11 +67,15 @@ impl ArrivingLines {
             return None;
         };
         let end = self.searched + at;
+        self.is_after_return = self.text[end] == b'\r';
         Some(self.line(end, end + 1))
     }
 
     pub fn last_line(&mut self) -> Option<String> {
         self.decode();
+        if let Some(line) = self.next_line() {
+            return Some(line);
+        }
         let end = self.text.len();
         (end > self.start).then(|| self.line(end, end))
     }
@@ -74,7 +86,7 @@ impl ArrivingLines {
         if std::mem::take(&mut self.is_too_long) {
             return TOO_LONG.to_owned();
         }
-        String::from_utf8_lossy(&self.text[start..end]).trim_end_matches('\r').to_owned()
+        String::from_utf8_lossy(&self.text[start..end]).into_owned()
     }
 }
 
@@ -104,6 +116,13 @@ mod tests {
             for step in [1, 2, 3, 7, 100] {
                 assert_eq!(lines(&content, step), ["t [µs],S1", "0,1", "", "5,3"], "{step}");
             }
+        }
+    }
+
+    #[test]
+    fn lines_may_end_with_a_carriage_return_alone() {
+        for step in [1, 2, 3, 100] {
+            assert_eq!(lines(b"t,S1\r0,1\r\r\n5,3\r", step), ["t,S1", "0,1", "", "5,3"], "{step}");
         }
     }
 

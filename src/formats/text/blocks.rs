@@ -31,13 +31,11 @@ impl Blocks {
         block_bytes: usize,
         limit_bytes: Option<u64>,
     ) -> Result<Self, FileError> {
-        Ok(Self {
-            text: Text::open(path, limit_bytes)?,
-            block_bytes,
-            carry: Vec::new(),
-            is_at_end: false,
-            arrows: None,
-        })
+        Ok(Self::of(Text::open(path, limit_bytes)?, block_bytes))
+    }
+
+    pub(super) fn of(text: Text, block_bytes: usize) -> Self {
+        Self { text, block_bytes, carry: Vec::new(), is_at_end: false, arrows: None }
     }
 
     /// Returns the whole lines among `n_bytes` bytes from byte `at` on. This does not change which block is next.

@@ -1,8 +1,9 @@
 //! Converts a file of any supported encoding to UTF-8 text without byte order mark, whose lines end with `\n` or `\r\n`. The
 //! error for a file that holds no text, such as an image, names the kind of the file.
 
+use std::fmt;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use serde::Serialize;
@@ -54,9 +55,14 @@ impl Encoding {
     }
 }
 
+/// Bytes that are read as text: a file, or bytes in memory.
+trait Source: Read + Seek + fmt::Debug + Send + Sync {}
+
+impl<T: Read + Seek + fmt::Debug + Send + Sync> Source for T {}
+
 #[derive(Debug)]
 pub(super) struct Text {
-    file: File,
+    source: Box<dyn Source>,
     left_bytes: u64,
     /// Length of the file when it was opened (bytes).
     pub file_bytes: u64,
@@ -72,20 +78,34 @@ pub(super) struct Text {
 impl Text {
     /// Opens a file and checks that it is text. At most `limit_bytes` are read.
     pub fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
-        let mut file = File::open(path)?;
+        let file = File::open(path)?;
+        let file_bytes = file.metadata()?.len();
+        Self::of(Box::new(file), file_bytes, limit_bytes)
+    }
+
+    /// Checks that bytes in memory are text.
+    pub fn of_bytes(bytes: Vec<u8>) -> Result<Self, FileError> {
+        let n_bytes = bytes.len() as u64;
+        Self::of(Box::new(Cursor::new(bytes)), n_bytes, None)
+    }
+
+    fn of(
+        mut source: Box<dyn Source>,
+        file_bytes: u64,
+        limit_bytes: Option<u64>,
+    ) -> Result<Self, FileError> {
         let mut head = Vec::with_capacity(HEAD_BYTES);
-        (&mut file).take(HEAD_BYTES as u64).read_to_end(&mut head)?;
+        (&mut source).take(HEAD_BYTES as u64).read_to_end(&mut head)?;
         if head.is_empty() {
             return Err(FileError::Empty);
         }
         let (encoding, mark_bytes) = encoding_of(&head)?;
-        file.seek(SeekFrom::Start(mark_bytes as u64))?;
+        source.seek(SeekFrom::Start(mark_bytes as u64))?;
         let (head, _) = decoded(encoding, head.split_off(mark_bytes));
         let is_bare = |at| head.get(at + 1).is_some_and(|&next| next != b'\n');
         let limit_bytes = limit_bytes.unwrap_or(u64::MAX);
-        let file_bytes = file.metadata()?.len();
         Ok(Self {
-            file,
+            source,
             left_bytes: limit_bytes.saturating_sub(mark_bytes as u64),
             file_bytes,
             read_bytes: file_bytes.min(limit_bytes),
@@ -107,7 +127,7 @@ impl Text {
         let mut raw = std::mem::take(&mut self.half_character);
         // Text with one byte per character needs no conversion.
         let into = if self.encoding.bytes_per_character() == 1 { &mut *text } else { &mut raw };
-        let n_bytes = (&mut self.file).take(wanted_bytes).read_to_end(into)? as u64;
+        let n_bytes = (&mut self.source).take(wanted_bytes).read_to_end(into)? as u64;
         self.left_bytes -= n_bytes;
         let has_more = n_bytes == wanted_bytes && self.left_bytes > 0;
         let (mut new, half_character) = decoded(self.encoding, raw);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::cells::{is_skipped, lines};
-use super::encoding::Encoding;
+use super::encoding::{Encoding, Text};
 use super::layout::{self, Head, detect, locate};
 use super::written::TextLayout;
 use crate::formats::columns::{PLACES, ROWS_AT_A_PLACE, Sample};
@@ -52,6 +52,14 @@ impl TextFile {
         let mut blocks = Blocks::open(path, block_bytes, limit_bytes)?;
         let head = blocks.head(HEAD_BYTES)?;
         Ok(Self { path: path.to_owned(), blocks, head, places: OnceCell::new() })
+    }
+
+    /// Takes bytes in memory as a file, all of which is its start.
+    pub(in crate::formats) fn of_bytes(bytes: Vec<u8>) -> Result<Self, FileError> {
+        let n_bytes = bytes.len();
+        let mut blocks = Blocks::of(Text::of_bytes(bytes)?, n_bytes);
+        let head = blocks.head(n_bytes)?;
+        Ok(Self { path: PathBuf::new(), blocks, head, places: OnceCell::from(Vec::new()) })
     }
 
     pub(in crate::formats) fn layout(&self) -> Option<TextLayout> {

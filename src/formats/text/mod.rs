@@ -28,11 +28,11 @@ mod written;
 
 pub(crate) use arriving::ArrivingLines;
 pub(super) use blocks::Blocks;
-pub(crate) use cells::lines;
+pub(crate) use cells::{delimiter_of_header, lines};
 pub(crate) use encoding::Encoding;
 pub(super) use file::FORMAT;
 pub(crate) use file::TextFile;
-pub(crate) use layout::Head;
+pub(crate) use layout::{Head, is_header, is_units_row, words};
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};
 pub(super) use lvm::FORMAT as LABVIEW;

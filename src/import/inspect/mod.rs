@@ -144,6 +144,8 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         Known::Map(map) => &map.table.text.parts,
     };
     let opened = reading.open(path, parts)?;
+    // With a given map or layout, the user accepts that rows are skipped.
+    let may_skip_rows = !matches!(known, Known::Nothing);
     let (map, questions) = match known {
         Known::Map(map) => (*map, Vec::new()),
         Known::Layout(text) => propose(path, &opened, &text),
@@ -159,7 +161,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     });
     let table = report(path, &opened, &map.table);
     let is_sample = opened.read_bytes < table.file_bytes;
-    let check = check(path, &reading, &map, is_sample)?;
+    let check = check(path, &reading, &map, [is_sample, may_skip_rows])?;
     Ok(Inspection { table, reference, map, questions, check })
 }
 
@@ -239,12 +241,15 @@ fn check(
     path: &Path,
     reading: &Reading,
     map: &ColumnMap,
-    is_sample: bool,
+    [is_sample, may_skip_rows]: [bool; 2],
 ) -> Result<Check, ReadError> {
     let mut check = Check { is_sample, ..Check::default() };
     let loaded = reading.sides(path, Some(map)).and_then(|sides| {
         if let Some(reference) = &sides.reference {
             check.clock_offset = estimated_offset(&sides.gauges, reference);
+        }
+        if !may_skip_rows {
+            sides.check_skipped(path)?;
         }
         sides.joined()
     });

@@ -27,7 +27,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let is_first_row = |at: usize| is_first_row(&lines[at..], delimiter);
     // A line with known column names is the header. Without such a line, the header is the line above the first row.
     let by_names = || {
-        let is_header = |line: &Line| is_understood(line.text) && !holds_only_values(line.text);
+        let is_header = |line: &Line| words(line.text).is_some_and(|cells| is_header(&cells));
         lines.iter().take(HEADER_LIMIT).position(is_header)
     };
     let first_row = (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at));
@@ -117,9 +117,13 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     is_rowlike(first.text, delimiter) && following.all(is_like)
 }
 
-/// Returns true if the cells of the line name a time column, and a gauge or a load.
-fn is_understood(text: &[u8]) -> bool {
-    let cells = names(text, delimiter_of_header(text));
+/// Returns the cells of a line; `None` if all of them are values.
+pub(crate) fn words(text: &[u8]) -> Option<Vec<String>> {
+    (!holds_only_values(text)).then(|| names(text, delimiter_of_header(text)))
+}
+
+/// Returns true if these cells name a time column, and a gauge or a load.
+pub(crate) fn is_header(cells: &[String]) -> bool {
     let kinds: Vec<Kind> = cells.iter().filter_map(|cell| ColumnName::parse(cell).kind).collect();
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
@@ -154,7 +158,7 @@ fn is_note(text: &[u8]) -> bool {
 }
 
 /// Returns true if a line below the header holds units: at least one known unit and no values.
-fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
+pub(crate) fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
     let cells = names(text, delimiter);
     let (n_values, _) = counts(text, delimiter);
     n_values == 0 && cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
@@ -205,9 +209,7 @@ pub(super) fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec
     let text = all[..row].iter().rev().find(is_filled)?.text;
     let text = text.trim_ascii_start();
     let text = &text[text.iter().take_while(|byte| **byte == b'#').count()..];
-    let is_named = is_understood(text) && !holds_only_values(text);
-    let cells = names(text.trim_ascii_start(), delimiter_of_header(text));
-    (is_named && cells.len() == n_cells).then_some(cells)
+    words(text.trim_ascii_start()).filter(|cells| cells.len() == n_cells && is_header(cells))
 }
 
 #[cfg(test)]

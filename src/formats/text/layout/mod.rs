@@ -4,7 +4,7 @@
 mod detect;
 mod start;
 
-pub(crate) use detect::detect;
+pub(crate) use detect::{detect, is_header, is_units_row, words};
 
 pub(super) use self::start::names;
 use self::start::{first_lines, unbracketed};

@@ -1,0 +1,353 @@
+//! First lines of a live source, in which its columns are found.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use super::super::device_rows::{
+    DeviceRows, cells, delimiter, numbers, times_of_numbers, without_stamp,
+};
+use super::{LiveSource, LiveTable, RowForm};
+use crate::formats::column_name::ColumnName;
+use crate::formats::text::cells::Cells;
+use crate::formats::text::{
+    Delimiter, TextLayout, delimiter_of_header, is_header, is_units_row, words,
+};
+use crate::import::error::{ReadError, TableError, at};
+
+/// Maximum number of lines at the start of a live source in which its columns must be found.
+const MAX_HEAD_LINES: usize = 2000;
+/// Number of rows, at the start of a live source, from whose median time step the unit of time is derived.
+const ROWS_FOR_A_STEP: usize = 5;
+/// Number of rows from which their form is guessed, and number of rows after which an unclear form is an error.
+const ROWS_FOR_A_FORM: usize = 10;
+const ROWS_FOR_AN_ERROR: usize = 40;
+/// Maximum length (bytes) of a line that is kept although it is no row, to report it later.
+const KEPT_BYTES: usize = 1000;
+
+/// Line of a live source, with the time (s) from the start of the source to its arrival.
+#[derive(Clone, Debug)]
+pub struct Arrived {
+    pub line: String,
+    pub secs: f64,
+    /// True for a line that is kept at its place, but is not part of the table.
+    is_command: bool,
+}
+
+/// First lines of a source, until its columns are known.
+///
+/// A line that holds every gauge name of the calibration is the header of a table, wherever it stands, and the lines above it
+/// are dropped. Without such a line, the form of the rows is guessed from the first lines that have the form of a row. After
+/// the columns are known, all lines below the header, or all lines of rows without a header, are read again by the table.
+#[derive(Debug)]
+pub struct LiveHead {
+    start: Instant,
+    kept: VecDeque<Arrived>,
+    n_lines: usize,
+    header: Option<TableHeader>,
+    /// Lines that may be rows, with their form.
+    rows: Vec<(RowForm, Arrived)>,
+    /// Maximum number of plain numbers in a line.
+    most_numbers: usize,
+}
+
+/// Header of a table, and the line with the units below it.
+#[derive(Debug)]
+pub(super) struct TableHeader {
+    line: String,
+    pub names: Vec<String>,
+    units: Option<String>,
+    pub has_gauges: bool,
+}
+
+impl TableHeader {
+    /// Returns the header in a line; `None` for any other line.
+    pub fn of(row: &str, source: LiveSource<'_>) -> Option<Self> {
+        let line = row.trim_start_matches(['#', ' ']);
+        let names = words(line.as_bytes()).filter(|_| !line.starts_with('{'))?;
+        let is_there = |gauge: &String| names.iter().any(|name| is_named(name, gauge));
+        let has_gauges = !source.gauges.is_empty() && source.gauges.iter().all(is_there);
+        let line = line.to_owned();
+        (has_gauges || is_header(&names)).then_some(Self { line, names, units: None, has_gauges })
+    }
+
+    fn delimiter(&self) -> Delimiter {
+        delimiter_of_header(self.line.as_bytes())
+    }
+
+    /// Returns the delimiter of a row below this header; `None` if a line is no such row.
+    fn delimiter_of_row(&self, row: &str) -> Option<Delimiter> {
+        let is_row = |own: &Delimiter| {
+            let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
+            Cells::new(row.as_bytes(), *own).count() >= self.names.len()
+                && cells(row, *own).any(|cell| layout.number(cell).is_some())
+        };
+        [Some(self.delimiter()), delimiter(row)].into_iter().flatten().find(is_row)
+    }
+
+    /// Returns true if the line below the header holds units.
+    fn takes_units(&mut self, row: &str) -> bool {
+        let n_cells = Cells::new(row.as_bytes(), self.delimiter()).count();
+        let is_wide = n_cells == self.names.len();
+        let holds_units =
+            self.units.is_none() && is_wide && is_units_row(row.as_bytes(), self.delimiter());
+        if holds_units {
+            self.units = Some(row.to_owned());
+        }
+        holds_units
+    }
+
+    /// Returns the lines of the header above rows with this delimiter. `time` is a column that is added in front.
+    fn lines(&self, delimiter: Delimiter, time: Option<&str>) -> Vec<String> {
+        let between = char::from(delimiter.byte()).to_string();
+        let behind = |cell: Option<&str>, line: String| match cell {
+            Some(cell) => format!("{cell}{between}{line}"),
+            None => line,
+        };
+        let is_same = self.delimiter() == delimiter;
+        let names = if is_same { self.line.clone() } else { self.names.join(&between) };
+        let units = self.units.clone().map(|units| behind(time.map(|_| ""), units));
+        [behind(time, names)].into_iter().chain(units).collect()
+    }
+}
+
+/// Returns true if the cell of a header names this channel, with or without a unit.
+pub(super) fn is_named(cell: &str, channel: &str) -> bool {
+    cell == channel || cell.contains(channel) && ColumnName::parse(cell).name == channel
+}
+
+impl Default for LiveHead {
+    fn default() -> Self {
+        Self {
+            start: Instant::now(),
+            kept: VecDeque::new(),
+            n_lines: 0,
+            header: None,
+            rows: Vec::new(),
+            most_numbers: 0,
+        }
+    }
+}
+
+impl LiveHead {
+    pub fn is_empty(&self) -> bool {
+        self.n_lines == 0
+    }
+
+    pub fn n_lines(&self) -> usize {
+        self.n_lines
+    }
+
+    /// Returns the lines that the table has to read, and those of [`keep`](Self::keep).
+    pub fn into_kept(self) -> impl Iterator<Item = Arrived> {
+        self.kept.into_iter()
+    }
+
+    fn arrived(&self, line: String, is_command: bool) -> Arrived {
+        Arrived { line, secs: self.start.elapsed().as_secs_f64(), is_command }
+    }
+
+    /// Keeps a line that is not part of the table, such as a command, at its place among the lines.
+    pub fn keep(&mut self, line: String) {
+        self.kept.push_back(self.arrived(line, true));
+    }
+
+    /// Adds the next line, and returns the table once its columns are known. After an error, no further lines may be added.
+    pub fn push(
+        &mut self,
+        line: String,
+        source: LiveSource<'_>,
+    ) -> Result<Option<LiveTable>, ReadError> {
+        self.n_lines += 1;
+        let (_, row) = without_stamp(&line);
+        if let (None, Some(names)) = (&self.header, source.header) {
+            let (line, names) = (names.to_owned(), names.split(',').map(str::trim));
+            let names = names.map(str::to_owned).collect();
+            self.header = Some(TableHeader { line, names, units: None, has_gauges: true });
+        } else if source.may_have_header()
+            && let Some(header) = TableHeader::of(row, source)
+        {
+            self.header = Some(header);
+            self.rows.clear();
+            self.kept.retain(|arrived| arrived.is_command);
+            return Ok(None);
+        }
+        if self.header.as_mut().is_some_and(|header| header.takes_units(row)) {
+            return Ok(None);
+        }
+        let form = self.form_of(row, source);
+        let mut arrived = self.arrived(line, false);
+        match form {
+            Some(form) => self.rows.push((form, arrived.clone())),
+            None => arrived.line.truncate(arrived.line.floor_char_boundary(KEPT_BYTES)),
+        }
+        self.kept.push_back(arrived);
+        let table = form.map_or(Ok(None), |form| self.table(form, source, false))?;
+        if table.is_some() || self.n_lines < MAX_HEAD_LINES {
+            return Ok(table);
+        }
+        if source.form.is_none() {
+            return self.end(source).map(Some);
+        }
+        let oldest = self.kept.iter().position(|arrived| !arrived.is_command);
+        oldest.map(|at| self.kept.remove(at));
+        Ok(None)
+    }
+
+    /// Returns the form of a row from which the columns can be found; `None` if a line is no such row.
+    fn form_of(&mut self, row: &str, source: LiveSource<'_>) -> Option<RowForm> {
+        use RowForm::{Json, Numbers, Table, TimedNumbers};
+        let is_table = matches!(source.form, None | Some(Table));
+        let header = self.header.as_ref().filter(|_| is_table);
+        let is_row = header.is_some_and(|header| header.delimiter_of_row(row).is_some());
+        if is_row || source.map.is_some() && source.form.is_none() {
+            return Some(Table);
+        }
+        let form = RowForm::of(row, |name| source.channels().any(|own| own == name))?;
+        let n_numbers = numbers(row).map_or(0, |numbers| numbers.len());
+        self.most_numbers = self.most_numbers.max(n_numbers);
+        let n_channels = source.n_channels();
+        match source.form {
+            None if header.is_some_and(|header| header.has_gauges) => None,
+            None => (form == Json || n_channels > 0).then_some(form),
+            Some(Table) => (form == Json).then_some(form),
+            Some(Numbers) => (n_numbers >= n_channels).then_some(Numbers),
+            Some(TimedNumbers) => (n_numbers > n_channels).then_some(TimedNumbers),
+            Some(given) => (form == given).then_some(form),
+        }
+    }
+
+    /// Returns the table after the source has ended.
+    pub fn end(&mut self, source: LiveSource<'_>) -> Result<LiveTable, ReadError> {
+        let count = |form| self.rows.iter().filter(|(own, _)| *own == form).count();
+        let form = self.rows.iter().map(|(form, _)| *form).max_by_key(|form| count(*form));
+        let table = form.map_or(Ok(None), |form| self.table(form, source, true))?;
+        let needed = source.n_channels() + usize::from(source.form == Some(RowForm::TimedNumbers));
+        let fault = || match (source.form, &self.header) {
+            (Some(form), _) if form.is_numbers() => {
+                TableError::FewNumbers { found: self.most_numbers, needed }
+            }
+            (_, Some(_)) => TableError::NoRows,
+            _ => {
+                let n = self.n_lines;
+                unclear(format!("none of the first {n} lines is a header or a row"), source)
+            }
+        };
+        table.ok_or_else(|| at(source.path, 1)(fault()))
+    }
+
+    /// Finds the columns in the rows of this form. Returns `None` if more lines are needed.
+    fn table(
+        &mut self,
+        form: RowForm,
+        source: LiveSource<'_>,
+        is_all: bool,
+    ) -> Result<Option<LiveTable>, ReadError> {
+        let rows = self.rows.iter().filter(|(own, _)| *own == form);
+        let rows: Vec<Arrived> = rows.map(|(_, arrived)| arrived.clone()).collect();
+        let is_early = !is_all && rows.len() < ROWS_FOR_A_FORM;
+        let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
+        let begin = |lines: Vec<String>| LiveTable::begin(&lines, source, n_needed);
+        let is_no_time = |table: &Result<_, _>| {
+            matches!(table, Err(ReadError::Table { source: TableError::NoTime { .. }, .. }))
+        };
+        let table = match (form, &self.header) {
+            (RowForm::Table, Some(header)) => {
+                let last = without_stamp(&rows[rows.len() - 1].line).1;
+                let delimiter = header.delimiter_of_row(last).unwrap_or_default();
+                let lines = rows.iter().map(|row| without_stamp(&row.line).1.to_owned());
+                let table = begin([header.lines(delimiter, None), lines.collect()].concat());
+                if is_no_time(&table) {
+                    of_device(form, rows, source, Some((header, delimiter)), is_all)
+                } else {
+                    table
+                }
+            }
+            (RowForm::Table, None) => begin(rows.into_iter().map(|row| row.line).collect()),
+            (RowForm::Json, _) if source.form != Some(RowForm::Json) => {
+                let table = begin(rows.iter().map(|row| row.line.clone()).collect());
+                if is_no_time(&table) && source.form.is_none() && !is_early {
+                    of_device(form, rows, source, None, is_all)
+                } else {
+                    table
+                }
+            }
+            _ if source.form.is_none() && is_early => Ok(None),
+            _ => of_device(form, rows, source, None, is_all),
+        };
+        match table {
+            Err(ReadError::Table { source: TableError::NoTimeUnit { .. }, .. }) => table,
+            Err(_) if is_early => Ok(None),
+            Ok(Some(mut table)) => {
+                table.start = self.start;
+                table.header = self.header.take().map(|header| header.names);
+                let mut n_above = if source.map.is_some() { table.n_above } else { 0 };
+                self.kept.retain(|arrived| {
+                    let is_above = n_above > 0 && !arrived.is_command;
+                    n_above -= usize::from(is_above);
+                    !is_above
+                });
+                Ok(Some(table))
+            }
+            table => table,
+        }
+    }
+}
+
+/// Finds the columns of rows as a device prints them. With a header, its rows have no time, which is added to them. Returns
+/// `None` if more lines are needed.
+fn of_device(
+    form: RowForm,
+    mut rows: Vec<Arrived>,
+    source: LiveSource<'_>,
+    header: Option<(&TableHeader, Delimiter)>,
+    is_all: bool,
+) -> Result<Option<LiveTable>, ReadError> {
+    let times = match form {
+        RowForm::TimedNumbers => 0..1,
+        RowForm::Numbers if source.form.is_none() => {
+            let of = |row: &Arrived| numbers(without_stamp(&row.line).1).unwrap_or_default();
+            let n_rows = rows.len();
+            let lengths: Vec<usize> = rows.iter().map(|row| of(row).len()).collect();
+            let count = |n| lengths.iter().filter(|own| **own == n).count();
+            let n = lengths.iter().copied().max_by_key(|n| count(*n)).unwrap_or(0);
+            rows.retain(|row| of(row).len() == n);
+            let is_most = 2 * rows.len() > n_rows;
+            let numbers: Vec<Vec<f64>> = rows.iter().map(of).collect();
+            match times_of_numbers(&numbers, source).filter(|_| is_most) {
+                Some(times) => times,
+                None if is_all || n_rows >= ROWS_FOR_AN_ERROR => {
+                    let found = format!(
+                        "they have {n} numbers, and no column is a clock with the calibration's sample rate"
+                    );
+                    return Err(at(source.path, 1)(unclear(found, source)));
+                }
+                None => return Ok(None),
+            }
+        }
+        _ => 0..0,
+    };
+    let form = if times.is_empty() { form } else { RowForm::TimedNumbers };
+    let lines: Vec<&str> = rows.iter().map(|row| &*row.line).collect();
+    let mut device = DeviceRows::new(form, &times, &lines, source);
+    if let Some((_, delimiter)) = header {
+        device.delimiter = delimiter;
+    }
+    let map = device.map(&times, &lines, source);
+    let mut trial = device.clone();
+    let table = rows.iter().filter_map(|row| trial.line(&row.line, row.secs));
+    let mut table: Vec<String> = table.collect();
+    if table.is_empty() && !is_all {
+        return Ok(None);
+    }
+    if let Some((header, delimiter)) = header {
+        table.splice(0..0, header.lines(delimiter, Some(device.time_name())));
+    }
+    let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
+    let source = LiveSource { map: map.as_ref(), ..source };
+    let table = LiveTable::begin(&table, source, n_needed)?;
+    Ok(table.map(|table| LiveTable { device: Some(device), ..table }))
+}
+
+fn unclear(found: String, source: LiveSource<'_>) -> TableError {
+    TableError::UnclearRows { found, needed: source.channels().cloned().collect() }
+}
