@@ -35,6 +35,6 @@ pub(crate) use look_back::{Distance, F_TH, HISTORY_RATE, LiveLookBack, T_TH};
 pub use look_back::{LoadPath, Thresholds};
 pub use setting::listed;
 pub(crate) use setting::{Choice, FeatureError, Range, Setting, Unit};
-pub use settings::{Blocks, FeatureSettings, Stored};
+pub use settings::{Blocks, FeatureSettings, MAX_COLUMNS, Stored};
 pub(crate) use source::{Numbers, Precision};
 pub use source::{Rows, Source};

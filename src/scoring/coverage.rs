@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::features::Column;
+use crate::features::{Column, MAX_COLUMNS};
 use crate::min_max::MinMax;
 use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
 use crate::scoring::loops::extents_of;
@@ -19,6 +19,10 @@ const OTHER_LOAD_AT_MOST: f64 = 0.05;
 const OUTSIDE: f64 = 0.02;
 /// Share of test samples outside the training range above which a finding is reported.
 pub const OUTSIDE_SHARE: f64 = 0.05;
+
+/// Number of different loads at which the count stops. A model has at most [`MAX_COLUMNS`] coefficients per axis, and twice
+/// this number of loads determines it, so a larger count would change no finding.
+const MAX_CASES: usize = 2 * MAX_COLUMNS;
 
 /// Loads that the training and test recordings cover.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,12 +63,14 @@ impl Coverage {
     }
 
     /// Returns the number of independent load points that determine the coefficients of these columns. If a column holds
-    /// earlier gauge readings, every change of the load counts, otherwise every different load.
-    pub fn n_cases(&self, columns: &[Column]) -> usize {
+    /// earlier gauge readings, every change of the load counts, otherwise every different load. The second value is true if
+    /// the count stopped, so that there may be more.
+    pub fn n_cases(&self, columns: &[Column]) -> (usize, bool) {
         let is_past = |column: &Column| matches!(column, Column::Past { .. });
-        match columns.iter().any(is_past) {
-            true => self.n_moves,
-            false => self.cases.len(),
+        if columns.iter().any(is_past) {
+            (self.n_moves, false)
+        } else {
+            (self.cases.len(), self.cases.is_full())
         }
     }
 
@@ -99,7 +105,8 @@ fn outside<'a>(
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
-/// The different loads of recordings. Two loads differ if they differ by more than the tolerance on any axis.
+/// The first [`MAX_CASES`] different loads of recordings. Two loads differ if they differ by more than the tolerance on any
+/// axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadCases {
     /// Difference of loads that is tolerated on each axis, in its unit; infinite for an axis whose load never changes.
@@ -123,23 +130,27 @@ impl LoadCases {
                 false => f64::INFINITY,
             }
         });
-        let mut own = Self { tolerances: tolerances.collect(), ..Self::default() };
+        let mut cases = Self { tolerances: tolerances.collect(), ..Self::default() };
         let mut n_moves = 0;
         for recording in recordings {
             let mut last: Option<&[f64]> = None;
             for load in recording.loads().chunks_exact(axes.len().max(1)) {
-                if last.is_none_or(|last| own.distance(load, last) > 1.0) {
+                if last.is_none_or(|last| cases.distance(load, last) > 1.0) {
                     last = Some(load);
                     n_moves += 1;
-                    own.take(load);
+                    cases.take(load);
                 }
             }
         }
-        (n_moves, own)
+        (n_moves, cases)
     }
 
     pub fn len(&self) -> usize {
         self.loads.len() / self.tolerances.len().max(1)
+    }
+
+    fn is_full(&self) -> bool {
+        self.len() >= MAX_CASES
     }
 
     /// Returns the largest difference of two loads on any axis, divided by the tolerance of the axis.
@@ -155,8 +166,11 @@ impl LoadCases {
         [(); 2].map(|()| moving().map_or(0, |(load, tolerance)| (load / tolerance).floor() as i64))
     }
 
-    /// Adds a load to the different loads if it differs from all of them.
+    /// Adds a load to the different loads if it differs from all of them and the list is not full.
     fn take(&mut self, load: &[f64]) {
+        if self.is_full() {
+            return;
+        }
         let [a, b] = self.cell(load);
         let own = |at: u32| {
             let n_axes = load.len();
@@ -213,6 +227,16 @@ mod tests {
     fn of(train: Vec<f64>, test: Vec<f64>) -> Coverage {
         let entries = [entry(Role::Train, train), entry(Role::Test, test)];
         Coverage::of(&entries, &[Axis::Fx, Axis::Fz])
+    }
+
+    /// Each load differs from all others, in two axes that sweep a grid of 50 × 50 cells row by row.
+    #[test]
+    fn the_count_of_different_loads_stops() {
+        let loads = (0..2500).flat_map(|k| [f64::from(k % 50), f64::from(k / 50)]);
+        let found = of(loads.collect(), vec![0.0; 2]);
+        assert_eq!((found.cases.len(), found.n_moves), (MAX_CASES, 2500));
+        assert_eq!(found.n_cases(&[]), (MAX_CASES, true));
+        assert_eq!(of(vec![0.0, 0.0, 1.0, 1.0], vec![0.0; 2]).n_cases(&[]), (2, false));
     }
 
     #[test]

@@ -22,6 +22,9 @@ const TIMES: f64 = 100.0;
 pub struct LoadCount {
     /// Number of different loads. If features use earlier gauge values, number of changes of the load.
     pub load_cases: usize,
+    /// True if the count of different loads stopped at `load_cases`, because more of them would change no finding.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub more_load_cases: bool,
     pub coefficients: usize,
     /// Effective number of coefficients, which the data determine instead of the ridge, on the axis with the largest such number.
     pub free_coefficients: f64,
@@ -32,21 +35,27 @@ impl LoadCount {
         let columns = calibration.columns();
         let coefficients = columns.len();
         let free = calibration.quality.free_coefficients;
+        let (load_cases, more_load_cases) = coverage.n_cases(&columns);
         Self {
-            load_cases: coverage.n_cases(&columns),
+            load_cases,
+            more_load_cases,
             coefficients,
             free_coefficients: free.unwrap_or(coefficients as f64),
         }
     }
 
     pub fn words(&self) -> String {
-        let Self { load_cases, coefficients, free_coefficients } = self;
+        let Self { load_cases, more_load_cases, coefficients, free_coefficients } = self;
         let few = free_coefficients.ceil();
         let free = match few < *coefficients as f64 {
             true => format!(" ({few:.0} of which the data determine)"),
             false => String::new(),
         };
-        let cases = counted(*load_cases, "load case");
+        let cases = if *more_load_cases {
+            "more than 1,000 load cases".to_owned()
+        } else {
+            counted(*load_cases, "load case")
+        };
         format!("{coefficients} coefficients per axis{free} are fitted to {cases}")
     }
 
