@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::recording::{Judged, LeftOut, Recording, ValidRange};
 pub use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
-use crate::scoring::faults::watched::{Expected, Own, Watched, joined, push_runs};
+use crate::scoring::faults::watched::{Expected, Own, Sampled, Watched, joined, push_runs};
 
 /// Maximum share of samples in which an auxiliary channel drops out. A channel that drops out more often counts as a switch.
 const DROPOUT_SHARE: f64 = 0.05;
@@ -106,12 +106,14 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
     let loads = (0..recording.axes().len()).map(Channel::Load);
     let channels: Vec<Channel> = gauges.chain(loads).collect();
-    let own = channels.par_iter().map(|channel| Own::of(recording, *channel));
-    let own: Vec<Own> = own.collect();
+    let properties =
+        |channel: &Channel| Own::of(*channel, &channel.values(recording), recording.is_static());
+    let own: Vec<Own> = channels.par_iter().map(properties).collect();
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
     let held = own.iter().filter(moves).map(|own| own.held).max().unwrap_or(1);
     let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
+    let sampled = Sampled::of(recording, &moving);
     let of_channel = |own: &Own| {
         let mut found: Vec<Fault> = Vec::new();
         if !moves(&own) {
@@ -123,8 +125,9 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             others.collect()
         };
         let by = others(!is_load(&own.channel) && moving.iter().any(is_load));
-        let expected = Expected::of(recording, own, by);
-        let channel = Watched { recording, own, expected: expected.as_ref(), held };
+        let (expected, values) = (Expected::of(&sampled, own, by), own.channel.values(recording));
+        let channel =
+            Watched { recording, own, values: &values, expected: expected.as_ref(), held };
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
         channel.stuck(&mut found);
         // Load cases have no order in time, so a jump from one to the next is no fault.
@@ -167,9 +170,11 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
 
 /// Finds the dropouts of an auxiliary channel, such as a temperature, which changes slowly and has no expected value.
 fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
-    let own = Own::of(recording, channel);
+    let values = channel.values(recording);
+    let own = Own::of(channel, &values, recording.is_static());
     let mut found = Vec::new();
-    Watched { recording, own: &own, expected: None, held: own.held }.jumps(&mut found);
+    let watched = Watched { recording, own: &own, values: &values, expected: None, held: own.held };
+    watched.jumps(&mut found);
     found.retain(|fault| fault.kind == FaultKind::Dropout);
     let n_away: usize = found.iter().map(|fault| fault.samples.len()).sum();
     if n_away as f64 > DROPOUT_SHARE * recording.n_samples() as f64 {

@@ -22,6 +22,17 @@ impl Channel {
         }
     }
 
+    pub(super) fn values(self, recording: &Recording) -> Vec<f64> {
+        let (rows, width, at) = match self {
+            Self::Gauge(gauge) => (recording.gauges(), recording.n_gauges(), gauge),
+            Self::Load(axis) => (recording.loads(), recording.axes().len(), axis),
+            Self::Auxiliary(_) => {
+                return (0..recording.n_samples()).map(|k| self.of(recording, k)).collect();
+            }
+        };
+        rows.iter().skip(at).step_by(width).copied().collect()
+    }
+
     pub fn name(self, recording: &Recording) -> &str {
         match self {
             Self::Gauge(gauge) => &recording.gauge_names()[gauge],

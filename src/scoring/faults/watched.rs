@@ -1,10 +1,12 @@
 //! Compares one channel with its expected values from other channels, and finds where it is saturated, stuck, dropped out, or
 //! jumps.
 
-use crate::min_max::MinMax;
-use std::collections::HashMap;
 use std::ops::Range;
 
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
+
+use crate::min_max::MinMax;
 use crate::recording::{GaugeRange, Recording, median};
 use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::quantile::quantile;
@@ -26,6 +28,8 @@ const STUCK_CASES: usize = 4;
 const REPEATS: usize = 6;
 /// Maximum deviation from the expected value for a sample that still belongs to the fit, as a share of the channel's range.
 const NEAR: f64 = 0.1;
+/// Ridge of the fit, as a share of the length of each scaled column.
+const RIDGE: f64 = 1e-4;
 /// Number of fits of the expected value. Each fit leaves out the outliers of the fit before.
 const FITS: usize = 3;
 /// Smallest jump that counts as a spike or dropout: as a multiple of the channel's usual step between samples, and as a share
@@ -75,54 +79,64 @@ pub(super) struct Own {
 }
 
 impl Own {
-    pub fn of(recording: &Recording, channel: Channel) -> Self {
-        let n = recording.n_samples();
-        let value = |k: usize| channel.of(recording, k);
-        let MinMax { min: low, max: high } = (0..n).map(value).collect();
+    pub fn of(channel: Channel, values: &[f64], is_static: bool) -> Self {
+        let n = values.len();
+        let MinMax { min: low, max: high } = values.iter().collect();
         let mut resolution = f64::INFINITY;
-        let least = match recording.is_static() {
-            true => STUCK_CASES,
-            false => STUCK_SAMPLES,
-        };
-        let mut runs: Vec<Range<usize>> = Vec::new();
-        for k in 0..n {
-            let step = if k > 0 { (value(k) - value(k - 1)).abs() } else { 0.0 };
-            if step > 0.0 {
-                resolution = resolution.min(step);
+        let least = if is_static { STUCK_CASES } else { STUCK_SAMPLES };
+        let (mut flat, mut repeats) = (Vec::new(), Vec::new());
+        let (mut n_single, mut start) = (0, 0);
+        for k in 1..=n {
+            let step = if k < n { (values[k] - values[k - 1]).abs() } else { f64::INFINITY };
+            if step == 0.0 {
+                continue;
             }
-            match runs.last_mut().filter(|_| step == 0.0) {
-                Some(run) => run.end = k + 1,
-                None => runs.push(k..k + 1),
+            resolution = resolution.min(step);
+            if k - start == 1 {
+                n_single += 1;
+            } else {
+                repeats.push(k - start);
             }
+            if k - start >= least {
+                flat.push(start..k);
+            }
+            start = k;
         }
-        let held = median(runs.iter().map(|run| run.len() as f64)).unwrap_or(1.0) as usize;
+        let held = if n_single > (n_single + repeats.len()) / 2 {
+            1
+        } else {
+            let lengths = std::iter::repeat_n(1, n_single).chain(repeats);
+            median(lengths.map(|length| length as f64)).unwrap_or(1.0) as usize
+        };
         // A load that is set by hand keeps its value for longer.
         let held = if held <= DROPOUT_SAMPLES { held } else { 1 };
-        let flat = runs.into_iter().filter(|run| run.len() >= least).collect();
         let looked_at = looked_at(n);
-        let mut values: Vec<f64> = looked_at.clone().map(value).collect();
+        let mut shown: Vec<f64> = looked_at.clone().map(|k| values[k]).collect();
         let [low_share, high_share] =
-            [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
+            [0.02, 0.98].map(|share| quantile(&mut shown, share).unwrap_or(0.0));
         let bends = looked_at.clone().filter(|k| k + 2 < n);
         let noise =
-            median(bends.map(|k| straight_lines::bend([value(k), value(k + 1), value(k + 2)])));
+            median(bends.map(|k| straight_lines::bend([values[k], values[k + 1], values[k + 2]])));
         // A value to which the channel returns often may stand for a missing value. Steps to this value do not count as
         // usual steps.
-        let mut returns: HashMap<u64, usize> = HashMap::new();
-        let starts = looked_at.clone().filter(|k| *k > 0 && value(*k) != value(k - 1));
-        starts.for_each(|k| *returns.entry(value(k).to_bits()).or_default() += 1);
-        let often = returns.into_iter().max_by_key(|(_, count)| *count);
-        let often = often.filter(|(_, count)| OFTEN * count > looked_at.len());
-        let is_usual = |k: usize| often.is_none_or(|(bits, _)| value(k).to_bits() != bits);
+        let returns = looked_at.clone().filter(|k| *k > 0 && values[*k] != values[k - 1]);
+        let mut returns: Vec<u64> = returns.map(|k| values[k].to_bits()).collect();
+        returns.sort_unstable();
+        let often = returns.chunk_by(|a, b| a == b).max_by_key(|same| same.len());
+        let often = often.filter(|same| OFTEN * same.len() > looked_at.len()).map(|same| same[0]);
+        let is_usual = |k: usize| often.is_none_or(|bits| values[k].to_bits() != bits);
         // The step from one value to the next, even if the logger repeats each value.
         let steps = looked_at.filter(|k| *k >= held && is_usual(*k) && is_usual(k - held));
-        let steps = median(steps.map(|k| (value(k) - value(k - held)).abs()));
-        let piles_up = |extreme: &f64, inward: f64| {
+        let steps = median(steps.map(|k| (values[k] - values[k - held]).abs()));
+        let piles_up = |extreme: f64, inward: f64| {
             let mut counts = [0_usize; 4];
-            for k in 0..n {
-                let steps = inward * (value(k) - extreme) / resolution;
-                if steps < 3.25 && (steps - steps.round()).abs() < 0.25 {
-                    counts[steps.round() as usize] += 1;
+            for value in values {
+                let off = inward * (value - extreme);
+                if off <= 4.0 * resolution {
+                    let steps = off / resolution;
+                    if steps < 3.25 && (steps - steps.round()).abs() < 0.25 {
+                        counts[steps.round() as usize] += 1;
+                    }
                 }
             }
             let [at, beside @ ..] = counts;
@@ -130,7 +144,7 @@ impl Own {
             low < high && at >= PILES_UP.max(PILES_UP * most_beside)
         };
         let ends = [(low, 1.0), (high, -1.0)].into_iter();
-        let piles_up = ends.filter(|(extreme, inward)| piles_up(extreme, *inward));
+        let piles_up = ends.filter(|(extreme, inward)| piles_up(*extreme, *inward));
         Self {
             channel,
             low,
@@ -151,6 +165,27 @@ fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
     (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
 }
 
+/// Values of all channels of a recording in the samples to which expected values are fitted.
+pub(super) struct Sampled {
+    samples: Vec<usize>,
+    channels: Vec<(Channel, Vec<f64>)>,
+}
+
+impl Sampled {
+    pub fn of(recording: &Recording, channels: &[Channel]) -> Self {
+        let samples: Vec<usize> = looked_at(recording.n_samples()).collect();
+        let values = |channel: &Channel| {
+            (*channel, samples.iter().map(|k| channel.of(recording, *k)).collect())
+        };
+        Self { channels: channels.iter().map(values).collect(), samples }
+    }
+
+    fn values(&self, channel: Channel) -> &[f64] {
+        let found = self.channels.iter().find(|(known, _)| *known == channel);
+        found.map_or(&[], |(_, values)| values)
+    }
+}
+
 /// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
 pub(super) struct Expected {
@@ -163,83 +198,82 @@ pub(super) struct Expected {
 
 impl Expected {
     /// Fits the expected value of a channel to the samples in which it is neither at an extreme nor stuck.
-    pub fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
-        let all = || looked_at(recording.n_samples());
+    pub fn of(sampled: &Sampled, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let is_flat = |k: usize| {
             let at = own.flat.partition_point(|run| run.end <= k);
             own.flat.get(at).is_some_and(|run| run.start <= k)
         };
-        let is_inside = |k: &usize| {
-            let value = own.channel.of(recording, *k);
-            !own.piles_up.contains(&value) && !is_flat(*k)
-        };
+        let value = sampled.values(own.channel);
+        let is_inside =
+            |row: &usize| !own.piles_up.contains(&value[*row]) && !is_flat(sampled.samples[*row]);
         let fewest = 2 * (by.len() + 1);
         // Saturated or stuck samples would distort the fit. For a load they are included, because a load that is set in steps
         // stands still most of the time.
         let is_load = matches!(own.channel, Channel::Load(_));
-        let mut samples: Vec<usize> = all().filter(|k| is_load || is_inside(k)).collect();
-        if samples.len() < fewest {
-            samples = all().collect();
+        let all = 0..value.len();
+        let mut rows: Vec<usize> = all.clone().filter(|row| is_load || is_inside(row)).collect();
+        if rows.len() < fewest {
+            rows = all.collect();
         }
-        if by.is_empty() || samples.len() < fewest {
+        if by.is_empty() || rows.len() < fewest {
             return None;
         }
         let scaled: Vec<(Channel, f64, f64)> = (by.into_iter())
             .map(|channel| {
-                let values = samples.iter().map(|k| channel.of(recording, *k));
-                let mean = values.clone().sum::<f64>() / samples.len() as f64;
+                let values = sampled.values(channel);
+                let values = rows.iter().map(|row| values[*row]);
+                let mean = values.clone().sum::<f64>() / rows.len() as f64;
                 let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-                let deviation = (squares / samples.len() as f64).sqrt();
+                let deviation = (squares / rows.len() as f64).sqrt();
                 (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
             })
             .collect();
-        Self::fitted(recording, own, &scaled, samples)
+        Self::fitted(sampled, own, &scaled, rows)
     }
 
     /// Fits the expected value by least squares [`FITS`] times, each time without the outliers of the previous fit.
     fn fitted(
-        recording: &Recording,
+        sampled: &Sampled,
         own: &Own,
         scaled: &[(Channel, f64, f64)],
-        mut samples: Vec<usize>,
+        mut rows: Vec<usize>,
     ) -> Option<Self> {
-        let value = |k: usize| own.channel.of(recording, k);
+        let value = sampled.values(own.channel);
+        let others: Vec<&[f64]> =
+            scaled.iter().map(|(channel, ..)| sampled.values(*channel)).collect();
         let mut found = None;
         for _ in 0..FITS {
-            let n = samples.len();
-            let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
-            let ridge = (scaled.len(), 1e-4 * (n as f64).sqrt());
-            let of = |row: usize, column: usize| match scaled.get(column) {
-                None => 1.0,
-                Some((channel, mean, factor)) => {
-                    (channel.of(recording, samples[row]) - mean) * factor
-                }
+            let mean = rows.iter().map(|row| value[*row]).sum::<f64>() / rows.len() as f64;
+            let scaled_at = |row: usize, at: usize| {
+                let (_, mean, factor) = scaled[at];
+                (others[at][row] - mean) * factor
             };
-            let target = |row: usize| value(samples[row]) - mean;
-            let solved = straight_lines::factors(n, scaled.len() + 1, ridge, of, target);
-            let by = scaled.iter().enumerate();
-            let mut expected = Self {
-                by: by
-                    .map(|(at, (channel, mean, factor))| (*channel, *mean, solved[at] * factor))
-                    .collect(),
-                constant: mean + solved[scaled.len()],
-                sigma: 0.0,
+            let solved = factors(scaled.len(), &rows, scaled_at, |row| value[row] - mean);
+            let by = scaled.iter().zip(&solved);
+            let by: Vec<(Channel, f64, f64)> = by
+                .map(|((channel, mean, factor), solved)| (*channel, *mean, solved * factor))
+                .collect();
+            let constant = mean + solved[scaled.len()];
+            let off = |row: usize| {
+                let by = by.iter().zip(&others);
+                let by = by.map(|((_, mean, factor), values)| (values[row] - mean) * factor);
+                (value[row] - (constant + by.sum::<f64>())).abs()
             };
-            let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
-            let sigma = 1.4826 * median(samples.iter().map(off))?;
+            let offs: Vec<f64> = rows.iter().map(|row| off(*row)).collect();
+            let sigma = 1.4826 * median(offs.iter().copied())?;
             // If a load mostly stands still, the median error is small. The larger errors from hysteresis while it moves must
             // not count as outliers.
             let farthest = (4.0 * sigma).max(NEAR * own.span);
-            let near: Vec<usize> = samples.iter().copied().filter(|k| off(k) <= farthest).collect();
-            let squares: f64 = near.iter().map(|k| off(k).powi(2)).sum();
+            let near = rows.iter().zip(&offs).filter(|(_, off)| **off <= farthest);
+            let (near, offs): (Vec<usize>, Vec<f64>) = near.unzip();
+            let squares: f64 = offs.iter().map(|off| off.powi(2)).sum();
             let sigma = sigma.max((squares / near.len().max(1) as f64).sqrt());
-            expected.sigma = sigma;
-            let is_finite = expected.by.iter().all(|(_, _, factor)| factor.is_finite());
-            found = Some(expected).filter(|_| is_finite && sigma.is_finite());
-            if near.len() <= scaled.len() + 1 {
+            let is_finite = by.iter().all(|(_, _, factor)| factor.is_finite());
+            found = Some(Self { by, constant, sigma }).filter(|_| is_finite && sigma.is_finite());
+            if near.len() <= scaled.len() + 1 || near.len() == rows.len() {
                 break;
             }
-            samples = near;
+            rows = near;
         }
         found
     }
@@ -265,10 +299,32 @@ impl Expected {
     }
 }
 
+/// Returns the least-squares factors of the first `n` columns, and the constant. A small ridge shrinks the factors, because
+/// channels may be collinear.
+fn factors(
+    n: usize,
+    rows: &[usize],
+    scaled: impl Fn(usize, usize) -> f64,
+    target: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let value = |row: usize, column| if column < n { scaled(rows[row], column) } else { 1.0 };
+    let columns = Mat::from_fn(rows.len(), n + 1, value);
+    let targets = Mat::from_fn(rows.len(), 1, |row, _| target(rows[row]));
+    let mut products = columns.transpose() * &columns;
+    for i in 0..n {
+        products[(i, i)] += RIDGE * RIDGE * rows.len() as f64;
+    }
+    let right = columns.transpose() * targets;
+    let solved = products.llt(Side::Lower).map(|parts| parts.solve(&right));
+    let solved = solved.unwrap_or_else(|_| Mat::full(n + 1, 1, f64::NAN));
+    solved.col(0).iter().copied().collect()
+}
+
 /// Channel of a recording, with the properties of its values and the values that other channels predict for it.
 pub(super) struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
+    pub values: &'a [f64],
     pub expected: Option<&'a Expected>,
     /// Largest number of samples by which a channel may be late, because its logger repeats the values of a slower instrument.
     pub held: usize,
@@ -276,7 +332,7 @@ pub(super) struct Watched<'a> {
 
 impl Watched<'_> {
     pub fn value(&self, k: usize) -> f64 {
-        self.own.channel.of(self.recording, k)
+        self.values[k]
     }
 
     pub fn n(&self) -> usize {
@@ -321,8 +377,10 @@ impl Watched<'_> {
             let value = self.value(k);
             limits.0.is_some_and(|low| value <= low) || limits.1.is_some_and(|high| value >= high)
         };
-        let beyond = (0..self.n()).map(beyond);
-        push_runs(beyond, FaultKind::Saturated, self.own.channel, found);
+        if limits != (None, None) {
+            let beyond = (0..self.n()).map(beyond);
+            push_runs(beyond, FaultKind::Saturated, self.own.channel, found);
+        }
         match entered {
             Some((low, high)) => (Some(low), Some(high)),
             None => [limits.0, limits.1].map(|limit| limit.map(|limit| limit + tared_by)).into(),
@@ -426,8 +484,8 @@ impl Watched<'_> {
         }
         // A value to which the channel jumps repeatedly stands for a missing value. If the channel never changes otherwise,
         // it may be a switch.
-        let n_steps = (1..self.n()).filter(|k| self.value(*k) != self.value(k - 1)).count();
-        let is_switch = n_steps <= 2 * away.len() && self.expected.is_none();
+        let n_steps = || self.values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        let is_switch = !away.is_empty() && self.expected.is_none() && n_steps() <= 2 * away.len();
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
             let value = self.value(samples.start);
             let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {
