@@ -10,9 +10,15 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     Some(*median)
 }
 
+/// Maximum number of second differences from which the noise of a signal is computed. Of a longer signal, evenly spread
+/// differences are used, which determine the noise to 0.5 %.
+const MAX_BENDS: usize = 1 << 17;
+
 /// Returns the standard deviation of the white noise in a signal that is otherwise smooth.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
-    let bends = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
+    let step = values.len().div_ceil(MAX_BENDS).max(1);
+    let bends = values.windows(3).step_by(step);
+    let bends = bends.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
     // In a smooth signal, second differences contain only noise. The median magnitude of normal noise is 0.6745 standard
     // deviations, and the variance of a second difference is six times that of the noise.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())

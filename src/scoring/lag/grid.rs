@@ -10,12 +10,13 @@ use std::ops::Range;
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
-use super::kind::LagKind;
+use super::kind::{LagKind, Late};
 use super::{LagRun, NoLag};
 use crate::dot::dot;
 use crate::min_max::MinMax;
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::median::{median, white_noise as noise};
+use crate::vectorised::vectorised;
 
 /// Radii of the play operators, as shares of half the range of their input. The first is raised to the smallest radius, and
 /// describes hysteresis that reverses at once.
@@ -205,12 +206,12 @@ impl Piece<'_> {
         [slow, quick]: [&[f64]; 2],
     ) -> Vec<Grid> {
         let mut grids: Vec<Grid> = parts.iter().map(|part| self.bare_grid(part, window)).collect();
-        let mut push = |signal: &[f64]| {
-            for (grid, part) in grids.iter_mut().zip(parts) {
-                grid.columns.push(window.thinned(&signal[part.clone()]));
+        let mut push = |column: &dyn Fn(usize, Range<usize>) -> Vec<f64>| {
+            for (at, (grid, part)) in grids.iter_mut().zip(parts).enumerate() {
+                grid.columns.push(window.thinned(&column(at, part.clone())));
             }
         };
-        self.loads.iter().for_each(|load| push(load));
+        self.loads.iter().for_each(|load| push(&|_, part| load[part].to_vec()));
         for (driver, (MinMax { min, max }, noise)) in drivers.iter().zip(scale) {
             let (half, middle) = (0.5 * (max - min), 0.5 * (max + min));
             let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
@@ -218,17 +219,24 @@ impl Piece<'_> {
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = if is_noisy { window.smoothed(&strain) } else { strain };
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
-            for radius in RADII {
-                push(&beside_play(&strain, floor.max(radius * half)));
-            }
+            let beside = beside_play(&strain, RADII.map(|radius| floor.max(radius * half)), parts);
+            (0..RADII.len()).for_each(|radius| push(&|at, _| beside[at][radius].clone()));
             for power in [2, 3] {
-                push(&strain.iter().map(|own| own.powi(power)).collect::<Vec<_>>());
+                push(&|_, part| strain[part].iter().map(|own| own.powi(power)).collect());
             }
         }
-        let crept = |load: &[f64], tau: f64| LagKind::FirstOrder.late(self.times, load, tau);
-        slow.iter().for_each(|tau| self.loads.iter().for_each(|load| push(&crept(load, *tau))));
-        push(&vec![1.0; self.times.len()]);
-        quick.iter().for_each(|tau| self.loads.iter().for_each(|load| push(&crept(load, *tau))));
+        for (is_quick, taus) in [(false, slow), (true, quick)] {
+            if is_quick {
+                push(&|_, part| vec![1.0; part.len()]);
+            }
+            for tau in taus {
+                let late = Late::of(LagKind::FirstOrder, self.times, *tau);
+                for load in &self.loads {
+                    let crept = late.of_values(load);
+                    push(&|_, part| crept[part].to_vec());
+                }
+            }
+        }
         grids
     }
 
@@ -326,14 +334,36 @@ impl Window {
     }
 }
 
-/// Returns the load minus the output of a play operator with this radius that starts at the first load.
-fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
-    let mut state = load[0];
-    let follow = |load: &f64| {
-        state = state.clamp(load - radius, load + radius);
-        load - state
-    };
-    load.iter().map(follow).collect()
+/// Returns for each part and each radius the load minus the output of a play operator that starts at the first load. The parts
+/// must be in order and must not overlap.
+fn beside_play<const N: usize>(
+    load: &[f64],
+    radii: [f64; N],
+    parts: &[Range<usize>],
+) -> Vec<[Vec<f64>; N]> {
+    let mut beside: Vec<[Vec<f64>; N]> =
+        parts.iter().map(|part| [(); N].map(|()| Vec::with_capacity(part.len()))).collect();
+    let mut states = [load[0]; N];
+    let mut next = 0;
+    vectorised(
+        #[inline(always)]
+        || {
+            for (part, beside) in parts.iter().zip(&mut beside) {
+                for (k, load) in load[..part.end].iter().enumerate().skip(next) {
+                    for (state, radius) in states.iter_mut().zip(&radii) {
+                        *state = state.max(load - radius).min(load + radius);
+                    }
+                    if k >= part.start {
+                        for (beside, state) in beside.iter_mut().zip(&states) {
+                            beside.push(load - state);
+                        }
+                    }
+                }
+                next = part.end;
+            }
+        },
+    );
+    beside
 }
 
 /// Cuts a recording into intervals where samples are missing or times repeat.

@@ -68,10 +68,11 @@ impl Widths {
 impl InTime {
     /// Fits the correction that removes `lag` from the output of the axis with the index `axis`.
     pub fn of(lag: &Lag, axis: usize, runs: &[LagRun<'_>]) -> Self {
-        Self::by(lag.kind, lag.seconds, axis, runs)
+        Self::by(lag.kind, lag.seconds, axis, runs).0
     }
 
-    fn by(kind: LagKind, seconds: f64, axis: usize, runs: &[LagRun<'_>]) -> Self {
+    /// Fits the correction. Also returns the delayed or filtered reference of the axis in each of `runs`.
+    fn by(kind: LagKind, seconds: f64, axis: usize, runs: &[LagRun<'_>]) -> (Self, Vec<Vec<f64>>) {
         let mut own = Self { kind, seconds, weights: Vec::new() };
         let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
         let n: usize = runs.iter().map(|run| run.times.len()).sum();
@@ -89,7 +90,7 @@ impl InTime {
             Some(weights) => (0..=n_outputs).map(|at| weights[(at, 0)]).collect(),
             None => (0..=n_outputs).map(|at| f64::from(u8::from(at == axis))).collect(),
         };
-        own
+        (own, references)
     }
 
     fn axis(&self, axis: usize, run: &LagRun<'_>) -> Vec<f64> {
@@ -130,9 +131,8 @@ pub fn widths(
     reversal_threshold: f64,
 ) -> Option<Widths> {
     let figures = |seconds: f64| -> Option<[f64; 3]> {
-        let own = InTime::by(lag.kind, seconds, axis, runs);
-        let loads: Vec<Vec<f64>> = runs.iter().map(|run| own.axis(axis, run)).collect();
-        let outputs: Vec<Vec<f64>> = runs.iter().map(|run| own.output(run.outputs)).collect();
+        let (in_time, loads) = InTime::by(lag.kind, seconds, axis, runs);
+        let outputs: Vec<Vec<f64>> = runs.iter().map(|run| in_time.output(run.outputs)).collect();
         let loops = Loops::of(loads.iter().map(Vec::as_slice), reversal_threshold);
         let cycles = loops
             .mean_cycles(loads.iter().flatten().collect())

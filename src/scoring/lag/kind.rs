@@ -31,7 +31,13 @@ impl LagKind {
     /// A delayed signal is interpolated by cubic polynomials through four samples. The low-pass treats the signal as a
     /// straight line between two samples. Before its first sample, a signal counts as constant.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
-        Late::of(self, times, seconds).of_values(values)
+        match self {
+            _ if seconds == 0.0 => values.to_vec(),
+            Self::Delay => {
+                delay(times, seconds).map(|weights| interpolated(&weights, values)).collect()
+            }
+            Self::FirstOrder => filtered(low_pass(times, seconds), values),
+        }
     }
 }
 
@@ -48,8 +54,8 @@ impl Late {
     pub(super) fn of(kind: LagKind, times: &[f64], seconds: f64) -> Self {
         match kind {
             _ if seconds == 0.0 => Self::Not,
-            LagKind::Delay => Self::Delay(delay(times, seconds)),
-            LagKind::FirstOrder => Self::LowPass(low_pass(times, seconds)),
+            LagKind::Delay => Self::Delay(delay(times, seconds).collect()),
+            LagKind::FirstOrder => Self::LowPass(low_pass(times, seconds).collect()),
         }
     }
 
@@ -57,25 +63,34 @@ impl Late {
         match self {
             Self::Not => values.to_vec(),
             Self::Delay(weights) => {
-                weights.iter().map(|(first, own)| dot(own, &values[*first..])).collect()
+                weights.iter().map(|weights| interpolated(weights, values)).collect()
             }
-            Self::LowPass(weights) => {
-                let (mut state, mut before) = (values[0], values[0]);
-                let step = |([kept, start, end], value): (&[f64; 3], &f64)| {
-                    state = kept * state + start * before + end * value;
-                    before = *value;
-                    state
-                };
-                weights.iter().zip(values).map(step).collect()
-            }
+            Self::LowPass(weights) => filtered(weights.iter().copied(), values),
         }
     }
 }
 
-fn delay(times: &[f64], seconds: f64) -> Vec<(usize, [f64; 4])> {
+fn interpolated((first, weights): &(usize, [f64; 4]), values: &[f64]) -> f64 {
+    match values.get(*first..first + 4) {
+        Some([a, b, c, d]) => weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d,
+        _ => dot(weights, &values[*first..]),
+    }
+}
+
+fn filtered(weights: impl Iterator<Item = [f64; 3]>, values: &[f64]) -> Vec<f64> {
+    let (mut state, mut before) = (values[0], values[0]);
+    let step = |([kept, start, end], value): ([f64; 3], &f64)| {
+        state = kept * state + start * before + end * value;
+        before = *value;
+        state
+    };
+    weights.zip(values).map(step).collect()
+}
+
+fn delay(times: &[f64], seconds: f64) -> impl Iterator<Item = (usize, [f64; 4])> {
     let last = times.len() - 1;
     let mut next = 0;
-    let at = |time: &f64| {
+    times.iter().map(move |time| {
         let wanted = time - seconds;
         while next <= last && times[next] <= wanted {
             next += 1;
@@ -85,8 +100,7 @@ fn delay(times: &[f64], seconds: f64) -> Vec<(usize, [f64; 4])> {
             _ if next > last => (last, [1.0, 0.0, 0.0, 0.0]),
             _ => between(times, next, wanted),
         }
-    };
-    times.iter().map(at).collect()
+    })
 }
 
 /// Returns weights that interpolate at the time `wanted` between the samples `next - 1` and `next`, after the index of the
@@ -108,9 +122,9 @@ fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
     (next - 1, [1.0 - share, share, 0.0, 0.0])
 }
 
-fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
+fn low_pass(times: &[f64], tau: f64) -> impl Iterator<Item = [f64; 3]> {
     let mut before = times[0];
-    let step = |time: &f64| {
+    times.iter().map(move |time| {
         let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {
             let kept = (-steps).exp();
@@ -120,8 +134,7 @@ fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
         } else {
             [1.0, 0.0, 0.0]
         }
-    };
-    times.iter().map(step).collect()
+    })
 }
 
 #[cfg(test)]

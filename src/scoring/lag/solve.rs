@@ -112,22 +112,21 @@ impl System {
         let n_runs = grids.parts.iter().map(|part| part.run).max().map_or(1, |last| last + 1);
         let per_run = BLOCKS.div_ceil(n_runs).max(BLOCKS_A_RUN);
         let (mut y, mut blocks) = (Vec::new(), Vec::new());
-        let mut late: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+        let n_rows = grids.parts.iter().flat_map(|part| &part.used).filter(|used| **used).count();
+        let mut x = Mat::zeros(n_rows, columns.len());
         for part in &grids.parts {
+            let first = y.len();
             y.extend(part.kept(&part.outputs[output]));
             let own = part.kept(&part.places);
             blocks.extend(own.map(|place| part.run * per_run + (place * per_run as f64) as usize));
             let lag = Late::of(kind, &part.times, seconds);
-            for (late, column) in late.iter_mut().zip(columns) {
-                late.extend(part.kept(&lag.of_values(&part.columns[*column])));
+            for (at, column) in columns.iter().enumerate() {
+                for (row, value) in part.kept(&lag.of_values(&part.columns[*column])).enumerate() {
+                    x[(first + row, at)] = value;
+                }
             }
         }
-        Self {
-            x: Mat::from_fn(y.len(), columns.len(), |row, column| late[column][row]),
-            y: column(&y),
-            blocks,
-            n_blocks: n_runs * per_run,
-        }
+        Self { x, y: column(&y), blocks, n_blocks: n_runs * per_run }
     }
 
     /// Returns the residual of the fit, the part of the model's derivative by the lag that no column explains, and the whole
