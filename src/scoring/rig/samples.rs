@@ -21,6 +21,9 @@ const NAMED: usize = 6;
 const SPECTRUM: usize = 1024;
 /// Minimum number of samples of a recording for a spectrum.
 const FEWEST_SAMPLES: usize = 128;
+/// Maximum number of samples of a recording from which its noise is computed. Of a longer recording, evenly spread samples
+/// are used.
+const MAX_BENDS: usize = 1 << 17;
 /// Maximum number of recordings of which spectra are computed, to save time.
 const SPECTRA: usize = 4;
 /// Minimum share of a gauge's squared residual that is explained by a reported hum. Removing this share makes
@@ -45,53 +48,62 @@ const RECURS_BY_CHANCE: f64 = 1e-4;
 /// Highest harmonic of the load's frequencies that does not count as hum. Hysteresis causes such harmonics.
 const HARMONIC: usize = 3;
 
-/// Gauges of one recording as predicted by the fit to all recordings, and their residuals, both divided by the gauge's scale.
-struct Rest {
-    /// Residuals, `n_samples × n_gauges`, row-major.
-    left: Vec<f64>,
-    fitted: Vec<f64>,
+/// Fit of the gauges to the loads of all recordings, applied to the samples of one recording. All values are divided by the
+/// gauge's scale.
+struct Rest<'a> {
+    rig: &'a Rig,
+    of: &'a Recording,
+    fit: &'a Forward,
+    /// Index of each axis of the fit among the axes of the recording.
+    columns: Vec<usize>,
+}
+
+impl Rest<'_> {
+    fn fitted(&self, gauge: usize, k: usize) -> f64 {
+        let loads = &self.of.loads()[k * self.of.axes().len()..];
+        let scaled = self.columns.iter().zip(&self.rig.shape.full_scale).enumerate();
+        let along = scaled.map(|(axis, (column, full_scale))| {
+            self.fit.map[(gauge, 1 + axis)] * loads[*column] / full_scale
+        });
+        self.fit.map[(gauge, 0)] + along.sum::<f64>()
+    }
+
+    /// Returns the residual of a gauge in sample `k`.
+    fn left(&self, gauge: usize, k: usize) -> f64 {
+        let (mean, scale) = self.rig.scales[gauge];
+        (self.of.gauges_at(k)[gauge] - mean) / scale - self.fitted(gauge, k)
+    }
 }
 
 impl Rig {
-    fn rest(&self, of: &Recording, fit: &Forward) -> Rest {
-        let (n, shape) = (self.shape.n_gauges, &self.shape);
-        let columns = shape.axes_in(of);
-        let (mut left, mut fitted) = (Vec::new(), Vec::new());
-        let loads = of.loads().chunks_exact(of.axes().len());
-        for (gauges, loads) in of.gauges().chunks_exact(n).zip(loads) {
-            for (gauge, (value, (mean, scale))) in gauges.iter().zip(&self.scales).enumerate() {
-                let along = columns.iter().enumerate().map(|(axis, column)| {
-                    fit.map[(gauge, 1 + axis)] * loads[*column] / shape.full_scale[axis]
-                });
-                let own = fit.map[(gauge, 0)] + along.sum::<f64>();
-                left.push((value - mean) / scale - own);
-                fitted.push(own);
-            }
-        }
-        Rest { left, fitted }
+    fn rest<'a>(&'a self, of: &'a Recording, fit: &'a Forward) -> Rest<'a> {
+        Rest { rig: self, of, fit, columns: self.shape.axes_in(of) }
     }
 
     /// Returns the noise of each gauge in each run, divided by the gauge's scale. It follows from the deviation of three
     /// successive residuals from a straight line. For static load cases, it follows from the residuals themselves.
     pub(super) fn noise(&self, recordings: &[&Recording]) -> Vec<Vec<f64>> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
-        let n = self.shape.n_gauges;
         let of_run = |run: &Vec<usize>| {
-            let all = run.iter().map(|at| (recordings[*at], self.rest(recordings[*at], &fit)));
-            let all: Vec<_> = all.collect();
+            let all: Vec<Rest> = run.iter().map(|at| self.rest(recordings[*at], &fit)).collect();
             let of_gauge = |gauge: usize| {
-                let sizes = all.iter().flat_map(|(own, rest)| {
-                    let left = |k: usize| rest.left[k * n + gauge];
-                    let size = move |k: usize| match own.is_static() {
-                        true => left(k).abs(),
-                        false => bend([left(k), left(k + 1), left(k + 2)]),
+                let sizes = all.iter().flat_map(|rest| {
+                    let left = move |k: usize| rest.left(gauge, k);
+                    let is_static = rest.of.is_static();
+                    let size = move |k: usize| {
+                        if is_static {
+                            left(k).abs()
+                        } else {
+                            bend([left(k), left(k + 1), left(k + 2)])
+                        }
                     };
-                    let last = own.n_samples().saturating_sub(if own.is_static() { 0 } else { 2 });
-                    (0..last).map(size)
+                    let n = rest.of.n_samples();
+                    let last = n.saturating_sub(if is_static { 0 } else { 2 });
+                    (0..last).step_by(n.div_ceil(MAX_BENDS).max(1)).map(size)
                 });
                 deviation(sizes)
             };
-            (0..n).map(of_gauge).collect()
+            (0..self.shape.n_gauges).map(of_gauge).collect()
         };
         self.runs.iter().map(of_run).collect()
     }
@@ -99,20 +111,20 @@ impl Rig {
     /// Returns findings about single gauges or load axes in these recordings.
     pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
-        let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
-        let mut found: Vec<Finding> = self.hum(recordings, &rests).into_iter().collect();
+        let mut found: Vec<Finding> = self.hum(recordings, &fit).into_iter().collect();
         found.extend(self.clipped_reference(recordings));
         found
     }
 
     /// Returns the finding that gauges hum: the spectrum of their residuals has a line at a frequency that the loads do not
     /// have.
-    fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<Finding> {
+    fn hum(&self, recordings: &[&Recording], fit: &Forward) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
         let mut lines: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new(); n_gauges];
-        let long = recordings.iter().zip(rests);
-        let long = long.filter(|(own, _)| !own.is_static() && own.n_samples() >= FEWEST_SAMPLES);
-        for (own, rest) in long.take(SPECTRA) {
+        let long = recordings.iter();
+        let long = long.filter(|own| !own.is_static() && own.n_samples() >= FEWEST_SAMPLES);
+        for own in long.take(SPECTRA) {
+            let rest = self.rest(own, fit);
             let n = own.n_samples().min(SPECTRUM);
             let rate = (n - 1) as f64 / (own.times()[n - 1] - own.times()[0]);
             let n_axes = own.axes().len();
@@ -121,8 +133,8 @@ impl Rig {
                 .max()
                 .unwrap_or(0);
             for (gauge, lines) in lines.iter_mut().enumerate() {
-                let left = |k: usize| rest.left[k * n_gauges + gauge];
-                let fitted = |k: usize| rest.fitted[k * n_gauges + gauge];
+                let left = |k: usize| rest.left(gauge, k);
+                let fitted = |k: usize| rest.fitted(gauge, k);
                 let power = powers(n, 0..n / 2, left);
                 let all: f64 = power.iter().sum();
                 let Some(peak) = (HARMONIC * highest + 4..power.len())
@@ -186,7 +198,7 @@ impl Rig {
             let squares = all().map(|(load, shown)| (shown - load - mean).powi(2)).sum::<f64>();
             let error = (squares / n).sqrt();
             let mut loads: Vec<f64> = all().map(|own| own.0).collect();
-            loads.sort_by(f64::total_cmp);
+            loads.sort_unstable_by(f64::total_cmp);
             let steps = loads.windows(2).map(|own| own[1] - own[0]).filter(|step| *step > 0.0);
             let resolution = steps.fold(f64::INFINITY, f64::min);
             for outward in [-1.0, 1.0] {
