@@ -187,6 +187,10 @@ impl Limits {
         Ok(Self(limits))
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     pub fn ask_for_loops(&self) -> bool {
         self.0.iter().any(|(figure, ..)| *figure == Limited::LoopWidth)
     }

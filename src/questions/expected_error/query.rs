@@ -34,7 +34,13 @@ pub fn expected_error(
     }
     let key = Key { calibration: None, ..request.key() };
     let data = request.datasets.get(&key, progress)?;
-    let past = data.past(calibration, progress)?;
+    let has_tests = data.entries.iter().any(|entry| entry.role == Role::Test);
+    // Without held-out samples, no loads are computed, so the earlier samples of the look-backs are not searched.
+    let past = if has_tests || groups_left_out(&data).is_ok() {
+        data.past(calibration, progress)?
+    } else {
+        Vec::new()
+    };
     let left_out = left_out_errors(&data, calibration, &past, progress);
     progress.check()?;
     Ok(expected_error_of_fit(&data, calibration, &past, left_out))

@@ -184,6 +184,9 @@ pub fn check_limits(
     limits: &Limits,
     progress: &Progress,
 ) -> Result<Vec<Checked>, AnalysisError> {
+    if limits.is_empty() {
+        return Ok(Vec::new());
+    }
     let expected_error = expected_error(request, calibration, true, progress)?;
     let metrology = match limits.ask_for_loops() {
         true => {
