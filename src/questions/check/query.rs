@@ -94,7 +94,9 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let axes = reaches(&calibration, coverage, &spread);
     let (n_samples, count) = (sums.train.n_samples(), LoadCount::of(&calibration, coverage));
     let axes_n = calibration.axes.len();
-    let mut reasons = findings_of_fit(&data, &calibration, true, progress)?;
+    let mut reasons = findings_of_fit(&data, &calibration, true);
+    let rig = data.rig(progress)?;
+    reasons.extend(rig.into_iter().flat_map(|rig| rig.findings.clone()));
     let unusable = asked.unusable.iter();
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
     if let Some(lag) = data.lag(progress)? {
@@ -102,7 +104,6 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     }
     reasons.extend(of_programmes(&data, axes_n));
     reasons.extend(worse_at_start(&data, &calibration)?);
-    let rig = data.rig(progress)?;
     let faults = faulty(asked, &calibration.full_scale, &mut reasons, progress)?;
     if settings.regressor != Regressor::Linear {
         let seen = "this check judges the linear model of these features, not the network or kernel of the fit";

@@ -332,6 +332,10 @@ impl Dataset {
         })
     }
 
+    pub fn is_of(&self, recordings: &Arc<RecordingSet>) -> bool {
+        Arc::ptr_eq(&self.key.recordings, recordings)
+    }
+
     pub fn training(&self) -> Vec<&Recording> {
         in_role(&self.entries, Role::Train)
     }

@@ -5,7 +5,7 @@ use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
-use crate::progress::{Cancelled, Progress};
+use crate::progress::Progress;
 use crate::questions::dataset::Dataset;
 use crate::questions::dataset::auxiliary_inputs::AuxiliaryInputs;
 use crate::questions::dataset::travels::{MOST_UNKNOWN, Travels};
@@ -43,7 +43,7 @@ pub fn findings(
         true => data.lag_as_hysteresis(&calibration.features, progress)?,
         false => None,
     };
-    Ok(findings_of_fit(&data, calibration, fitted, progress)?
+    Ok(findings_of_fit(&data, calibration, fitted)
         .into_iter()
         .chain(lag.map(|own| lag_of_fit(own, calibration)))
         .chain(if fitted { worse_at_start(&data, calibration)? } else { None })
@@ -54,8 +54,7 @@ pub(crate) fn findings_of_fit(
     data: &Dataset,
     calibration: &Calibration,
     fitted: bool,
-    progress: &Progress,
-) -> Result<Vec<Finding>, Cancelled> {
+) -> Vec<Finding> {
     let mut found = Vec::new();
     if in_role(&data.entries, Role::Test).is_empty() {
         found.push(Finding::new(Id::NoTest, Enough, "no recording has the role test"));
@@ -78,7 +77,6 @@ pub(crate) fn findings_of_fit(
         let roles =
             [Role::Train, Role::Test].into_iter().flat_map(|role| in_role(&data.entries, role));
         found.extend(same_samples(&roles.collect::<Vec<_>>()));
-        found.extend(data.rig(progress)?.into_iter().flat_map(|rig| rig.findings.clone()));
         let coverage = data.coverage(&calibration.axes);
         found.extend(of_loads(calibration, coverage));
         let count = LoadCount::of(calibration, coverage);
@@ -89,7 +87,7 @@ pub(crate) fn findings_of_fit(
         found.extend(unknown_state(data, calibration));
     }
     found.extend(worse_on_test(calibration));
-    Ok(found)
+    found
 }
 
 fn without_times(data: &Dataset) -> Option<Finding> {

@@ -6,14 +6,15 @@ use std::time::{Duration, Instant};
 use crate::calibration::{Calibration, FactoryScores, Past};
 use crate::finding::Finding;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::{Dataset, Errors};
+use crate::questions::dataset::{Dataset, Errors, Key};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
 use crate::questions::errors::findings::findings_of_fit;
 use crate::questions::errors::traces::{FixedTraces, TraceSet};
-use crate::questions::request::Request;
-use crate::questions::request::View;
+use crate::questions::request::{Request, View};
+use crate::recording::Entry;
 use crate::same::Shared as _;
+use crate::scoring::MANY_SAMPLES;
 
 /// Result of fitting or applying a calibration.
 #[derive(Clone, Debug)]
@@ -86,8 +87,8 @@ impl Analyst {
         self.analyse_showing(request, progress, None)
     }
 
-    /// Analyses like [`Self::analyse`]. If there are many samples, and the same samples were analysed before, `show` first
-    /// receives a preview that uses every n-th sample.
+    /// Analyses like [`Self::analyse`]. If there are many samples, `show` first receives a preview that uses every n-th
+    /// sample.
     ///
     /// # Errors
     /// As [`Self::analyse`].
@@ -103,6 +104,11 @@ impl Analyst {
             return Err(AnalysisError::NoRecordings);
         }
         progress.add_total(2 * request.recordings.entries().len() as u64);
+        if let Some(show) = show
+            && let Some(preview) = self.first_preview(request, progress)
+        {
+            show(preview);
+        }
         let data = self.data(request, progress)?;
         if let Some(show) = show
             && let Some(preview) = self.preview(&data, request, progress)
@@ -138,7 +144,7 @@ impl Analyst {
         let recordings = results(data, &past, errors);
         let traces = self.traces(data, request.view, &calibration, &Arc::new(past), progress)?;
         let fitted = request.calibration.is_none() || request.trained;
-        Ok(self.analysis(data, calibration, fitted, recordings, traces, progress)?)
+        Ok(self.analysis(data, calibration, fitted, recordings, traces))
     }
 
     /// Returns a preview that uses every n-th sample. Returns `None` if there are few samples, if the samples were not
@@ -154,20 +160,34 @@ impl Analyst {
         if data.kept_loads().is_some() || request.calibration.is_some() {
             return None;
         }
-        let n_samples = data.entries.iter().map(|entry| entry.recording.n_samples());
-        let each = n_samples.sum::<usize>().div_ceil(PREVIEW_SAMPLES);
+        let each = n_samples(&data.entries).div_ceil(PREVIEW_SAMPLES);
         let thinned = self.thinned.get_or_insert_with(|| data.thinned(each));
-        let mut calibration = thinned.blank_calibration(&request.settings).ok()?;
-        let progress = progress.part();
-        let past = thinned.past(&calibration, &progress).ok()?;
-        let fit = thinned.fit(request.settings.ridge, &past, &mut calibration, &progress);
-        let mut recordings = results(thinned, &past, fit.ok()?.errors);
-        for (result, entry) in recordings.iter_mut().zip(&data.entries) {
-            result.n_samples = entry.recording.n_samples();
-        }
+        let (calibration, past, recordings) =
+            fit_of_thinned(thinned, &data.entries, request, progress)?;
         let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
-        let analysis =
-            self.analysis(data, calibration, true, recordings, traces, &progress).ok()?;
+        let analysis = self.analysis(data, calibration, true, recordings, traces);
+        Some(Analysis { preview_of: Some(each), ..analysis })
+    }
+
+    /// Returns a preview that uses every n-th sample, if there are many samples and they were not analysed before. It is
+    /// computed before all samples are prepared for the fit, which takes much longer.
+    fn first_preview(&self, request: &Request, progress: &Progress) -> Option<Analysis> {
+        let entries = request.recordings.entries();
+        let is_known = self.data.as_ref().is_some_and(|data| data.is_of(&request.recordings));
+        let n_samples = n_samples(entries);
+        let is_thinned = request.settings.decimation > 1 || request.recordings.is_static();
+        let is_fitted = request.calibration.is_none() && !is_thinned;
+        if is_known || !is_fitted || n_samples <= MANY_SAMPLES {
+            return None;
+        }
+        let each = n_samples.div_ceil(PREVIEW_SAMPLES);
+        let key = Key { decimation: each, ..request.key() };
+        let thinned = Dataset::prepare(&key, &progress.part()).ok()?;
+        let (calibration, past, recordings) = fit_of_thinned(&thinned, entries, request, progress)?;
+        let view = request.view.within(entries.len());
+        let fixed = FixedTraces::held(view, entries, &thinned, &calibration, each);
+        let traces = fixed.preview(&thinned, &calibration, &Arc::new(past), each);
+        let analysis = Self::default().analysis(&thinned, calibration, true, recordings, traces);
         Some(Analysis { preview_of: Some(each), ..analysis })
     }
 
@@ -178,11 +198,10 @@ impl Analyst {
         fitted: bool,
         recordings: Vec<RecordingResult>,
         traces: TraceSet,
-        progress: &Progress,
-    ) -> Result<Analysis, Cancelled> {
+    ) -> Analysis {
         let factory = self.factory.as_ref();
-        Ok(Analysis {
-            findings: findings_of_fit(data, &calibration, fitted, progress)?,
+        Analysis {
+            findings: findings_of_fit(data, &calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
             fitted,
@@ -190,7 +209,7 @@ impl Analyst {
             traces: Arc::new(traces),
             elapsed: Duration::ZERO,
             preview_of: None,
-        })
+        }
     }
 
     fn data(
@@ -238,6 +257,28 @@ impl Analyst {
     }
 }
 
+/// Fits the settings of a request to thinned recordings. `entries` contains all their samples.
+fn fit_of_thinned(
+    thinned: &Dataset,
+    entries: &[Entry],
+    request: &Request,
+    progress: &Progress,
+) -> Option<(Calibration, Vec<Past>, Vec<RecordingResult>)> {
+    let mut calibration = thinned.blank_calibration(&request.settings).ok()?;
+    let progress = progress.part();
+    let past = thinned.past(&calibration, &progress).ok()?;
+    let fit = thinned.fit(request.settings.ridge, &past, &mut calibration, &progress);
+    let mut recordings = results(thinned, &past, fit.ok()?.errors);
+    for (result, entry) in recordings.iter_mut().zip(entries) {
+        result.n_samples = entry.recording.n_samples();
+    }
+    Some((calibration, past, recordings))
+}
+
+fn n_samples(entries: &[Entry]) -> usize {
+    entries.iter().map(|entry| entry.recording.n_samples()).sum()
+}
+
 fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<RecordingResult> {
     let entries = data.entries.iter().zip(past).zip(errors).enumerate();
     let results = entries.map(|(at, ((entry, past), errors))| {
@@ -259,10 +300,12 @@ fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<Re
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use super::*;
     use crate::calibration::FitSettings;
     use crate::features::{Blocks, Creep, FeatureSettings, Polynomial, Thresholds};
-    use crate::recording::simulated;
+    use crate::recording::{Axis, Recording, RecordingSet, Role, Source, simulated};
     use crate::scoring::Series;
 
     fn request(features: FeatureSettings) -> Request {
@@ -372,5 +415,40 @@ mod tests {
         let agree = (0..n).filter(|k| shown.past_of(*k).abs_diff(traces.past_of(*k)) <= 6);
         let agree = agree.count();
         assert!(agree > n * 8 / 10, "{agree} of {n}");
+    }
+    #[test]
+    fn many_samples_are_shown_before_the_first_fit() {
+        let n = MANY_SAMPLES + 7;
+        let load = |k: usize| 10.0 * (1e-3 * k as f64).sin();
+        let recording = Recording::new(
+            "r",
+            Source::Simulated,
+            (0..n).map(|k| 1e-3 * k as f64).collect(),
+            vec!["S1".to_owned()],
+            (0..n).map(|k| 2.0 * load(k) + 0.1 * (0.3 * k as f64).cos()).collect(),
+            vec![Axis::Fz],
+            (0..n).map(load).collect(),
+        );
+        let mut set = RecordingSet::default();
+        set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
+        let settings =
+            FitSettings { features: FeatureSettings::present(), ..FitSettings::default() };
+        let request = Request::fit(Arc::new(set), settings);
+        let shown = Mutex::new(Vec::new());
+        let mut analyst = Analyst::default();
+        let show = |preview| shown.lock().unwrap().push(preview);
+        let exact = analyst.analyse_showing(&request, &Progress::default(), Some(&show)).unwrap();
+        let shown = shown.into_inner().unwrap();
+        let [preview] = &shown[..] else { panic!("one preview: {}", shown.len()) };
+        let each = preview.preview_of.unwrap();
+        assert_eq!((preview.traces.times.len(), preview.recordings[0].n_samples), (n, n));
+        let axis = |of: &Analysis| of.traces.axes[0].clone();
+        let truth = [&exact, preview].map(|of| axis(of).calculated.unwrap());
+        for k in [0, 1000, n - 1] {
+            assert_eq!(truth[1].value(k), truth[0].value(k - k % each));
+        }
+        let [a, b] = [&exact, preview]
+            .map(|of| of.calibration.quality.conventional.train_rmse.as_ref().unwrap()[0]);
+        assert!((a - b).abs() < 0.05 * a, "{a} {b}");
     }
 }

@@ -333,37 +333,82 @@ impl FixedTraces {
                 calibration.compensated_loads(&thinned.entries[at].recording, &past[at])
             })
             .collect();
-        let n = self.times.len();
-        // For each value that the preview holds: the index of its segment, and the decimated sample within the segment.
-        let runs: Vec<(usize, usize)> = (0..n)
-            .step_by(each)
-            .map(|k| {
-                let at = self.segments.partition_point(|segment| segment.samples.end <= k);
-                (at, (k - self.segments[at].samples.start) / each)
-            })
-            .collect();
-        let held = |value: &dyn Fn(usize, usize) -> f64| {
-            let values = runs.iter().map(|(at, sample)| value(*at, *sample));
-            Arc::new(Series::held(values.collect(), each, n))
-        };
         let moving = self.axes.iter().enumerate().map(|(column, fixed)| {
             let load = |at: usize, sample: usize| loads[at][sample * n_axes + column];
             let truth = fixed.calculated.as_ref();
+            let error = |at: usize, sample: usize| {
+                load(at, sample) - self.reference(thinned, fixed.axis, at, sample)
+            };
             Moving {
-                compensated: held(&load),
-                error: truth.map(|_| {
-                    held(&|at, sample| {
-                        let recording = &thinned.entries[self.segments[at].recording].recording;
-                        let axes = recording.axes();
-                        let own = axes.iter().position(|axis| *axis == fixed.axis);
-                        let truth = own.map(|own| recording.loads()[sample * axes.len() + own]);
-                        load(at, sample) - truth.unwrap_or(f64::NAN)
-                    })
-                }),
+                compensated: self.held_series(each, load),
+                error: truth.map(|_| self.held_series(each, error)),
                 band: None,
             }
         });
         self.with_moving(moving, calibration, past, each)
+    }
+
+    /// Returns the traces of a preview before the first analysis, computed from every `each`-th sample of each recording.
+    /// `entries` contains all samples.
+    pub(crate) fn held(
+        view: View,
+        entries: &[Entry],
+        thinned: &Dataset,
+        calibration: &Calibration,
+        each: usize,
+    ) -> Self {
+        let shown = view.recordings(entries.len());
+        let (segments, times) = end_to_end(shown.clone(), entries);
+        let mut fixed = Self {
+            view,
+            is_static: shown.clone().any(|at| entries[at].recording.is_static()),
+            segments: segments.into(),
+            times,
+            axes: Vec::new(),
+        };
+        let axes = calibration.axes.iter().enumerate().map(|(column, &axis)| {
+            let load = |at: usize, sample: usize| {
+                thinned.present_loads(fixed.segments[at].recording).at(sample, column)
+            };
+            let truth = |at, sample| fixed.reference(thinned, axis, at, sample);
+            let error = |at, sample| load(at, sample) - truth(at, sample);
+            let has_reference =
+                shown.clone().all(|at| entries[at].recording.axes().contains(&axis));
+            let conventional = fixed.held_series(each, load);
+            AxisTraces {
+                axis,
+                compensated: Arc::clone(&conventional),
+                conventional,
+                calculated: has_reference.then(|| fixed.held_series(each, truth)),
+                factory: None,
+                conventional_error: has_reference.then(|| fixed.held_series(each, error)),
+                factory_error: None,
+                compensated_error: None,
+                band: None,
+            }
+        });
+        let axes: Vec<AxisTraces> = axes.collect();
+        fixed.axes = axes;
+        fixed
+    }
+
+    /// Returns the reference load of a sample of the thinned recording in segment `at`; NaN without a reference.
+    fn reference(&self, thinned: &Dataset, axis: Axis, at: usize, sample: usize) -> f64 {
+        let recording = &thinned.entries[self.segments[at].recording].recording;
+        let column = recording.axes().iter().position(|known| *known == axis);
+        column
+            .map_or(f64::NAN, |column| recording.loads()[sample * recording.axes().len() + column])
+    }
+
+    /// Returns a trace whose value changes every `each` samples. `value` returns the value of a thinned sample, given the
+    /// index of its segment and the thinned sample in it.
+    fn held_series(&self, each: usize, value: impl Fn(usize, usize) -> f64) -> Arc<Series> {
+        let n = self.times.len();
+        let values = (0..n).step_by(each).map(|k| {
+            let at = self.segments.partition_point(|segment| segment.samples.end <= k);
+            value(at, (k - self.segments[at].samples.start) / each)
+        });
+        Arc::new(Series::held(values.collect(), each, n))
     }
 
     fn with_moving(
