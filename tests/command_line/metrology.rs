@@ -98,6 +98,24 @@ fn every_figure_is_a_number_or_a_reason() {
             reasons += usize::from(!is_number);
         });
         assert!(numbers >= 6 && reasons >= 2, "{file}: {numbers} {reasons}");
+        let is_measured = |row: &Value| {
+            let cell = &row["cells"][0];
+            ["conventional", "compensated"].iter().any(|own| cell[own]["value"].is_number())
+        };
+        let (table, report) = (texts(&workshop, &[file]), metrology(workshop.path(), &[file]));
+        for row in report["rows"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|row| row["cells"].as_array().unwrap().len() == 1)
+        {
+            let name = row["name"].as_str().unwrap();
+            let is_shown = table.lines().any(|line| line.trim_start().starts_with(name));
+            assert!(is_shown || !is_measured(row), "{file} {name}");
+        }
+        let creep =
+            report["rows"].as_array().unwrap().iter().find(|row| row["id"] == "creep").unwrap();
+        assert!(is_measured(creep) == table.contains("Creep"), "{file}: {table}");
         assert!(!texts(&workshop, &[file]).contains("NaN"), "{file}");
     }
 }

@@ -85,7 +85,7 @@ fn window_report_and_command_line_give_the_same_number() {
     let html = workshop.read("r.html");
     assert!(html.contains("full scale 9.000, reversal threshold 0.700"));
     for (curve, name) in picture.curves.iter().zip(["conventional", "compensated"]) {
-        let own = curve.largest.as_ref().unwrap().measures[0].0;
+        let own = curve.largest.as_ref().unwrap().measures[0];
         let value = row["cells"][0][name]["value"].as_f64().unwrap();
         assert!((own / value - 1.0).abs() < 1e-9, "{name}: {own} is not {value}");
         let shown = format!("{value:.4}");

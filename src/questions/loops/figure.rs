@@ -131,7 +131,7 @@ impl<'a> LoopView<'a> {
         let Some((_, figures)) = found.first() else {
             return what;
         };
-        let basis = figures.basis();
+        let basis = figures.basis;
         let share = significant(100.0 * basis.range_share, 2);
         let of = match self.figures_of {
             FiguresOf::Mean => {

@@ -61,48 +61,29 @@ pub struct LoopFigures {
     /// Width of the loop at each load, as points `[load, falling − rising]`.
     pub widths: Vec<[f64; 2]>,
     /// Largest width and mean width (unit of the output), area and dissipated work (unit of the output times unit of the
-    /// load), each with the cycles that it is based on.
-    pub measures: [(f64, Basis); 4],
+    /// load).
+    pub measures: [f64; 4],
+    /// Cycles from which the figures are computed.
+    pub basis: Basis,
 }
 
 impl LoopFigures {
-    /// Computes the width, area and work of a loop. `others` are the loops with half and twice the reversal threshold.
-    /// Returns `None` if the width, area or work overflows to infinity.
-    fn of(
-        shape: &Loop,
-        n_cycles: usize,
-        range_share: f64,
-        others: [Option<Loop>; 2],
-    ) -> Option<Self> {
+    /// Computes the width, area and work of a loop. Returns `None` if one of them overflows to infinity.
+    fn of(shape: &Loop, basis: Basis) -> Option<Self> {
         let measures = [Loop::largest_width, Loop::mean_width, Loop::area, Loop::work];
-        let measures = measures.map(|measure| {
-            let [reversal_threshold_halved, reversal_threshold_doubled] = others
-                .each_ref()
-                .map(|other| other.as_ref().map(measure).filter(|own| own.is_finite()));
-            let basis = Basis {
-                reversal_threshold_halved,
-                reversal_threshold_doubled,
-                ..Basis::new(n_cycles, range_share)
-            };
-            (measure(shape), basis)
-        });
+        let measures = measures.map(|measure| measure(shape));
         let widths: Vec<f64> = shape.widths().collect();
-        let is_finite = measures.iter().all(|(figure, _)| figure.is_finite());
+        let is_finite = measures.iter().all(|figure| figure.is_finite());
         is_finite.then(|| Self {
             branches: [&shape.rising, &shape.falling].map(|branch| over_load(shape, branch)),
             widths: over_load(shape, &widths),
             measures,
+            basis,
         })
     }
 
-    /// Returns the number of cycles and their load range behind the largest width. The other figures of the loop have the
-    /// same basis.
-    pub(crate) fn basis(&self) -> &Basis {
-        &self.measures[0].1
-    }
-
     pub(crate) fn mean_width(&self) -> f64 {
-        self.measures[1].0
+        self.measures[1]
     }
 }
 
@@ -149,10 +130,8 @@ pub(crate) fn picture(
         let compensated = source.lag(column, Trace::Compensated, reversal_threshold, progress)?;
         curves = self::curves(source, &parts, question, Some([&lag, &compensated]))?;
     }
-    let cycles = |loads: &Arc<Columns>| -> Arc<[Cycles; 3]> {
-        let loads = loads.iter().map(Vec::as_slice);
-        let of = |factor| Cycles::of(axis, loads.clone(), factor * reversal_threshold);
-        Arc::new([1.0, 0.5, 2.0].map(of))
+    let cycles = |loads: &Arc<Columns>| {
+        Arc::new(Cycles::of(axis, loads.iter().map(Vec::as_slice), reversal_threshold))
     };
     let first = cycles(&curves[0].loads);
     let cycles: Vec<_> = (curves.iter())
@@ -161,7 +140,7 @@ pub(crate) fn picture(
             false => cycles(&curve.loads),
         })
         .collect();
-    let load_range = cycles.iter().map(|own| own[0].range).collect();
+    let load_range = cycles.iter().map(|own| own.range).collect();
     let output_range: MinMax =
         curves.iter().flat_map(|curve| curve.values.iter().flatten()).collect();
     let whole = frame_around(load_range, output_range);
@@ -173,7 +152,7 @@ pub(crate) fn picture(
     let drawn = (curves.par_iter().zip(&cycles))
         .map(|(curve, cycles)| curve.drawn(axis, cycles, canvas, &times, progress))
         .collect::<Result<_, Cancelled>>()?;
-    let Cycles { loops, .. } = &first[0];
+    let Cycles { loops, .. } = &*first;
     Ok(LoopPlot {
         question: question.clone(),
         reversal_threshold,
@@ -202,22 +181,19 @@ impl Curve {
     fn drawn<'a>(
         &self,
         axis: Axis,
-        [cycles, halved, doubled]: &[Cycles; 3],
+        cycles: &Cycles,
         canvas: (Frame, [f64; 2]),
         times: &(impl Fn(usize) -> &'a [f64] + Sync),
         progress: &Progress,
     ) -> Result<LoopCurve, Cancelled> {
         let (loads, values) = (&*self.loads, &self.values);
         let figures = |of: fn(&Cycles) -> Result<&[Cycle], &Reason>| {
-            let mean = |cycles: &[Cycle]| {
-                let shapes = cycles.iter().map(|one| shape(one, loads, values));
-                Loop::mean(&shapes.collect::<Vec<_>>())
-            };
-            let own = of(cycles).map_err(Clone::clone)?;
-            let share = common_loads(own).share_of(cycles.range);
-            let others = [halved, doubled].map(|other| of(other).ok().and_then(mean));
-            mean(own)
-                .and_then(|found| LoopFigures::of(&found, own.len(), share, others))
+            let counted = of(cycles).map_err(Clone::clone)?;
+            let range_share = common_loads(counted).share_of(cycles.range);
+            let basis = Basis { n_cycles: counted.len(), range_share };
+            let shapes = counted.iter().map(|one| shape(one, loads, values));
+            Loop::mean(&shapes.collect::<Vec<_>>())
+                .and_then(|mean| LoopFigures::of(&mean, basis))
                 .ok_or(Reason::Overflow { axis })
         };
         let by_rate = |cycle: &Cycle| {

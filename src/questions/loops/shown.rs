@@ -4,7 +4,6 @@ use crate::questions::dataset::applied::OutputLag;
 use crate::questions::loops::dwell::DwellCurve;
 use crate::questions::loops::figure::LoopView;
 use crate::questions::loops::request::Up;
-use crate::questions::metrology::MOVES;
 use crate::recording::Axis;
 use crate::report::table::{Cell, Column, Table};
 use crate::report::trace::Trace;
@@ -44,12 +43,10 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
 enum Line {
     Units,
     Percent(f64),
-    Moves,
 }
 
-/// Returns a table of the largest width, mean width, area and dissipated work of each loop, in units and in percent. A
-/// further row of each figure shows its change with the reversal threshold. For two loops, a column holds the change from the
-/// first to the second.
+/// Returns a table of the largest width, mean width, area and dissipated work of each loop, in units and in percent. For two
+/// loops, a column holds the change from the first to the second.
 pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     let (loops, plot, unit) = (view.found(), view.plot, view.unit());
     let (axis, scale) = (plot.question.axis, plot.output_scale);
@@ -89,16 +86,12 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
     ];
     let rows =
         described.into_iter().enumerate().flat_map(|(at, (name, about, (unit, share, scale)))| {
-            [
-                (at, name, unit, about, Line::Units),
-                (at, "", share, of_what, Line::Percent(scale)),
-                (at, "Change at half and twice the threshold", "%", MOVES, Line::Moves),
-            ]
+            [(at, name, unit, about, Line::Units), (at, "", share, of_what, Line::Percent(scale))]
         });
     Table::of(rows)
         .column(Column::words(""), |(_, name, _, about, line)| match line {
             Line::Percent(_) => Cell::words(*name),
-            Line::Units | Line::Moves => Cell::words(*name).about(*about),
+            Line::Units => Cell::words(*name).about(*about),
         })
         .column(Column::words(""), |(_, _, unit, about, _)| Cell::words(*unit).about(*about))
         .columns(
@@ -107,14 +100,11 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
                 output.map_or_else(|| Column::numbers("Gauge"), |own| Column::of(own, ""))
             },
             |(at, .., line), (_, figures)| {
-                let (value, basis) = &figures.measures[*at];
+                let value = &figures.measures[*at];
                 match line {
                     Line::Units => Cell::digits(Some(*value), 4),
                     Line::Percent(scale) => {
                         Cell::digits((*scale > 0.0).then(|| 100.0 * value / scale), 3)
-                    }
-                    Line::Moves => {
-                        Cell::words(basis.moves(*value).trim_end_matches(" %")).about(MOVES)
                     }
                 }
             },
@@ -124,13 +114,13 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
             |_| Column::change(),
             |(at, .., line), both| match (
                 line,
-                both.each_ref().map(|(_, figures)| figures.measures[*at].0),
+                both.each_ref().map(|(_, figures)| figures.measures[*at]),
             ) {
                 (Line::Units, [before, after]) if before * after < 0.0 => {
                     Cell::missing("–", "no change in percent, because the figures of the two loops have opposite signs")
                 }
                 (Line::Units, [before, after]) => Cell::change(before.abs(), after.abs()),
-                (Line::Percent(_) | Line::Moves, _) => Cell::words(""),
+                (Line::Percent(_), _) => Cell::words(""),
             },
         )
         .table("", "")

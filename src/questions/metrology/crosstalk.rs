@@ -9,42 +9,13 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 
-/// Minimum number of samples from which the slope of crosstalk, or an average deviation, is computed.
+/// Minimum number of samples from which the slope of crosstalk is computed.
 const FEWEST_SAMPLES: usize = 10;
 /// Load above which an axis counts as loaded when its crosstalk is measured, as a share of full scale.
 const PRESENT: f64 = 0.1;
-/// Number of load intervals between zero and full scale, on each side of zero. Crosstalk deviations are averaged in each
-/// interval.
-const CELLS: usize = 10;
-/// Mean deviation up to which an average counts as noise and not as crosstalk, in standard errors.
-const STANDARD_ERRORS: f64 = 3.0;
-
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    n: f64,
-    sum: f64,
-    squares: f64,
-}
-
-impl Sums {
-    fn add(&mut self, value: f64) {
-        self.n += 1.0;
-        self.sum += value;
-        self.squares += value * value;
-    }
-
-    /// Returns the mean of the added values; 0 if the mean is within the noise.
-    fn systematic(&self) -> f64 {
-        let mean = self.sum / self.n;
-        let variance = (self.squares / self.n - mean * mean).max(0.0);
-        let standard_error = (variance / (self.n - 1.0)).sqrt();
-        if mean.abs() > STANDARD_ERRORS * standard_error { mean } else { 0.0 }
-    }
-}
-
-/// Crosstalk while one axis is loaded alone, by output and responding axis: the error at full load, and the largest mean
-/// deviation. `None` if the load does not change enough for a slope.
-pub(crate) type Response = [Vec<Option<[f64; 2]>>; OUTPUTS];
+/// Crosstalk while one axis is loaded alone, by output and responding axis: the error at full load. `None` if the load does
+/// not change enough for a slope.
+pub(crate) type Response = [Vec<Option<f64>>; OUTPUTS];
 
 pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
     let axes = (0..measured.axes.len()).into_par_iter();
@@ -101,8 +72,7 @@ fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
             })
             .filter(|own: &Vec<_>| !own.is_empty())
             .collect();
-        let slope = slope(&points, present)?;
-        Some([slope * full_scale, largest_deviation(&points, slope, full_scale)])
+        Some(slope(&points, present)? * full_scale)
     };
     Ok(std::array::from_fn(|output| {
         (0..n_axes).map(|axis| if axis == loaded { None } else { of(output, axis) }).collect()
@@ -130,21 +100,6 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-/// Returns the largest mean deviation in any load interval, measured from the error at no load.
-fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f64 {
-    let mut cells = [Sums::default(); 2 * CELLS];
-    for points in runs {
-        let (x0, y0) = means(points);
-        let offset = y0 - slope * x0;
-        for (x, y) in points {
-            let place = CELLS as f64 * (1.0 + x / full_scale);
-            cells[(place.max(0.0) as usize).min(2 * CELLS - 1)].add(y - offset);
-        }
-    }
-    let full = cells.iter().filter(|cell| cell.n >= FEWEST_SAMPLES as f64);
-    full.map(|cell| cell.systematic().abs()).fold(0.0, f64::max)
-}
-
 pub(crate) fn crosstalk_figures(
     measured: &Measured<'_>,
     responses: &[Result<Response>],
@@ -158,9 +113,7 @@ pub(crate) fn crosstalk_figures(
             Ok(own) => own[output][axis].ok_or(Reason::NotLinear { axis: *from }),
             Err(reason) => Err(reason.clone()),
         };
-        let [full, largest] =
-            [0, 1].map(|at| found.clone().map(|sizes| Value::everywhere(sizes[at])));
-        [(Quantity::Crosstalk(*from), full), (Quantity::CrosstalkDeviation(*from), largest)]
+        (Quantity::Crosstalk(*from), found.map(Value::everywhere))
     };
-    measured.axes.iter().enumerate().flat_map(of_axis).collect()
+    measured.axes.iter().enumerate().map(of_axis).collect()
 }

@@ -106,51 +106,14 @@ impl Value {
     }
 }
 
-/// Cycles from which a loop figure is computed, and the dependence of the figure on the reversal threshold.
+/// Cycles from which a loop figure is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Basis {
     /// Number of load cycles from which the figure is computed.
     pub n_cycles: usize,
     /// Share of the axis' load range that all these cycles have in common.
     pub range_share: f64,
-    /// The figure with half the reversal threshold; `None` if it cannot be computed then.
-    pub reversal_threshold_halved: Option<f64>,
-    /// The figure with twice the reversal threshold; `None` if it cannot be computed then.
-    pub reversal_threshold_doubled: Option<f64>,
 }
-
-impl Basis {
-    /// Returns a basis that lacks the figures with half and twice the reversal threshold.
-    pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
-        Self {
-            n_cycles,
-            range_share,
-            reversal_threshold_halved: None,
-            reversal_threshold_doubled: None,
-        }
-    }
-
-    /// Returns as text the change of a figure with half and with twice the reversal threshold, in percent.
-    pub(crate) fn moves(&self, value: f64) -> String {
-        let others = [self.reversal_threshold_halved, self.reversal_threshold_doubled];
-        let moved = others.map(|other| match other {
-            Some(other) if value != 0.0 => {
-                let percent = 100.0 * (other / value - 1.0);
-                match percent {
-                    _ if percent.abs() < 0.05 => "0".to_owned(),
-                    _ if percent.abs() < 1000.0 => format!("{percent:+.1}"),
-                    _ => format!("{percent:+.0}"),
-                }
-            }
-            Some(0.0) => "0".to_owned(),
-            _ => "–".to_owned(),
-        });
-        format!("{}, {} %", moved[0], moved[1])
-    }
-}
-
-/// Explanation of the text of [`Basis::moves`], for the window.
-pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash means that the figure cannot be computed then";
 
 /// A metrology figure, or the reason why there is none.
 pub type Figure = std::result::Result<Value, Reason>;
@@ -203,6 +166,16 @@ pub struct Metrology {
 }
 
 impl Metrology {
+    /// Returns the rows that tables show: those with a figure of at least one axis. If no row has a figure, all rows are
+    /// returned, so that the tables show the reasons. Files contain all rows, with the reasons.
+    pub(crate) fn shown_rows(&self) -> impl Iterator<Item = &Row> {
+        let has_figure = |row: &Row| {
+            row.cells.iter().any(|own| own.conventional.is_ok() || own.compensated.is_ok())
+        };
+        let is_empty = !self.rows.iter().any(has_figure);
+        self.rows.iter().filter(move |row| is_empty || has_figure(row))
+    }
+
     /// Returns the name and the definition of each row. All crosstalk rows share the definition of the first loaded axis.
     pub fn definitions(&self) -> impl Iterator<Item = (String, &Definition)> {
         self.rows.iter().filter_map(|Row { quantity, definition, .. }| {

@@ -25,9 +25,9 @@ pub(crate) struct LoopRows<'a> {
 }
 
 impl<'a> LoopRows<'a> {
-    pub(crate) fn of(view: &'a AxisView<'a>, reversal_threshold: f64) -> Self {
+    pub(crate) fn of(view: &'a AxisView<'a>) -> Self {
         let loads = view.runs.iter().map(|run| run.loads);
-        Self { view, cycles: Cycles::of(view.axis, loads, reversal_threshold) }
+        Self { view, cycles: Cycles::of(view.axis, loads, view.reversal_threshold) }
     }
 
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
@@ -53,8 +53,8 @@ impl<'a> LoopRows<'a> {
     }
 
     fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Value {
-        let range_share = loads.share_of(self.cycles.range);
-        Value { basis: Some(Basis::new(n_cycles, range_share)), ..Value::at(size, place) }
+        let basis = Basis { n_cycles, range_share: loads.share_of(self.cycles.range) };
+        Value { basis: Some(basis), ..Value::at(size, place) }
     }
 
     fn curve(&self, recording: usize, branch: &Branch, output: usize) -> Curve {

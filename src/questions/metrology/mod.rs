@@ -13,8 +13,7 @@
 //! hysteresis contains the effect of other axes, whose loads differ although the load of this axis is equal. Creep and
 //! viscosity increase the width of a loop. Nonlinearity is that of a branch between two reversals.
 //!
-//! Each loop figure gives its number of cycles (counted by rainflow), the share of the load range, and the figure with half
-//! and twice the reversal threshold ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not replace
+//! Each loop figure gives its number of cycles (counted by rainflow) and the share of the load range ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not replace
 //! a calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) lists the conditions
 //! for each row.
 
@@ -36,7 +35,6 @@ mod table;
 
 pub(crate) use cycles::Cycles;
 pub(crate) use dwells::{Dwell, dwells};
-pub(crate) use figures::MOVES;
 pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
 pub(crate) use measured::{Lags, check_numbers, lags_of};
 pub(crate) use quantity::Quantity;

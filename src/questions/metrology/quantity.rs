@@ -24,7 +24,6 @@ pub enum Quantity {
     CreepTime,
     CreepRecovery,
     Crosstalk(Axis),
-    CrosstalkDeviation(Axis),
     Rmse,
     LargestError,
     Error95,
@@ -57,9 +56,6 @@ impl Quantity {
     pub fn all(axes: &[Axis]) -> Vec<Self> {
         let all = QUANTITIES.iter().flat_map(|(quantity, _)| match quantity {
             Self::Crosstalk(_) => axes.iter().copied().map(Self::Crosstalk).collect(),
-            Self::CrosstalkDeviation(_) => {
-                axes.iter().copied().map(Self::CrosstalkDeviation).collect()
-            }
             own => vec![*own],
         });
         all.collect()
@@ -68,7 +64,7 @@ impl Quantity {
     /// Returns the loaded axis of a crosstalk row; `None` for any other row.
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
-            Self::Crosstalk(axis) | Self::CrosstalkDeviation(axis) => Some(axis),
+            Self::Crosstalk(axis) => Some(axis),
             _ => None,
         }
     }
@@ -93,13 +89,11 @@ impl Quantity {
     }
 }
 
-const OTHERS_NEARLY_UNLOADED: &str = "a calibration bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count as crosstalk";
-
 const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as loop width";
 
 /// All quantities in the order of the metrology table, each with the five texts of its [`Definition`]. Crosstalk is listed
 /// for Fx only.
-const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
+const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
     (
         Quantity::Hysteresis,
         [
@@ -240,17 +234,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Crosstalk from Fx",
             "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. Only samples count in which all other axes are within 2 % of full scale, and the loaded axis must reach 50 % of its full scale (both shares can be set)",
             "common practice for multi-axis sensors",
-            OTHERS_NEARLY_UNLOADED,
-        ],
-    ),
-    (
-        Quantity::CrosstalkDeviation(Axis::Fx),
-        [
-            "crosstalk_deviation_from",
-            "Crosstalk from Fx, largest",
-            "largest systematic deviation of the axis while the named axis alone is loaded: output − load, minus its value at no load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors of zero counts as zero",
-            "common practice for multi-axis sensors, but including the nonlinear part of the crosstalk",
-            OTHERS_NEARLY_UNLOADED,
+            "a calibration bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count as crosstalk",
         ],
     ),
     (
@@ -293,7 +277,7 @@ mod tests {
     #[test]
     fn every_row_has_its_own_id_and_a_definition() {
         let all = Quantity::all(&Axis::ALL);
-        assert_eq!(all.len(), 28);
+        assert_eq!(all.len(), 22);
         let definitions = all.iter().map(|quantity| quantity.definition());
         let ids: HashSet<String> = definitions
             .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))

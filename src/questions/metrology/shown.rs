@@ -1,8 +1,7 @@
 //! Tables of metrology figures.
 
 use crate::questions::metrology;
-use crate::questions::metrology::figures::{Basis, Figure, MOVES, Metrology, Row, Value};
-use crate::questions::metrology::quantity::Quantity;
+use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
 use crate::questions::metrology::reason::Reason;
 use crate::report::table;
 use crate::report::table::{Cell, Column, Table};
@@ -29,7 +28,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         let units = shown.both((false, axis.unit()), (true, "% FS"));
         units.into_iter().map(move |(in_percent, unit)| (output, in_percent, unit))
     });
-    let own = metrology.rows.iter().filter(|row| row.quantity.crosstalk_from().is_none());
+    let own = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
     let rows = Table::of(own.map(|row| (row, &row.cells[at])))
         .column(Column::words("Figure"), |(row, cell)| match row.quantity.is_time() {
             true => defined(row, format!("{} [{}]", row.definition.name, cell.unit)),
@@ -67,18 +66,6 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
     .about("Number of load cycles from which the figure is computed, and the share of the load range that all these cycles have in common")
-    .columns(
-        OUTPUTS,
-        |(trace, _)| {
-            let name = format!("{} at half and twice the reversal threshold", trace.label());
-            Column::words(name).about(MOVES)
-        },
-        |(_, cell), (_, output)| {
-            let value = output(cell).as_ref().ok();
-            let moved = value.and_then(|value| Some(value.basis?.moves(value.value)));
-            Cell::words(moved.unwrap_or_default())
-        },
-    )
     .table(title, "")
 }
 
@@ -113,9 +100,8 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     }
     if let Some(basis) = &value.basis {
         about.push_str(&format!(
-            "\nNumber of cycles, and the share of the load range that all have in common: {}. Change of this figure if the reversal threshold is halved or doubled: {}",
-            cycles(basis),
-            basis.moves(value.value)
+            "\nNumber of cycles, and the share of the load range that all have in common: {}",
+            cycles(basis)
         ));
     }
     about
@@ -142,10 +128,10 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
 }
 
 /// Returns the crosstalk table: two rows per loaded axis, with one column for each axis that responds. If the figures of a
-/// loaded axis are missing, one row gives the reason. Returns `None` if there is only one axis.
+/// loaded axis are missing, one row gives the reason. Returns `None` without any figure of crosstalk.
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
-    let rows = metrology.rows.iter();
+    let rows = metrology.shown_rows();
     let rows = rows.filter_map(|row| Some((row.quantity.crosstalk_from()?, row)));
     let rows = rows.flat_map(|(from, row)| {
         let outputs = match shared_reason(row) {
@@ -156,11 +142,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     });
     let table = Table::of(rows)
         .column(Column::words("Axis loaded alone"), |(from, row, _)| {
-            let largest = match row.quantity {
-                Quantity::CrosstalkDeviation(_) => ", largest",
-                _ => "",
-            };
-            defined(row, format!("from {}{largest}", from.symbol()))
+            defined(row, format!("from {}", from.symbol()))
         })
         .instead(|(.., output)| output.err().map(missing))
         .column(Column::words("Output"), |(.., output)| match output {
@@ -183,7 +165,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
             },
         )
         .table("Crosstalk, % of full scale", "");
-    (axes.len() > 1).then_some(table)
+    (axes.len() > 1 && !table.rows.is_empty()).then_some(table)
 }
 
 /// Returns the reason why the crosstalk figures of a row are missing, if the reason is the same for all axes but the loaded
@@ -239,20 +221,15 @@ pub fn figure_records(metrology: &Metrology) -> Table {
         .words("definition", |(_, about, _)| about.definition)
         .words("source", |(_, about, _)| about.source)
         .words("free_running", |(_, about, _)| about.free_running);
-    type OfBasis = fn(&Basis) -> Option<f64>;
-    let of_basis: [(&str, OfBasis); 4] = [
-        ("cycles", |own| Some(own.n_cycles as f64)),
-        ("range_share", |own| Some(own.range_share)),
-        ("reversal_threshold_halved", |own| own.reversal_threshold_halved),
-        ("reversal_threshold_doubled", |own| own.reversal_threshold_doubled),
-    ];
+    let of_basis: [(&str, fn(&Basis) -> f64); 2] =
+        [("cycles", |own| own.n_cycles as f64), ("range_share", |own| own.range_share)];
     for (name, output) in outputs {
         rows = rows.columns(
             of_basis,
             |(what, _)| Column::words(format!("{name}_{what}")),
             |(.., cell), (_, of)| {
                 let basis = output(cell).as_ref().ok().and_then(|value| value.basis);
-                known(basis.and_then(|basis| of(&basis)))
+                known(basis.map(|basis| of(&basis)))
             },
         );
     }
@@ -304,7 +281,7 @@ mod tests {
         let of_axis = axis_figures(&measured, 0, Shown::All);
         let expected = ["RMSE", "1.000", "10.0", "0.5000", "5.00", "-50.0 %"];
         assert_eq!(texts(&of_axis, "RMSE")[..6], expected);
-        assert_eq!(texts(&of_axis, "RMSE")[6..], ["", "", ""]);
+        assert_eq!(texts(&of_axis, "RMSE")[6..], [""]);
         let hysteresis = texts(&of_axis, "Hysteresis");
         assert_eq!(hysteresis[6], "1, 100 %");
     }

@@ -130,22 +130,11 @@ impl AxisFigures {
                 ..Self::default()
             };
         }
-        let [loops, halved, doubled] =
-            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
+        let loops = LoopRows::of(&view);
         let of_lag: [_; OUTPUTS] =
             std::array::from_fn(|output| lag_figures(&view, lags, axis, output));
         let figures = |output: usize| {
-            let others: [HashMap<_, _>; 2] =
-                [&halved, &doubled].map(|other| other.figures(output).into_iter().collect());
-            let mut of_loops = loops.figures(output);
-            for (quantity, found) in &mut of_loops {
-                if let Ok(Value { basis: Some(basis), .. }) = found {
-                    let size = |all: &HashMap<_, Figure>| Some(all[quantity].as_ref().ok()?.value);
-                    [basis.reversal_threshold_halved, basis.reversal_threshold_doubled] =
-                        others.each_ref().map(size);
-                }
-            }
-            (of_loops.into_iter().chain(of_lag[output].0.clone()))
+            (loops.figures(output).into_iter().chain(of_lag[output].0.clone()))
                 .chain(dwell_figures(&view, output))
                 .chain(common(output))
                 .collect()
@@ -192,15 +181,10 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
 /// Returns the figure with its percentage of full scale added. A figure that is too large for a number is replaced by the
 /// reason.
 fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
-    let Value { value, place, mut basis, .. } = figure?;
+    let Value { value, place, basis, .. } = figure?;
     let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * value / full_scale);
     if !value.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
-    }
-    if let Some(basis) = &mut basis {
-        for other in [&mut basis.reversal_threshold_halved, &mut basis.reversal_threshold_doubled] {
-            *other = other.filter(|size| size.is_finite());
-        }
     }
     Ok(Value { value, percent_fs, place, basis })
 }

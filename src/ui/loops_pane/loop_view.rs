@@ -128,7 +128,7 @@ fn counts(ui: &mut Ui, view: &LoopView<'_>) {
     let picture = view.plot;
     let unit = picture.question.axis.unit();
     let of = view.found().first().map_or_else(String::new, |(_, figures)| {
-        let basis = figures.basis();
+        let basis = figures.basis;
         let what = match view.figures_of {
             FiguresOf::Mean => format!("Mean of {} cycles", basis.n_cycles),
             FiguresOf::Largest => "One cycle".to_owned(),
