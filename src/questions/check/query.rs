@@ -157,7 +157,7 @@ fn faulty(
         is_faulty[at].get(next).is_none_or(|own| k < own.start)
     };
     let errors = Rig::of(&training, full_scale)
-        .map(|rig| [rig.left_out_error(), rig.error_of(&training, 0, |_, _| (), is_sound)]);
+        .map(|rig| [rig.left_out_error(), rig.error_of(&training, is_sound)]);
     let matter = errors.is_some_and(|[with, without]| matters(with, without));
     let severity = if matter || share > FAULTY_SHARE { Doubtful } else { Enough };
     let seen = format!("{} of the training samples are faulty", percent(share));

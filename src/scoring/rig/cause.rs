@@ -579,21 +579,15 @@ impl Rig {
         error(&self.units, &self.shape)
     }
 
-    /// Returns the held-out error if `n_added` columns are added to the gauges of each sample. Only those samples are used for
-    /// which `is_used`, given the index of the recording and of the sample, is true.
+    /// Returns the held-out error of the samples for which `is_used` is true, given the index of the recording and of the
+    /// sample.
     pub fn error_of(
         &self,
         recordings: &[&Recording],
-        n_added: usize,
-        added: impl Fn(&[f64], &mut Vec<f64>),
         is_used: impl Fn(usize, usize) -> bool,
     ) -> f64 {
-        let shape = Shape { n_gauges: self.shape.n_gauges + n_added, ..self.shape.clone() };
-        let columns = |gauges: &[f64], row: &mut Vec<f64>| {
-            row.extend(self.standard(gauges));
-            added(gauges, row);
-        };
-        error(&units(recordings, &self.runs, &shape, columns, is_used), &shape)
+        let columns = |gauges: &[f64], row: &mut Vec<f64>| row.extend(self.standard(gauges));
+        error(&units(recordings, &self.runs, &self.shape, columns, is_used), &self.shape)
     }
 
     fn by_run(&self, values: &[Vec<f64>], weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {

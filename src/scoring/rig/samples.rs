@@ -110,21 +110,20 @@ impl Rig {
 
     /// Returns findings about single gauges or load axes in these recordings.
     pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<Finding> {
-        let fit = Forward::of(&self.total(|_| true), &self.shape);
-        let mut found: Vec<Finding> = self.hum(recordings, &fit).into_iter().collect();
-        found.extend(self.clipped_reference(recordings));
-        found
+        let hum = self.hum(recordings);
+        hum.into_iter().chain(self.clipped_reference(recordings)).collect()
     }
 
     /// Returns the finding that gauges hum: the spectrum of their residuals has a line at a frequency that the loads do not
     /// have.
-    fn hum(&self, recordings: &[&Recording], fit: &Forward) -> Option<Finding> {
+    fn hum(&self, recordings: &[&Recording]) -> Option<Finding> {
         let n_gauges = self.shape.n_gauges;
+        let fit = Forward::of(&self.total(|_| true), &self.shape);
         let mut lines: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new(); n_gauges];
         let long = recordings.iter();
         let long = long.filter(|own| !own.is_static() && own.n_samples() >= FEWEST_SAMPLES);
         for own in long.take(SPECTRA) {
-            let rest = self.rest(own, fit);
+            let rest = self.rest(own, &fit);
             let n = own.n_samples().min(SPECTRUM);
             let rate = (n - 1) as f64 / (own.times()[n - 1] - own.times()[0]);
             let n_axes = own.axes().len();
