@@ -13,7 +13,7 @@ use loopscope::import::inspect::{Known, inspect};
 use loopscope::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use loopscope::import::{Loaded, ReadError, read};
 use loopscope::progress::Progress;
-use loopscope::recording::{Axis, DateSource, Recording};
+use loopscope::recording::{Axis, Recording};
 
 const N: usize = 40;
 
@@ -109,7 +109,6 @@ fn check_matlab(folder: &Path) {
 
 #[cfg(feature = "parquet")]
 fn check_parquet(folder: &Path) {
-    check_dated(&folder.join("dated.parquet"));
     let (recording, messages) = sound(&folder.join("snappy.parquet"));
     check(&recording, 0.0, 6, &Axis::ALL);
     assert!(messages.contains("label (no numbers), pose.list.element (lists)"), "{messages}");
@@ -167,7 +166,6 @@ fn check_structs(folder: &Path) {
     assert_eq!((recording.gauges_at(3)[5], recording.loads()[6]), (gauge(3, 5), load(1, 0)));
     assert_eq!(recording.axes(), Axis::ALL);
     assert!(messages.contains("run.out.unit (text), run.note (text), gain"), "{messages}");
-    check_dated(&folder.join("dated.mat"));
     let path = folder.join("structs.mat");
     let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &Axis::ALL);
@@ -177,12 +175,6 @@ fn check_structs(folder: &Path) {
     assert_eq!(lengths, [N, 10]);
     let missing = read_parts(&path, &["run(3)"]).unwrap_err();
     assert!(missing.contains("run(3) in this file, whose tables are run(1), run(2)"), "{missing}");
-}
-
-fn check_dated(path: &Path) {
-    let dated = sound(path).0.dated().expect("the file gives the day");
-    let (day, from) = (dated.day.to_string(), dated.from);
-    assert_eq!((&*day, from), ("2024-03-05", DateSource::Header), "{path:?}");
 }
 
 #[cfg(feature = "hdf5")]
@@ -229,7 +221,6 @@ fn check_workbooks(folder: &Path) {
     assert_eq!(recording.gauge_units()[0], "mV/V");
     assert!(messages.contains("Data. Not read: Short"), "{messages}");
     assert!(messages.contains("label (text), Notes (no table of numbers)"), "{messages}");
-    check_dated(&folder.join("dated.xlsx"));
     let short = read_parts(&path, &["Short"]).unwrap();
     assert_eq!(short.recordings[0].n_samples(), 5);
     let differ = read_parts(&path, &["Data", "Short"]).unwrap_err();
@@ -345,7 +336,6 @@ fn matlab_version_4_is_read_in_all_kinds_and_byte_orders() {
             ]
             .concat();
             fs::write(&path, &content).unwrap();
-            check_dated(&path);
             let (recording, messages) = sound(&path);
             assert_eq!(recording.gauges()[2..4], [3.0, 4.0], "{kind} {is_big_endian}");
             assert_eq!(recording.gauges()[2 * N - 1], 118.0);

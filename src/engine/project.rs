@@ -17,7 +17,7 @@ use crate::questions::metrology::MetrologySettings;
 use crate::questions::{BlockSuggestion, Datasets, Request, View};
 use crate::recording::identity::rate;
 use crate::recording::{
-    Axis, Day, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
+    Axis, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
     ValidRange, load_ranges,
 };
 use crate::same::same_where;
@@ -71,9 +71,6 @@ pub struct SessionFile {
     pub roles: BTreeMap<String, Role>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
-    /// Days of recording that the user entered, by the name of the recording.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub days: BTreeMap<String, Day>,
 }
 
 /// Everything that a session saves. A copy is cheap, because the copies share the recordings in memory.
@@ -139,8 +136,6 @@ pub enum Edit {
     AllRoles(Role),
     /// Set the group of each recording, in their order; `None` for the group that follows from its file or name.
     Groups(Vec<Option<String>>),
-    /// Set the day of each recording, in their order; `None` for the day that follows from its file.
-    Days(Vec<Option<Day>>),
     /// Set the minimum and maximum reading of the gauges, to detect clipping.
     GaugeRange(Option<GaugeRange>),
     /// Set the share by which a load may exceed the rated load before it counts as overload.
@@ -222,13 +217,6 @@ impl Project {
                 for (at, group) in groups.into_iter().enumerate() {
                     set.set_group(at, group);
                 }
-            }
-            Edit::Days(days) => {
-                let set = Arc::make_mut(&mut self.recordings);
-                for (at, day) in days.into_iter().enumerate() {
-                    set.set_day(at, day);
-                }
-                self.keep_days_of_parts();
             }
             Edit::Remove(at) => self.remove(at),
             Edit::New => self.begin_anew(),
@@ -466,23 +454,6 @@ impl Project {
             self.settings.features.look_backs = vec![self.default_thresholds()];
         }
         refused
-    }
-
-    /// Copies the days of the split segments to the whole recordings, so that the days stay when the split is undone.
-    fn keep_days_of_parts(&mut self) {
-        let Some(split) = &mut self.split else { return };
-        let whole = Arc::make_mut(&mut split.whole);
-        for at in 0..whole.entries().len() {
-            let own = &whole.entries()[at].recording;
-            let is_part = |part: &&Entry| {
-                let name = part.recording.name().strip_prefix(own.name());
-                let is_named = name.is_some_and(|rest| rest.is_empty() || rest.starts_with(" ("));
-                is_named && part.recording.source() == own.source()
-            };
-            if let Some(part) = self.recordings.entries().iter().find(is_part) {
-                whole.set_day(at, part.recording.entered_day);
-            }
-        }
     }
 
     pub(super) fn group_by_map(&self, recording: &Recording) -> Option<String> {

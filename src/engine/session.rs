@@ -182,7 +182,6 @@ impl Session {
             let by_map = by_map.or_else(|| recording.group().map(str::to_owned));
             let group = entry.group.clone().filter(|_| entry.group != by_map);
             file.groups.extend(group.map(|group| (name.clone(), group)));
-            file.days.extend(recording.entered_day.map(|day| (name.clone(), day)));
             file.roles.insert(name, entry.role);
         }
         // Missing files stay in the saved session, so that they can still be found later.
@@ -362,7 +361,7 @@ impl OpenedSession {
     }
 }
 
-/// Adds the recordings of a session's files to a document, with their saved roles, groups and days. Returns messages about
+/// Adds the recordings of a session's files to a document, with their saved roles and groups. Returns messages about
 /// missing, changed and unreadable files. The settings stay unchanged.
 pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> {
     let mut notices = Vec::new();
@@ -408,9 +407,6 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
         }
         if let Some(group) = file.groups.get(name) {
             set.set_group(at, Some(group.clone()));
-        }
-        if let Some(day) = file.days.get(name) {
-            set.set_day(at, Some(*day));
         }
     }
     (project.settings, project.measuring) = (settings, measuring);
@@ -564,11 +560,9 @@ mod tests {
         for edit in [
             Edit::Role(1, Role::Off),
             Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
-            Edit::Days(vec!["2024-05-03".parse().ok(), None]),
             Edit::Settings(settings),
             Edit::Measuring(measuring),
             Edit::Split(0.25),
-            Edit::Days(vec!["2024-05-04".parse().ok(); 6]),
             Edit::Notes("oiled".to_owned()),
         ] {
             project.edit(edit).unwrap();
@@ -579,8 +573,6 @@ mod tests {
         let back = reopened(&text);
         assert_eq!(Session::of(&back, None), Session::of(&project, None));
         assert_eq!(back.recordings, project.recordings);
-        let day = back.recordings.entries()[0].recording.entered_day;
-        assert_eq!(day.unwrap().to_string(), "2024-05-04");
         assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
     }
 

@@ -264,7 +264,6 @@ mod tests {
             Edit::Role(0, Role::Test),
             Edit::AllRoles(Role::Train),
             Edit::Groups(vec![Some("monday".to_owned())]),
-            Edit::Days(vec!["2024-05-03".parse().ok()]),
             Edit::Remove(1),
             Edit::New,
             Edit::Replace(with_others()),
@@ -310,9 +309,8 @@ mod tests {
             Edit::Measuring(_) => 15,
             Edit::Model(_) => 16,
             Edit::GaugeRange(_) => 17,
-            Edit::OverloadTolerance(_) => 20,
+            Edit::OverloadTolerance(_) => 19,
             Edit::Identity(_) => 18,
-            Edit::Days(_) => 19,
         }
     }
 

@@ -1,7 +1,5 @@
 //! Columns of numbers from files that are not text, and rows of cells that are read in order from any file.
 
-use crate::recording::Day;
-
 /// One of the tables of a file with several tables, such as a sheet of a workbook.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
@@ -17,7 +15,6 @@ pub(crate) struct Columns {
     pub columns: Vec<Column>,
     pub is_named: bool,
     pub reference_time: Option<usize>,
-    pub day: Option<Day>,
     /// Name and kind of each part of the file that is not read.
     pub left_out: Vec<String>,
     pub ends_early: bool,

@@ -18,7 +18,6 @@ use super::format::{Budget, COLUMN_LIMIT, Format, Source};
 use super::hdf5;
 use super::number::Number;
 use super::parts::{self, Group};
-use crate::recording::Day;
 
 pub(super) const FORMAT: Format = Format {
     name: "MATLAB file",
@@ -59,8 +58,6 @@ const MI_INT8: u32 = 1;
 const MI_INT32: u32 = 5;
 const MI_UINT32: u32 = 6;
 const MI_DOUBLE: u32 = 9;
-const MI_UINT16: u32 = 4;
-const MI_UTF8: u32 = 16;
 const MI_UTF16: u32 = 17;
 const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
@@ -114,7 +111,6 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let Some((name, elements)) = variable(matrix, is_big_endian, None, &mut top)? else {
             continue;
         };
-        top.day = elements.iter().fold(top.day, |day, own| day.or(own.day));
         let is_table = |fields: &Fields| fields.arrays.iter().any(|array| array.values.len() > 1);
         if !elements.iter().any(is_table) {
             top.leave_out(&name, "a struct");
@@ -208,11 +204,7 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         rest = &rest[header.n_bytes + numbers.len()..];
         let values = || header.number.all(numbers, header.is_big_endian);
         match header.class {
-            1 => {
-                let text: String =
-                    values().into_iter().map(|code| char::from(code as u8)).collect();
-                top.text(&name, &text);
-            }
+            1 => top.leave_out(&name, "text"),
             2 => top.leave_out(&name, "a sparse matrix"),
             _ if header.is_complex => top.leave_out(&name, "complex numbers"),
             _ => top.arrays.push(Array {
@@ -243,7 +235,6 @@ fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
 struct Fields {
     arrays: Vec<Array>,
     left_out: Vec<String>,
-    day: Option<Day>,
 }
 
 impl Fields {
@@ -251,18 +242,11 @@ impl Fields {
         self.left_out.push(format!("{name} ({what})"));
     }
 
-    /// Takes the day of the recording from a text variable, if the text gives a day. The variable is listed as left out.
-    fn text(&mut self, name: &str, text: &str) {
-        self.day = self.day.or(Day::in_header(&format!("{name}: {text}")));
-        self.leave_out(name, "text");
-    }
-
     /// Returns the table of a file: its variables form one group, and each struct forms another.
     fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
         let own = Group { arrays: self.arrays, ..Group::default() };
         let groups = std::iter::once(own).chain(structs).collect();
-        let columns = parts::of_groups(groups, '.', self.left_out, source.parts)?;
-        Ok(Columns { day: self.day, ..columns })
+        parts::of_groups(groups, '.', self.left_out, source.parts)
     }
 }
 
@@ -308,7 +292,6 @@ fn structs(
                         .into_iter()
                         .map(|own| Array { name: within(&own.name), ..own });
                     fields.arrays.extend(arrays);
-                    fields.day = fields.day.or(inner.day);
                 }
                 Err(_) => fields.leave_out(&name, "structs within a struct"),
             }
@@ -358,11 +341,7 @@ fn variable(
         }
         2 => "a struct",
         3 => "an object",
-        4 => {
-            let (kind, bytes) = parts.next(&name)?;
-            into.text(&name, &text(kind, bytes, is_big_endian));
-            return Ok(None);
-        }
+        4 => "text",
         5 => "a sparse matrix",
         _ if flags & COMPLEX_FLAG != 0 => "complex numbers",
         _ => {
@@ -379,17 +358,6 @@ fn variable(
     };
     into.leave_out(&name, other);
     Ok(None)
-}
-
-fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
-    if kind == MI_UTF8 {
-        return String::from_utf8_lossy(bytes).into_owned();
-    }
-    let kind = if kind == MI_UTF16 { MI_UINT16 } else { kind };
-    let codes = values(kind, bytes, is_big_endian).unwrap_or_default();
-    char::decode_utf16(codes.into_iter().map(|code| code as u16))
-        .map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER))
-        .collect()
 }
 
 fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {

@@ -12,7 +12,6 @@ use super::json_lines::{self, LineKeys};
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;
-use crate::recording::Day;
 
 /// Number of first bytes that are read to detect the format: the signature, and the name of an archive's first file.
 const SIGNATURE_BYTES: u64 = 512;
@@ -157,13 +156,6 @@ impl Opened {
             reference_time: table.reference_time,
             ..Head::default()
         })
-    }
-
-    pub fn day(&self, head: &Head) -> Option<Day> {
-        match &self.table {
-            Table::Text(text) => text.day(head),
-            Table::Columns(columns) => columns.day,
-        }
     }
 
     /// Returns true if automatic detection finds exactly this layout of the table.

@@ -17,7 +17,7 @@ use crate::import::error::{ReadError, TableError};
 use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
 use crate::import::{assemble, names, timeline, weigh};
 use crate::progress::Progress;
-use crate::recording::{Day, Recording};
+use crate::recording::Recording;
 
 /// Number of bytes of a file that are parsed at a time: few enough for the cache of a processor core, and enough to make the
 /// overhead of each block small.
@@ -61,8 +61,6 @@ pub(super) struct Sides {
     /// `gauges`.
     pub reference: Option<Table>,
     map: ColumnMap,
-    /// Date on which the recording was made, from the header of the file.
-    day: Option<Day>,
 }
 
 impl<'a> Reading<'a> {
@@ -125,8 +123,7 @@ impl<'a> Reading<'a> {
         if reference.is_none() {
             assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
         }
-        let day = gauges.day.or_else(|| reference.as_ref().and_then(|own| own.day));
-        Ok(Sides { gauges, reference, map, day })
+        Ok(Sides { gauges, reference, map })
     }
 
     fn reference(&self, path: &Path, map: &ColumnMap) -> Result<Option<Table>, ReadError> {
@@ -182,7 +179,6 @@ impl<'a> Reading<'a> {
             Rows::plan_zero(&mut plan, first.iter().copied());
         }
         drop(sample);
-        let day = opened.day(&head);
         let read = Rows::read(opened, &head, &plan, self.progress);
         let mut rows = read.map_err(of_file(path))?;
         assemble::settle_times(&plan, &mut rows);
@@ -194,7 +190,7 @@ impl<'a> Reading<'a> {
         if rows.times.is_empty() {
             return Err(assemble::no_usable_row(path, &plan, rows));
         }
-        Ok(Table { path: path.to_owned(), plan, rows, day })
+        Ok(Table { path: path.to_owned(), plan, rows })
     }
 }
 
@@ -272,7 +268,7 @@ impl Sides {
 
     /// Assigns a reference load to each gauge sample, and divides the samples into recordings.
     pub fn joined(self) -> Result<Loaded, ReadError> {
-        let Self { mut gauges, reference, map, day } = self;
+        let Self { mut gauges, reference, map } = self;
         let is_static = gauges.plan.is_static;
         let path = gauges.path.clone();
         let mut of_reference = Vec::new();
@@ -288,8 +284,7 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
-        let finished = |mut recording: Recording| {
-            recording.file_day = day;
+        let finished = |recording: Recording| {
             match map.tare {
                 // The tare interval is given in seconds, so taring samples without times is an error.
                 Some(tare) => Ok(recording.tared(tare)?.0),

@@ -12,7 +12,6 @@ use crate::import::join;
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, Join, ReferenceFile};
 use crate::import::timeline;
-use crate::recording::Day;
 
 /// Gauges, reference load, or both, as read from one file. Times are in seconds.
 #[derive(Debug)]
@@ -20,7 +19,6 @@ pub(super) struct Table {
     pub path: PathBuf,
     pub plan: Plan,
     pub rows: Rows,
-    pub day: Option<Day>,
 }
 
 pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {

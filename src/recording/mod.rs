@@ -3,7 +3,6 @@
 
 mod auxiliary;
 mod axis;
-mod date;
 mod full_scale;
 pub(crate) mod gap;
 pub(crate) mod identity;
@@ -23,8 +22,6 @@ pub(crate) mod units;
 
 pub(crate) use auxiliary::{AuxiliaryTable, places, span};
 pub use axis::Axis;
-pub use date::DateSource;
-pub(crate) use date::Day;
 pub(crate) use full_scale::full_scale_of;
 pub(crate) use identity::Identity;
 pub use identity::Item;

@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use crate::recording::auxiliary::AuxiliaryTable;
 use crate::recording::axis::Axis;
-use crate::recording::date::{DateSource, Dated, Day};
 use crate::recording::gap::gap_by_steps;
 use crate::recording::left_out::LeftOut;
 use crate::recording::median::median;
@@ -69,9 +68,6 @@ pub struct Recording {
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
     pub(crate) group: Option<String>,
-    pub(crate) file_day: Option<Day>,
-    /// Day of the recording that the user entered.
-    pub(crate) entered_day: Option<Day>,
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -144,8 +140,6 @@ impl Recording {
             offsets: Vec::new(),
             left_out: None,
             group: None,
-            file_day: None,
-            entered_day: None,
             auxiliary: AuxiliaryTable::default(),
             name,
             source,
@@ -336,23 +330,6 @@ impl Recording {
     /// Returns the name of the recording's group, if the file has a group column.
     pub fn group(&self) -> Option<&str> {
         self.group.as_deref()
-    }
-
-    /// Returns the day of the recording from the first source that gives it, in the order of [`DateSource`].
-    pub fn dated(&self) -> Option<Dated> {
-        let in_name = || {
-            let path = self.source.path()?;
-            let day = |name: Option<&std::ffi::OsStr>| Day::in_text(&name?.to_string_lossy());
-            day(path.file_stem()).or_else(|| day(path.parent().and_then(Path::file_name)))
-        };
-        let clock = self.started().and_then(Day::of_clock);
-        let found = [
-            (self.entered_day, DateSource::Entered),
-            (self.file_day, DateSource::Header),
-            (clock, DateSource::Clock),
-            (in_name(), DateSource::Name),
-        ];
-        found.into_iter().find_map(|(day, from)| Some(Dated { day: day?, from }))
     }
 
     /// Returns true if the reference load is known.

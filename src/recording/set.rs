@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use strum::IntoStaticStr;
 
 use crate::recording::axis::Axis;
-use crate::recording::date::Day;
 use crate::recording::median::median;
 use crate::recording::recording::{Recording, RecordingError};
 use crate::recording::tare::Tare;
@@ -188,15 +187,6 @@ impl RecordingSet {
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
             entry.group = group.or_else(|| entry.recording.group().map(str::to_owned));
-        }
-    }
-
-    /// Sets the user's day of a recording. With `None`, the file gives the day. An unknown index changes nothing.
-    pub fn set_day(&mut self, index: usize, day: Option<Day>) {
-        if let Some(entry) = self.entries.get_mut(index)
-            && entry.recording.entered_day != day
-        {
-            Arc::make_mut(&mut entry.recording).entered_day = day;
         }
     }
 

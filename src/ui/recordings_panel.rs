@@ -14,9 +14,7 @@ use crate::engine::{Action, Edit, Engine, Project};
 use crate::min_max::MinMax;
 use crate::questions::check::faulty::FindFaults;
 use crate::questions::{self, RecordingResult};
-use crate::recording::{
-    Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange,
-};
+use crate::recording::{Axis, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange};
 use crate::report::{self, Cell, Table};
 use crate::scoring::metrics::Group;
 use crate::shown::{and_more, printable};
@@ -46,8 +44,6 @@ pub struct View {
     split_percent: f64,
     /// Recording whose group is being edited.
     group: Typed,
-    /// Recording whose date is being edited.
-    day: Typed,
 }
 
 /// Index of a recording, and the text that the user types into a field about the recording.
@@ -55,7 +51,7 @@ type Typed = Option<(usize, String)>;
 
 impl Default for View {
     fn default() -> Self {
-        Self { open: String::new(), split_percent: 60.0, group: None, day: None }
+        Self { open: String::new(), split_percent: 60.0, group: None }
     }
 }
 

@@ -94,8 +94,6 @@ def matlab_files():
         rows = slice(None) if k == 0 else slice(0, 10)
         runs[k] = (TIME[rows], GAUGES[rows], LOADS[rows])
     savemat(HERE / "structs.mat", {"run": runs}, do_compression=True)
-    dated = {"t": TIME, "S": GAUGES[:, :2], "recorded_on": "5 March 2024"}
-    savemat(HERE / "dated.mat", {"run": dated}, do_compression=True)
 
 
 def hdf5_files():
@@ -193,14 +191,6 @@ def workbook_files():
     for k in range(N):
         sheet.append([start + datetime.timedelta(seconds=k / 8), GAUGES[k, 0], LOADS[k, 0]])
     book.save(HERE / "dates.xlsx")
-    book = openpyxl.Workbook()
-    sheet = book.active
-    sheet.append(["Test date", datetime.date(2024, 3, 5)])
-    sheet.append([])
-    sheet.append(["t", "S1"])
-    for k in range(N):
-        sheet.append([TIME[k], GAUGES[k, 0]])
-    book.save(HERE / "dated.xlsx")
 
 
 def labview_files():
@@ -243,8 +233,6 @@ def parquet_files():
     with_holes = pa.table({"t_s": TIME, "S1": pa.array(holes), "Fx": LOADS[:, 0]})
     for codec in ("gzip", "lz4", "none", "zstd", "brotli"):
         pq.write_table(with_holes, HERE / f"{codec}.parquet", compression=codec)
-    dated = pa.table({"t_s": TIME, "S1": GAUGES[:, 0]})
-    pq.write_table(dated.replace_schema_metadata({"Date": "2024-03-05"}), HERE / "dated.parquet")
 
 
 def cdr(*parts):

@@ -17,7 +17,6 @@ use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::number::{Field, FromOrigin, Number};
 use super::super::parts::{self, Group};
-use crate::recording::Day;
 
 /// Maximum number of nested groups that are read, since groups may contain each other in a circle.
 const DEPTH_LIMIT: usize = 6;
@@ -38,15 +37,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     };
     reading.group(&file.root(), "", 0)?;
     let Reading { groups, left_out, .. } = reading;
-    let columns = parts::of_groups(groups, '/', left_out, source.parts)?;
-    let attributes = file.root().attrs().unwrap_or_default();
-    let day = attributes.iter().find_map(|(name, value)| match value {
-        AttrValue::String(text) | AttrValue::AsciiString(text) => {
-            Day::in_header(&format!("{name}: {text}"))
-        }
-        _ => None,
-    });
-    Ok(Some(Columns { day, ..columns }))
+    parts::of_groups(groups, '/', left_out, source.parts).map(Some)
 }
 
 fn damaged(error: Error) -> FileError {

@@ -11,7 +11,6 @@ use super::super::columns::{Column, Columns, from_origin};
 use super::super::error::FileError;
 use super::super::format::{COLUMN_LIMIT, Source};
 use crate::progress::Progress;
-use crate::recording::Day;
 
 const FILE: &str = "the file";
 const BATCH_ROWS: usize = 1 << 14;
@@ -19,12 +18,7 @@ const BATCH_ROWS: usize = 1 << 14;
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
-    let metadata = reader.metadata().file_metadata().key_value_metadata();
-    let day = metadata.into_iter().flatten().find_map(|entry| {
-        let value = entry.value.as_deref()?;
-        Day::in_header(&format!("{}: {value}", entry.key))
-    });
-    let mut table = Columns { is_named: true, day, ..Columns::default() };
+    let mut table = Columns { is_named: true, ..Columns::default() };
     let mut indices = Vec::new();
     for index in 0..schema.num_columns() {
         let column = schema.column(index);

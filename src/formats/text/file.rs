@@ -15,7 +15,6 @@ use crate::formats::columns::{PLACES, ROWS_AT_A_PLACE, Sample};
 use crate::formats::error::FileError;
 use crate::formats::format::Format;
 use crate::progress::{Cancelled, Progress};
-use crate::recording::Day;
 
 /// Format of every file whose first bytes match no other format.
 pub(in crate::formats) const FORMAT: Format = Format {
@@ -75,11 +74,6 @@ impl TextFile {
     pub(in crate::formats) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let places = self.places.get_or_init(|| self.read_places());
         layout::sample(&self.head, layout, head, places)
-    }
-
-    pub(in crate::formats) fn day(&self, head: &Head) -> Option<Day> {
-        let above = &self.head[..head.n_bytes.min(self.head.len())];
-        lines(above).find_map(|line| Day::in_header(&String::from_utf8_lossy(line)))
     }
 
     fn read_places(&self) -> Vec<Vec<u8>> {

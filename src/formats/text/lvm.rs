@@ -12,7 +12,6 @@ use super::written::Delimiter;
 use crate::formats::columns::{Column, Columns};
 use crate::formats::error::FileError;
 use crate::formats::format::{COLUMN_LIMIT, Format, Source};
-use crate::recording::Day;
 
 pub(in crate::formats) const FORMAT: Format = Format {
     name: "LabVIEW measurement",
@@ -37,7 +36,6 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 
 #[derive(Debug, Default)]
 struct Segment {
-    day: Option<Day>,
     start_secs: Option<f64>,
     x0: f64,
     delta_x: f64,
@@ -58,8 +56,6 @@ struct Table {
     segment: Segment,
     /// Start time of the first segment (s).
     start_secs: Option<f64>,
-    day: Option<Day>,
-    file_day: Option<Day>,
     /// Index of each channel's cell in a row, and of the cell with its time if the channel has a time column.
     places: Vec<(usize, Option<usize>)>,
     comment_at: Option<usize>,
@@ -88,7 +84,7 @@ impl Table {
             _ if self.is_special => {}
             b"***End_of_Header***" => {
                 if !self.is_begun {
-                    self.file_day = std::mem::take(&mut self.segment).day;
+                    self.segment = Segment::default();
                 }
                 (self.is_begun, self.in_rows) = (true, false);
             }
@@ -111,10 +107,7 @@ impl Table {
             b"X_Columns" => self.is_counted = value == b"No",
             b"X0" => self.segment.x0 = number.unwrap_or(0.0),
             b"Delta_X" => self.segment.delta_x = number.unwrap_or(1.0),
-            b"Date" => {
-                self.segment.start_secs = secs(value);
-                self.segment.day = Day::in_text(&String::from_utf8_lossy(value));
-            }
+            b"Date" => self.segment.start_secs = secs(value),
             b"Time" => {
                 self.segment.start_secs =
                     secs(value).zip(self.segment.start_secs).map(|(time, day)| day + time);
@@ -133,7 +126,6 @@ impl Table {
         self.in_rows = true;
         self.segment.n_rows = 0;
         self.start_secs = self.start_secs.or(self.segment.start_secs);
-        self.day = self.day.or(self.segment.day);
         self.places.clear();
         self.comment_at = None;
         let mut time_at = None;
@@ -205,7 +197,6 @@ impl Table {
         Columns {
             columns: [time].into_iter().chain(self.channels).collect(),
             is_named: true,
-            day: self.day.or(self.file_day),
             left_out: left_out.map(|(_, what)| what.to_owned()).collect(),
             ..Columns::default()
         }

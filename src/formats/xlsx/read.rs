@@ -18,8 +18,6 @@ use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
-use crate::recording::Day;
-use crate::shown::joined;
 
 const FILE: &str = "the workbook";
 /// Number of first rows of a sheet in which the first row of numbers is searched.
@@ -179,17 +177,6 @@ fn text<'a>(value: &'a DataRef) -> Cow<'a, str> {
     }
 }
 
-/// Returns the day of the recording from a row above the table, such as a label in one cell and the date in the next.
-fn day(row: &[Cell]) -> Option<Day> {
-    let written = |cell: &Cell| match cell.value {
-        DataRef::DateTime(when) if when.as_f64() >= 366.0 && !when.is_duration() => {
-            Day::of_clock(time(&cell.value)?).map(|day| day.to_string())
-        }
-        _ => Some(text(&cell.value).into_owned()),
-    };
-    Day::in_header(&joined(": ", row.iter().filter_map(written)))
-}
-
 /// Returns the row with column names and the row with units above a table, if there are any.
 fn header_and_units<'a, 'b>(
     above: &[&'a [Cell<'b>]],
@@ -241,11 +228,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     }
     let n_values = samples.len() as u64 * cells_of.len().min(COLUMN_LIMIT) as u64;
     budget.take(sheet, n_values, size_of::<f64>() as u64)?;
-    let mut table = Columns {
-        is_named: header.is_some(),
-        day: rows[..first].iter().find_map(|row| day(row)),
-        ..Columns::default()
-    };
+    let mut table = Columns { is_named: header.is_some(), ..Columns::default() };
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
     for (column, own) in cells_of {
         let name = match (table.is_named, cell_text(header, column)) {

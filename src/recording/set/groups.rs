@@ -15,7 +15,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
-use crate::recording::date::{self, YEARS};
 use crate::recording::load_cases::load_cases;
 use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
@@ -66,6 +65,8 @@ const REPETITIONS: [&str; 12] = [
     "lauf",
     "versuch",
 ];
+/// Years that a date in a name may have. A number outside this range is not read as a year.
+const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
 const ROLES: [&str; 3] = ["train", "training", "test"];
 
 /// Criterion by which recordings are grouped. The `Display` text is the noun for one group, such as `path`.
@@ -425,9 +426,9 @@ fn words_of(recording: &Recording) -> Vec<String> {
     let folder = recording.source().path().and_then(Path::parent);
     let folder = folder.and_then(last_name).unwrap_or_default();
     let mut words: Vec<String> = Vec::new();
-    for word in date::words(&folder).into_iter().chain(date::words(name)) {
+    for word in split_words(&folder).into_iter().chain(split_words(name)) {
         let mut before = None;
-        for letter in word.text.chars() {
+        for letter in word.chars() {
             // A capital letter after a small letter starts a new word, as in `pathA`.
             if before.is_none_or(|own: char| own.is_lowercase() && letter.is_uppercase()) {
                 words.push(String::new());
@@ -437,6 +438,21 @@ fn words_of(recording: &Recording) -> Vec<String> {
         }
     }
     words.retain(|word| !ROLES.contains(&&**word));
+    words
+}
+
+/// Returns the runs of digits and the runs of letters in a text.
+fn split_words(text: &str) -> Vec<&str> {
+    let kind = |c: char| (c.is_ascii_digit(), c.is_alphabetic());
+    let mut words = Vec::new();
+    let mut rest = text;
+    while let Some(start) = rest.find(char::is_alphanumeric) {
+        rest = &rest[start..];
+        let of = rest.chars().next().map(kind);
+        let end = rest.find(|c| Some(kind(c)) != of).unwrap_or(rest.len());
+        words.push(&rest[..end]);
+        rest = &rest[end..];
+    }
     words
 }
 

@@ -70,39 +70,6 @@ fn text_of(typed: &mut Typed, at: usize, first: impl FnOnce() -> String) -> &mut
     &mut typed.get_or_insert_default().1
 }
 
-fn day_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
-    let entries = engine.entries();
-    let recording = &entries[at].recording;
-    let text = text_of(typed, at, || {
-        recording.dated().map_or_else(String::new, |dated| dated.day.to_string())
-    });
-    let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets the date");
-    let field = ui.labelled("Date of all recordings of this file, for comparing days", field);
-    let entered = ui.entered(&field);
-    let day = text.trim().parse::<Day>();
-    if let (false, Err(error)) = (text.trim().is_empty(), &day) {
-        ui.warn(error.to_string());
-    }
-    let cleared = ui.press(
-        "From the file",
-        "Takes the date from the header of the file, from its clock, or from its name",
-    );
-    let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
-        (true, _) => None,
-        (false, Ok(day)) if entered => Some(day),
-        _ => return,
-    };
-    let is_of_file = |other: usize| match recording.source() {
-        Source::File(_) => entries[other].recording.source() == recording.source(),
-        Source::Simulated => other == at,
-    };
-    let days = (0..entries.len())
-        .map(|other| if is_of_file(other) { chosen } else { entries[other].recording.entered_day });
-    out.send(Edit::Days(days.collect()));
-    *typed = None;
-    ui.close();
-}
-
 pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
     let roles = [
         ("Train", Role::Train, "Used by the fit"),
@@ -149,9 +116,6 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
         if let Some(group) = group_of(engine, at) {
             ui.label(format!("group: {group}"));
         }
-        if let Some(dated) = recording.dated() {
-            ui.label(format!("recorded on {} ({})", dated.day, dated.from.words()));
-        }
         if let Some(tare) = recording.tare() {
             ui.label(format!("tared over {tare}"));
         }
@@ -183,8 +147,6 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
         let first = tare_menu(ui, at, recording.name(), out);
         ui.separator();
         group_menu(ui, engine, at, &mut fields.group, out);
-        ui.separator();
-        day_menu(ui, engine, at, &mut fields.day, out);
         first
     });
 }
