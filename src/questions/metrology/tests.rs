@@ -433,7 +433,7 @@ fn uniform(k: usize) -> f64 {
 
 /// Two axes, loaded one after the other. The outputs are the loads plus noise (a share of full scale). Fy also reads Fx
 /// times `slope`, and its square times `square`.
-fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
+pub(crate) fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     let ramp = path(&[0.0, 10.0, 0.0, -10.0, 0.0], 200);
     let loads = (ramp.iter().map(|x| [*x, 0.0])).chain(ramp.iter().map(|x| [0.0, *x]));
     let reference: Vec<f64> = loads.flatten().collect();
