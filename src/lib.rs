@@ -1,7 +1,8 @@
 //! LoopScope calibrates force/torque sensors and compensates their hysteresis.
 //!
 //! This page describes the modules, in the order in which a calibration is made. Each module may use the modules above it in
-//! this table, but none below.
+//! this table, but none below. The files and folders directly in a module do not use each other in a circle. The tests in
+//! `src/house.rs` hold both rules.
 //!
 //! | module | contents | start reading at |
 //! |---|---|---|
@@ -13,7 +14,7 @@
 //! | [`scoring`] | computations that several requests share: cross-validation, held-out sums, faults, loops, dwells | [`scoring::cross_validation`] |
 //! | [`report`] | tables and figures as plain data, the same for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
 //! | [`export`] | calibrations as files and as code, one source file for each format; traces; each file written completely or not at all | [`export::TARGETS`] |
-//! | [`questions`] | one folder for each kind of request: errors, expected error, thresholds, loops, metrology, models, check of the data | [`questions::analyse`] |
+//! | [`questions`] | the prepared recordings, and one folder for each kind of request: errors, expected error, thresholds, loops, metrology, models, check of the data | [`questions::analyse`] |
 //! | [`engine`] | the open document with its edits and undo, computation in the background, saved sessions | [`engine::Engine`] |
 //! | [`cli`] | the command line | [`cli::Job`] |
 //! | `ui` | the window (cargo feature `gui`), one file for each pane, which requests results, draws them and sends edits | `ui::Shell` |

@@ -26,7 +26,7 @@ use crate::import::Loaded;
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::progress::Progress;
 use crate::questions::Mark;
-use crate::questions::loops::asked::LookAt;
+use crate::questions::loops::query::LookAt;
 use crate::questions::loops::{Question, TableOf};
 use crate::questions::metrology::MetrologySettings;
 use crate::questions::models::asked::Train;

@@ -8,7 +8,7 @@ use crate::engine::Engine;
 use crate::finding::Face;
 use crate::questions::Analysis;
 use crate::questions::errors::errors;
-use crate::questions::expected_error::asked::AskExpectedError;
+use crate::questions::expected_error::query::AskExpectedError;
 use crate::questions::expected_error::{expected_error_column, expected_error_table};
 use crate::report::{Shown, Table};
 use crate::scoring::score_set::ScoreSet;

@@ -10,7 +10,7 @@ mod save;
 use egui::{ComboBox, Ui};
 
 use crate::engine::{Edit, Engine};
-use crate::questions::loops::asked::LookAt;
+use crate::questions::loops::query::LookAt;
 use crate::questions::loops::{
     Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question, Span,
     TableOf, Up,

@@ -5,7 +5,7 @@ use egui::Ui;
 
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
-use crate::questions::loops::asked::LookAt;
+use crate::questions::loops::query::LookAt;
 use crate::questions::loops::{Look, Question, TableOf};
 use crate::questions::metrology::{
     Metrology, MetrologySettings, crosstalk, figure_records, overview,

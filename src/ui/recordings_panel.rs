@@ -12,7 +12,7 @@ use row::{group_button, group_of, name_button, rmse_label, role_menu};
 
 use crate::engine::{Action, Edit, Engine, Project};
 use crate::min_max::MinMax;
-use crate::questions::check::faulty::FindFaults;
+use crate::questions::check::query::FindFaults;
 use crate::questions::{self, RecordingResult};
 use crate::recording::{Axis, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange};
 use crate::report::{self, Cell, Table};

@@ -6,7 +6,7 @@ use egui::Ui;
 
 use crate::engine::query::Background as _;
 use crate::engine::{Action, Engine};
-use crate::questions::errors::asked::Analyse;
+use crate::questions::errors::query::Analyse;
 use crate::shown::counted;
 use crate::ui::command::{Command, Out};
 use crate::ui::controls::Controls as _;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use egui::util::undoer::{Settings, Undoer};
 
 use crate::questions::TraceSet;
-use crate::questions::check::faulty::FaultyRecording;
+use crate::questions::check::query::FaultyRecording;
 use crate::recording::Axis;
 use crate::scoring::series::Columns;
 use crate::ui::command::TimeMove;

@@ -8,7 +8,7 @@ mod pane;
 use egui::Ui;
 
 use crate::engine::{Action, Edit, Engine};
-use crate::questions::check::faulty::FindFaults;
+use crate::questions::check::query::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
 use crate::ui::choice::choice;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use loopscope::engine::{Action, Engine};
 use loopscope::progress::Progress;
-use loopscope::questions::loops::asked::LookAt;
+use loopscope::questions::loops::query::LookAt;
 use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, Up};
 use loopscope::recording::Axis;
 use loopscope::scoring::numbers::significant;

@@ -1,6 +1,5 @@
 //! Checks the recordings: finds faults of the test rig, and whether the loads determine the coefficients of the model.
 
-pub(crate) mod faulty;
 pub(crate) mod independent_loads;
 mod judgement;
 pub mod query;

@@ -9,7 +9,7 @@ use crate::min_max::MinMax;
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
-use crate::questions::dataset::Dataset;
+use crate::questions::dataset::{Dataset, Datasets};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::cold_start::worse_at_start;
 use crate::questions::errors::findings::findings_of_fit;
@@ -19,20 +19,21 @@ use crate::questions::expected_error::rule::{
 };
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
-use crate::recording::{Recording, Role, ValidRange, in_role};
+use crate::recording::{Entry, Recording, RecordingSet, Role, ValidRange, in_role};
+use crate::same::same_where;
 use crate::scoring::coverage::Coverage;
 use crate::scoring::faults::Faults;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::scoring::rig::{Rig, lag_of_fit, matters};
 use crate::shown::{counted, first_clauses};
+use Verdict::{Doubtful, Enough};
 
 /// Maximum number of recordings with faults whose names are shown.
 const FAULTY: usize = 3;
 /// Share of faulty training samples above which the finding makes the verdict doubtful even if the error is not smaller
 /// without them.
 const FAULTY_SHARE: f64 = 0.05;
-use Verdict::{Doubtful, Enough};
 
 /// Request to check training recordings: faults of the test rig, and whether the loads determine the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -241,6 +242,66 @@ fn of_programmes(data: &Dataset, n_axes: usize) -> impl Iterator<Item = Finding>
         Finding::new(Id::OneProgramme, Doubtful, seen)
     });
     separate.into_iter().chain(repeated)
+}
+
+/// Request for the faulty samples of recordings, which the window marks.
+#[derive(Clone, Debug)]
+pub struct FindFaults {
+    /// Recordings to search.
+    pub recordings: Arc<RecordingSet>,
+    /// Limits of the sensor's gauges and loads, outside which a sample is faulty.
+    pub range: ValidRange,
+    /// Cache of the faults that were found before.
+    pub datasets: Datasets,
+}
+
+/// Faulty samples of one recording.
+#[derive(Debug)]
+pub struct FaultyRecording {
+    /// Number of samples of the recording that cannot be used.
+    pub n_samples: usize,
+    /// For each kind of fault, a text that describes where it occurs.
+    pub words: Vec<String>,
+    /// Start and end (s) of each fault, on the recording's own clock.
+    pub intervals: Vec<(f64, f64)>,
+}
+
+impl FaultyRecording {
+    fn of(recording: &Recording, faults: &Faults) -> Self {
+        let (samples, times) = (faults.samples(), recording.times());
+        let interval = |samples: &Range<usize>| (times[samples.start], times[samples.end - 1]);
+        Self {
+            n_samples: faults.n_samples(),
+            words: faults.in_words(recording),
+            intervals: samples.iter().map(interval).collect(),
+        }
+    }
+}
+
+impl FindFaults {
+    /// Returns the request about the recordings of another request.
+    pub fn of(request: &Request, range: ValidRange) -> Self {
+        let recordings = Arc::clone(&request.recordings);
+        Self { recordings, range, datasets: request.datasets.clone() }
+    }
+}
+
+same_where!(FindFaults: shared(recordings) value(range) besides(datasets));
+
+impl Query for FindFaults {
+    type Answer = Vec<Arc<FaultyRecording>>;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Looking for faulty samples".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let found = (self.datasets).faults(&self.recordings, &self.range, work.progress)?;
+        let entries = self.recordings.entries().iter().zip(&found);
+        let of = |entry: &Entry, found: &Faults| FaultyRecording::of(&entry.recording, found);
+        Ok(entries.map(|(entry, found)| Arc::new(of(entry, found))).collect())
+    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 use rayon::prelude::*;
 
 use crate::calibration::{AppliedLoads, Calibration, CalibrationError};
-use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::waited_for;
 use crate::recording::{Recording, RecordingSet, Role};
@@ -95,11 +94,16 @@ impl Applied {
                 made.extents = before.extents.clone();
             }
             if is_as_before && before.calibration.conventional == calibration.conventional {
-                let mut lags = locked(&before.lags).clone();
-                lags.retain(|(_, (_, output)), _| *output == Trace::Conventional);
-                let mut output_lags = locked(&before.output_lags).clone();
-                output_lags.retain(|(_, output), _| *output == Trace::Conventional);
-                (made.lags, made.output_lags) = (Mutex::new(lags), Mutex::new(output_lags));
+                let is_kept = |output: Trace| output == Trace::Conventional;
+                // Lags that another thread is still measuring are not waited for.
+                let lags =
+                    before.lags.try_lock().map_or_else(|_| HashMap::new(), |own| own.clone());
+                let lags = lags.into_iter().filter(|((_, (_, output)), _)| is_kept(*output));
+                made.lags = Mutex::new(lags.collect());
+                let known = before.output_lags.try_lock();
+                let known = known.map_or_else(|_| HashMap::new(), |own| own.clone());
+                let known = known.into_iter().filter(|((_, output), _)| is_kept(*output));
+                made.output_lags = Mutex::new(known.collect());
             }
             if is_as_before {
                 made.recordings = before.recordings.clone();
@@ -175,9 +179,10 @@ impl Applied {
         Ok(())
     }
 
-    /// Drops the loads that no request uses, if all loads together take too much memory.
+    /// Drops the loads that no request uses, if all loads together take too much memory. If another request is computing loads,
+    /// that request drops them when it ends.
     pub fn forget_many(&self) {
-        let mut all = locked(&self.loads);
+        let Ok(mut all) = self.loads.try_lock() else { return };
         let kept = self.recordings.iter().zip(&*all).filter(|(_, loads)| loads.kept.is_some());
         if kept.map(|(recording, _)| recording.n_samples()).sum::<usize>() > MANY_SAMPLES {
             all.iter_mut().for_each(|loads| loads.kept = None);

@@ -1,6 +1,5 @@
 //! Errors of a calibration for each recording and axis, and the traces of loads and errors.
 
-pub mod asked;
 pub(crate) mod cold_start;
 pub(crate) mod factory;
 pub mod findings;

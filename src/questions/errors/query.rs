@@ -11,6 +11,7 @@ use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
 use crate::questions::errors::findings::findings_of_fit;
 use crate::questions::errors::traces::{FixedTraces, TraceSet};
+use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::{Request, View};
 use crate::recording::Entry;
 use crate::same::Shared as _;
@@ -296,6 +297,27 @@ fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<Re
         }
     });
     results.collect()
+}
+
+/// Request to fit or apply a calibration, and to compute its errors and load traces in the background.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analyse(pub Request);
+
+impl Query for Analyse {
+    type Answer = Arc<Analysis>;
+    type Cache = Analyst;
+    const PATIENCE_ONCE_SHOWN: Duration = Duration::ZERO;
+
+    fn title(&self) -> String {
+        "Updating".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { cache: analyst, progress, show } = work;
+        let show = |preview| show(Arc::new(preview));
+        let analysis = analyst.analyse_showing(&self.0, progress, Some(&show))?;
+        Ok(Arc::new(analysis))
+    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@
 //! comes with the range of loads and the numbers of groups and samples that it is based on, and with a list of conditions
 //! that the recordings do not cover.
 
-pub mod asked;
 pub(crate) mod limits;
 pub mod query;
 pub(crate) mod rule;

@@ -1,13 +1,18 @@
 //! Computes the expected error of a calibration from the recordings of its fit.
 
+use std::sync::Arc;
+
 use crate::calibration::{Calibration, ExpectedError, NoCrossValidation, Past};
 use crate::export::with_sources;
 use crate::progress::Progress;
 use crate::questions::dataset::{Dataset, Key};
 use crate::questions::error::AnalysisError;
+use crate::questions::errors::query::Analysis;
 use crate::questions::expected_error::rule::{HeldOutErrors, MIN_GROUPS, expected_from};
+use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::same::same_where;
 
 /// Maximum number of held-out samples whose errors are kept in memory.
 const KEPT: usize = 200_000;
@@ -135,4 +140,36 @@ pub(crate) fn step_of(data: &Dataset, is_chosen: impl Fn(&Entry) -> bool) -> usi
     let chosen = data.entries.iter().filter(|entry| is_chosen(entry));
     let n: usize = chosen.map(|entry| entry.recording.n_samples()).sum();
     n.div_ceil(KEPT).max(1)
+}
+
+/// Request for the expected error of the calibration on screen.
+#[derive(Clone, Debug)]
+pub struct AskExpectedError {
+    request: Request,
+    pub calibration: Arc<Calibration>,
+    /// True if the calibration was fitted to the recordings of the request.
+    fitted: bool,
+}
+
+same_where!(AskExpectedError: shared(calibration) value(request, fitted) besides());
+
+impl AskExpectedError {
+    /// Returns the request for the expected error of an analysed calibration; `analysis` must be the answer to `request`.
+    pub fn of(request: &Request, analysis: &Analysis) -> Self {
+        let calibration = Arc::clone(&analysis.calibration);
+        Self { request: request.plain(), calibration, fitted: analysis.fitted }
+    }
+}
+
+impl Query for AskExpectedError {
+    type Answer = Result<ExpectedError, String>;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Expected error".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        Ok(expected_error(&self.request, &self.calibration, self.fitted, work.progress)?)
+    }
 }

@@ -1,11 +1,9 @@
 //! Cross-plots: one channel (time, gauge or load) plotted against another.
 
 use crate::progress::Progress;
-use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
-use crate::questions::loops::output::column_of;
 use crate::questions::loops::picture::{Drawn, drawn};
-use crate::questions::loops::request::{Channel, CrossQuestion};
+use crate::questions::loops::request::{Channel, CrossQuestion, LookError, column_of};
 use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::check_numbers;
 use crate::report::Trace;

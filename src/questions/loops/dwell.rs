@@ -1,9 +1,7 @@
 //! Dwells (intervals of constant load), and the drift of the uncompensated and the compensated load in a dwell.
 
-use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
-use crate::questions::loops::output::column_of;
-use crate::questions::loops::request::DwellQuestion;
+use crate::questions::loops::request::{DwellQuestion, LookError, column_of};
 use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells};
 use crate::report::Trace;

@@ -6,13 +6,10 @@
 //! Guarantees: every number in an answer is finite. Loops and cross-plots are exact to the pixel for any number of samples.
 //! If the data do not determine a figure, a sentence with the reason takes its place.
 
-pub mod asked;
 mod cross;
 mod dwell;
-pub(crate) mod error;
 mod figure;
 mod frame;
-mod output;
 mod picture;
 pub mod query;
 mod request;
@@ -22,13 +19,13 @@ mod source;
 pub use crate::questions::dataset::applied::OutputLag;
 pub use cross::CrossPlot;
 pub(crate) use dwell::{DwellCurve, DwellPlot};
-pub use error::LookError;
 pub(crate) use figure::{FiguresOf, Inks, LoopView};
-pub use output::{Span, TableOf};
 pub(crate) use picture::LoopPlot;
 pub use query::{Look, look};
 pub(crate) use request::DwellQuestion;
-pub use request::{Channel, CrossQuestion, LookRequest, LoopQuestion, Question, Up};
+pub use request::{
+    Channel, CrossQuestion, LookError, LookRequest, LoopQuestion, Question, Span, TableOf, Up,
+};
 pub(crate) use shown::{drifts, lag_in_words, loop_figures};
 pub(crate) use source::Part;
 

@@ -5,13 +5,12 @@ use std::sync::Arc;
 use crate::progress::Progress;
 use crate::questions::loops::cross::CrossPlot;
 use crate::questions::loops::dwell::DwellPlot;
-use crate::questions::loops::error::LookError;
-use crate::questions::loops::output::{Span, TableOf};
 use crate::questions::loops::picture::LoopPlot;
-use crate::questions::loops::request::{LookRequest, Question};
+use crate::questions::loops::request::{LookError, LookRequest, Question, Span, TableOf};
 use crate::questions::loops::source::Source;
 use crate::questions::loops::{cross, dwell, picture};
 use crate::questions::metrology::{Metrology, Run, table_by};
+use crate::questions::question::{Answered, Query, Work};
 
 /// Plot or table that a [`Question`] requests.
 #[derive(Clone, Debug)]
@@ -66,4 +65,26 @@ fn table_of(
     let lags = source.lags(&chosen, progress)?;
     let figures = table_by(&runs, &source.rules(&request.measuring), || Ok(lags))?;
     Ok(Look::Table(Arc::new(figures)))
+}
+
+/// Request of one pane. Each pane asks as itself, so that the answers to different panes do not replace each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LookAt(pub LookRequest);
+
+impl Query for LookAt {
+    type Answer = Look;
+    type Cache = ();
+    const ON_ANALYSIS: bool = true;
+
+    fn title(&self) -> String {
+        "Drawing loops".to_owned()
+    }
+
+    fn is_akin(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0.loads.recordings, &other.0.loads.recordings)
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        Ok(look(&self.0, work.progress)?)
+    }
 }

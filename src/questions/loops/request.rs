@@ -1,9 +1,12 @@
-//! Requests for loops, cross-plots, dwells and the metrology table.
+//! Requests for loops, cross-plots, dwells and the metrology table, with the samples that they cover and the reasons why there is
+//! nothing to show.
 
+use crate::calibration::{Calibration, CalibrationError};
+use crate::progress::Cancelled;
 use crate::questions::errors::intervals::OnScreen;
-use crate::questions::loops::output::{Span, TableOf};
-use crate::questions::metrology::MetrologySettings;
-use crate::recording::Axis;
+use crate::questions::metrology::{MetrologyError, MetrologySettings, Reason};
+use crate::questions::question::Unanswered;
+use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::Trace;
 use crate::scoring::loops::Frame;
 
@@ -108,4 +111,97 @@ pub struct LookRequest {
     pub measuring: MetrologySettings,
     /// Plot or table that is requested.
     pub question: Question,
+}
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
+pub enum LookError {
+    #[error("no samples to plot; choose a recording, or show a longer interval in Traces")]
+    NoSamples,
+    #[error(
+        "no recording has the chosen role; assign this role to a recording, or choose all recordings"
+    )]
+    NoRecordings,
+    #[error("the chosen recordings do not have this channel; choose another channel")]
+    NoChannel,
+    #[error(
+        "no recording has a dwell of {secs} s or longer, in which every axis stays within its stability tolerance; record a dwell, or choose a shorter dwell"
+    )]
+    NoDwell { secs: f64 },
+    #[error(transparent)]
+    Reason(#[from] Reason),
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    #[error(transparent)]
+    Metrology(#[from] MetrologyError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<LookError> for Unanswered {
+    fn from(error: LookError) -> Self {
+        match error {
+            LookError::Cancelled(_) => Self::Cancelled,
+            error => Self::Because(error.to_string()),
+        }
+    }
+}
+
+/// Choice of the samples to plot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Span {
+    /// Samples that the trace panes show at present.
+    #[default]
+    Visible,
+    /// All samples of the recording with this index in the recording set.
+    One(usize),
+    /// All samples of the recordings that the metrology table covers.
+    Of(TableOf),
+    /// All recordings.
+    All,
+}
+
+/// Returns the position of an axis in the calibration, and the full scale of the axis.
+pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
+    let at = calibration.axes.iter().position(|own| *own == axis);
+    let at = at.ok_or(Reason::NoReference { axis })?;
+    Ok((at, calibration.full_scale[at]))
+}
+
+/// Choice of the recordings that the metrology table covers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableOf {
+    /// Test recordings.
+    Test,
+    /// Training recordings.
+    Train,
+    /// Recordings that the fit does not use: those with the role Test or Off.
+    NotFitted,
+    /// All recordings.
+    #[default]
+    All,
+}
+
+impl TableOf {
+    /// Returns true if the metrology table covers recordings with this role.
+    pub fn includes(self, role: Role) -> bool {
+        match self {
+            Self::Test => role == Role::Test,
+            Self::Train => role == Role::Train,
+            Self::NotFitted => role != Role::Train,
+            Self::All => true,
+        }
+    }
+
+    /// Returns the default choice: the test recordings, else the training recordings, else all recordings. For the built-in
+    /// simulated sensor, the default includes its bench recordings, although their role is off.
+    pub fn usual(set: &RecordingSet) -> Self {
+        let has = |role| set.entries().iter().any(|entry| entry.role == role);
+        match () {
+            () if set.is_simulated() && has(Role::Test) => Self::NotFitted,
+            () if has(Role::Test) => Self::Test,
+            () if has(Role::Train) => Self::Train,
+            () => Self::All,
+        }
+    }
 }

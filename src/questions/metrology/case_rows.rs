@@ -1,4 +1,4 @@
-//! Metrology rows of load cases, which have no order in time: nonlinearity and repeatability.
+//! Metrology rows that need no order in time: errors of all samples, and nonlinearity and repeatability of load cases.
 
 use crate::min_max::MinMax;
 use crate::questions::metrology::figures::{Figure, Value};
@@ -7,6 +7,8 @@ use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::load_cases;
+use crate::scoring::metrics::root_mean;
+use crate::scoring::quantile::quantile;
 
 pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     [
@@ -63,4 +65,25 @@ fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
         rows[case].push(row);
     }
     rows
+}
+
+/// Share of the samples whose absolute error must not exceed the figure "95 % error".
+const COVERED: f64 = 0.95;
+
+pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
+    let errors = view.runs.iter().flat_map(|run| {
+        let errors = run.errors(output, 0..run.loads.len()).enumerate();
+        errors.map(move |(k, error)| (error.abs(), run, k))
+    });
+    let mut sizes: Vec<f64> = errors.clone().map(|(size, ..)| size).collect();
+    let squares: f64 = sizes.iter().map(|size| size * size).sum();
+    let rmse = root_mean(&[squares], sizes.len() as u64).map_or(f64::NAN, |rmse| rmse[0]);
+    let covered = quantile(&mut sizes, COVERED).unwrap_or(f64::NAN);
+    let largest = errors.reduce(|largest, other| if other.0 > largest.0 { other } else { largest });
+    let (largest, run, k) = largest.expect("the samples of a measured axis are not empty");
+    vec![
+        (Quantity::Rmse, Ok(Value::everywhere(rmse))),
+        (Quantity::LargestError, Ok(Value::at(largest, Some(run.place(k..k + 1))))),
+        (Quantity::Error95, Ok(Value::everywhere(covered))),
+    ]
 }

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use crate::questions::metrology::figures::{Figure, Result, Value};
-use crate::questions::metrology::measured::{AxisRun, AxisView};
+use crate::questions::metrology::figures::{Figure, Place, Result, Run, Value};
+use crate::questions::metrology::measured::{AxisRun, AxisView, Columns, Measured};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
+use crate::questions::metrology::settings::{MetrologyError, Rules};
 use crate::scoring::holds::{Drift, Hold};
 
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
@@ -133,4 +134,37 @@ fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let times = &run.times()[samples.clone()];
     let before = times.partition_point(|time| *time < times[times.len() - 1] - secs);
     samples.start + before..samples.end
+}
+
+/// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in a dwell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dwell {
+    pub place: Place,
+    /// Mean reference load of the axis in the dwell; `None` if the recording has no reference for the axis.
+    pub level: Option<f64>,
+    /// True if the load of every axis with a reference is near zero in the dwell.
+    pub at_zero: bool,
+}
+
+/// Returns all dwells of these recordings, in the order of recordings and time. Zero return and creep are measured in these
+/// dwells. `axis` is the position of the axis whose mean load [`Dwell::level`] states.
+///
+/// # Errors
+/// See [`table_by`](crate::questions::metrology::table_by).
+pub(crate) fn dwells(
+    runs: &[Run<'_>],
+    rules: &Rules<'_>,
+    axis: usize,
+) -> std::result::Result<Vec<Dwell>, MetrologyError> {
+    let measured = Measured::of(runs, rules)?;
+    let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {
+        let (measured, Columns { run, loads }) = (&measured, &measured.runs[index]);
+        let before = loads[..axis].iter().flatten().count();
+        holds.iter().map(move |hold| Dwell {
+            place: run.place(index, hold.samples.clone()),
+            level: loads[axis].as_ref().map(|_| hold.level[before]),
+            at_zero: measured.is_at_zero(index, hold),
+        })
+    });
+    Ok(of_runs.collect())
 }

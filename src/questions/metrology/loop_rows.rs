@@ -1,14 +1,14 @@
-//! Metrology rows from loops: hysteresis, nonlinearity, combined error, repeatability.
+//! Metrology rows from loops: hysteresis, nonlinearity, combined error, repeatability, and the time lag in the loops.
 
 use crate::min_max::MinMax;
-use crate::questions::metrology::cycles::Cycles;
 use crate::questions::metrology::figures::{Basis, Figure, Place, Result, Value};
-use crate::questions::metrology::measured::{AxisRun, AxisView};
+use crate::questions::metrology::measured::{AxisRun, AxisView, Lags};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
+use crate::scoring::lag::{WORTH_REMOVING, widths};
 use crate::scoring::loops::{
-    Branch, Curve, Cycle, FULL_SHARE, Loop, branches, common_loads, even_loads,
+    Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, TooFew, branches, common_loads, even_loads,
 };
 
 /// Minimum number of different loads on a branch, for a line that shows nonlinearity.
@@ -278,4 +278,83 @@ impl Line {
             .map(|(x, y)| (y - self.output - self.slope * (x - self.load)).abs())
             .fold(0.0, f64::max)
     }
+}
+
+#[derive(Debug)]
+pub(crate) struct Cycles {
+    /// Minimum and maximum load of the axis in all recordings.
+    pub range: MinMax,
+    pub loops: Loops,
+    pub largest: Result<Cycle>,
+    /// Cycles that are averaged to the mean loop.
+    pub mean: Result<Vec<Cycle>>,
+}
+
+impl Cycles {
+    pub fn of<'a>(
+        axis: Axis,
+        recordings: impl Iterator<Item = &'a [f64]> + Clone,
+        reversal_threshold: f64,
+    ) -> Self {
+        let range: MinMax = recordings.clone().flatten().collect();
+        let loops = Loops::of(recordings, reversal_threshold);
+        let largest =
+            loops.largest().ok_or_else(|| no_cycle(axis, &loops, range, reversal_threshold));
+        let mean = loops.mean_cycles(range).map_err(|TooFew { count, share }| Reason::FewCycles {
+            axis,
+            count,
+            share,
+        });
+        Self { mean: largest.clone().and(mean), largest, range, loops }
+    }
+}
+
+fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, reversal_threshold: f64) -> Reason {
+    let mut ways = loops.branches().iter().flatten().map(|branch| branch.rising);
+    match ways.next() {
+        None => {
+            let (low, high) = range.ends().unwrap_or_default();
+            Reason::ConstantLoad { axis, low, high, reversal_threshold }
+        }
+        Some(rises) if ways.all(|other| other == rises) => Reason::OneBranch { axis, rises },
+        Some(_) => Reason::NoCycle { axis },
+    }
+}
+
+type Rows = [(Quantity, Figure); 2];
+
+/// Returns two rows of one output (uncompensated or compensated load): its time lag, and its hysteresis without the lag. Also
+/// returns the share of the loop's mean width that the lag explains. `place` is the position of the axis.
+pub(crate) fn lag_figures(
+    view: &AxisView<'_>,
+    lags: &Lags,
+    place: usize,
+    output: usize,
+) -> (Rows, Option<f64>) {
+    let axis = view.axis;
+    let rows = |lag, without| [(Quantity::TimeLag, lag), (Quantity::HysteresisWithoutLag, without)];
+    let lag = match &lags[output][place] {
+        Ok(lag) => lag,
+        Err(reason) => {
+            let none = Err(Reason::NoLag { axis, reason: *reason });
+            return (rows(none.clone(), none), None);
+        }
+    };
+    let found = Ok(Value::everywhere(lag.seconds));
+    if !lag.is_significant() {
+        return (rows(found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })), Some(0.0));
+    }
+    let runs = view.measured.lag_runs(output);
+    let Some(widths) = widths(lag, place, &runs, view.reversal_threshold) else {
+        return (rows(found, Err(Reason::NoCycle { axis })), None);
+    };
+    let share = widths.explained_share();
+    let without = match share > WORTH_REMOVING {
+        true if widths.is_uncertain(view.full_scale) => {
+            Err(Reason::LagTooUncertain { axis, uncertainty: widths.uncertainty })
+        }
+        true => Ok(Value::everywhere(widths.largest[1])),
+        false => Err(Reason::LagExplainsLittle { axis, share }),
+    };
+    (rows(found, without), Some(share))
 }

@@ -19,12 +19,8 @@
 
 mod case_rows;
 mod crosstalk;
-mod cycles;
 mod dwell_rows;
-mod dwells;
-mod errors;
 mod figures;
-mod lag_rows;
 mod loop_rows;
 mod measured;
 mod quantity;
@@ -33,9 +29,9 @@ mod settings;
 pub(crate) mod shown;
 mod table;
 
-pub(crate) use cycles::Cycles;
-pub(crate) use dwells::{Dwell, dwells};
+pub(crate) use dwell_rows::{Dwell, dwells};
 pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
+pub(crate) use loop_rows::Cycles;
 pub(crate) use measured::{Lags, check_numbers, lags_of};
 pub(crate) use quantity::Quantity;
 pub(crate) use reason::Reason;

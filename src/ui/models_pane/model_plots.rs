@@ -1,7 +1,7 @@
 //! Plots of the model on screen, for recordings that the model was not fitted to: compensated against reference load, and
 //! error against reference load.
 
-use crate::questions::loops::asked::LookAt;
+use crate::questions::loops::query::LookAt;
 use crate::questions::loops::{
     Channel, CrossQuestion, FiguresOf, Inks, Look, LoopQuestion, LoopView, Question, Span, TableOf,
     Up,

@@ -7,7 +7,7 @@ use egui::{Color32, Ui};
 use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine};
 
 use crate::min_max::MinMax;
-use crate::questions::check::faulty::FaultyRecording;
+use crate::questions::check::query::FaultyRecording;
 use crate::questions::{AxisTraces, Segment, TraceSet};
 use crate::recording::Axis;
 use crate::report::figure::{self, Figure, Scale};

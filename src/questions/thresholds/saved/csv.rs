@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::writer::MapWriter;
+use super::MapWriter;
 use crate::calibration::Scores;
 use crate::export::FileFormat;
 use crate::formats::csv::CsvWriter;

@@ -2,14 +2,20 @@
 
 mod csv;
 mod svg;
-mod writer;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
-use self::writer::MapWriter;
-use crate::export::FileFormat;
+use crate::export::{FileFormat, Together, WriteError};
+use crate::questions::thresholds::{Measure, ThresholdMap};
+
+/// Writer of a threshold map in one format.
+pub struct MapWriter {
+    /// Function that returns the paths of all files that `write` creates if it is called with this path.
+    pub files: fn(&Path) -> Vec<PathBuf>,
+    pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
+}
 
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];
 

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::writer::MapWriter;
+use super::MapWriter;
 use crate::export::FileFormat;
 use crate::export::{Together, WriteError};
 use crate::features::{Distance, Thresholds};
