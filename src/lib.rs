@@ -2,7 +2,7 @@
 //!
 //! This page describes the modules, in the order in which a calibration is made. Each module may use the modules above it in
 //! this table, but none below. The files and folders directly in a module do not use each other in a circle. The tests in
-//! `src/house.rs` hold both rules.
+//! `tests/house.rs` hold both rules.
 //!
 //! | module | contents | start reading at |
 //! |---|---|---|
@@ -78,8 +78,6 @@ pub mod export;
 pub mod features;
 pub mod finding;
 pub mod formats;
-#[cfg(test)]
-mod house;
 pub mod import;
 mod lanes;
 pub mod logged;
