@@ -11,6 +11,7 @@ use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::{Loaded, ReadError};
 use crate::progress::Progress;
+use crate::questions::question::Unanswered;
 use crate::shown::file_name;
 
 #[derive(Clone, Debug)]
@@ -45,11 +46,14 @@ pub fn open_all(
     }
     let mut read = Vec::new();
     for (path, map) in files {
-        let opened = open(&path, map, remembered, progress);
+        match open(&path, map, remembered, progress) {
+            Err(Unanswered::Cancelled) => break,
+            Err(Unanswered::Because(why)) => read.push((path, Err(why))),
+            Ok(opened) => read.push((path, Ok(opened))),
+        }
         if progress.is_cancelled() {
             break;
         }
-        read.push((path, opened));
     }
     read
 }
@@ -59,15 +63,23 @@ fn open(
     map: Option<ColumnMap>,
     remembered: &[ColumnMap],
     progress: &Progress,
-) -> Result<Opened, String> {
+) -> Result<Opened, Unanswered> {
     if target_for(path).is_none_or(|target| target.reader.is_none()) {
         let opened = open_recordings(path, map.as_ref(), remembered, progress);
-        return opened.map_err(|error| error.text(Face::Window));
+        return opened.map_err(|error| match error {
+            ReadError::Cancelled => Unanswered::Cancelled,
+            error => Unanswered::Because(error.text(Face::Window)),
+        });
     }
     if is_calibration(path) && Session::is_at(path) {
-        return Ok(Opened::Session(Box::new(OpenedSession::read(path, progress)?)));
+        let session = OpenedSession::read(path, progress).map_err(Unanswered::Because)?;
+        // The parts of a session whose reading was cancelled are missing.
+        progress.check()?;
+        return Ok(Opened::Session(Box::new(session)));
     }
-    let (calibration, notes) = read_with_notes(path).map_err(|error| error.to_string())?;
+    let calibration = read_with_notes(path);
+    let (calibration, notes) =
+        calibration.map_err(|error| Unanswered::Because(error.to_string()))?;
     let own = Some(FromFile { path: path.to_owned(), calibration: Arc::new(calibration) });
     // A file format without gauge names holds a manufacturer's matrix, which is compared with the fit, not applied.
     Ok(match names_gauges(path) {

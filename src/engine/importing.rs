@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::formats::text::TextLayout;
+use crate::import::ReadError;
 use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
@@ -28,7 +29,10 @@ impl Query for Preview {
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let found = inspect(&self.path, self.known.clone(), work.progress);
-        found.map(Arc::new).map_err(|error| Unanswered::Because(error.to_string()))
+        found.map(Arc::new).map_err(|error| match error {
+            ReadError::Cancelled => Unanswered::Cancelled,
+            error => Unanswered::Because(error.to_string()),
+        })
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -22,6 +23,7 @@ use crate::engine::task::Done;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
 use crate::finding::{Finding, Id, Place, Verdict};
+use crate::formats::stuck;
 use crate::import::Loaded;
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::progress::Progress;
@@ -1038,6 +1040,31 @@ fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
     assert_eq!(engine.project().maps[&y], map, "y has the same shape, so it is read by the map");
     last_notice(&engine, Level::Info, "y.csv: read with the column map");
     assert_eq!(engine.preferences.maps, [map]);
+}
+
+#[test]
+fn a_reader_that_never_returns_is_abandoned_and_other_files_load() {
+    let folder = tempfile::tempdir().unwrap();
+    let sound = write_recording(folder.path(), "x", true);
+    let path = folder.path().join("stuck.dat");
+    fs::write(&path, stuck::SIGNATURE).unwrap();
+    let begun_and_cancelled = [
+        (Action::Open(vec![path.clone()]), Action::Cancel),
+        (Action::Import(ImportCommand::Open(path)), Action::Import(ImportCommand::Cancel)),
+    ];
+    for (at, (begin, cancel)) in begun_and_cancelled.into_iter().enumerate() {
+        let mut engine = engine_with_files();
+        engine.act(begin);
+        while stuck::N_STARTED.load(Ordering::SeqCst) == at {
+            thread::sleep(Duration::from_millis(1));
+        }
+        engine.act(cancel);
+        settle(&mut engine);
+        last_notice(&engine, Level::Error, "stuck.dat");
+        engine.act(Action::Open(vec![sound.clone()]));
+        settle(&mut engine);
+        assert_eq!(names(engine.project()), ["a", "b", "test", "x"]);
+    }
 }
 
 #[test]

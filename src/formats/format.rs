@@ -1,7 +1,7 @@
 //! Description of a file format, and of a file whose format is known but that is not yet read.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::columns::Columns;
@@ -40,8 +40,54 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    pub fn open(&self) -> io::Result<File> {
-        File::open(self.path)
+    pub fn open(&self) -> io::Result<SourceFile> {
+        let progress = self.progress.clone();
+        Ok(SourceFile { file: File::open(self.path)?, progress, n_empty_reads: 0 })
+    }
+}
+
+/// File from which the reader of a format reads. Each read fails after the work was cancelled. At the end of the file, reads
+/// fail after [`EMPTY_READS`] reads without a byte, because a reader of a damaged file may otherwise read there for ever.
+#[derive(Debug)]
+pub(super) struct SourceFile {
+    file: File,
+    progress: Progress,
+    n_empty_reads: u32,
+}
+
+/// Number of reads without a byte at the end of a file that are no error. A reader of a sound file needs few of them.
+const EMPTY_READS: u32 = 1000;
+
+#[cfg(feature = "parquet")]
+impl SourceFile {
+    pub fn n_bytes(&self) -> io::Result<u64> {
+        Ok(self.file.metadata()?.len())
+    }
+
+    /// Opens the file again for reading from byte `start` on. Both share their position in the file.
+    pub fn at(&self, start: u64) -> io::Result<Self> {
+        let (file, progress) = (self.file.try_clone()?, self.progress.clone());
+        let mut file = Self { file, progress, n_empty_reads: 0 };
+        file.seek(SeekFrom::Start(start))?;
+        Ok(file)
+    }
+}
+
+impl Read for SourceFile {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.progress.check().map_err(io::Error::other)?;
+        let n_read = self.file.read(bytes)?;
+        self.n_empty_reads = if n_read > 0 { 0 } else { self.n_empty_reads + 1 };
+        if self.n_empty_reads > EMPTY_READS {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(n_read)
+    }
+}
+
+impl Seek for SourceFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
     }
 }
 

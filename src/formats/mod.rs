@@ -45,6 +45,8 @@ pub(crate) use columns::{Cell, FilePart, Row, Sample};
 pub use error::FileError;
 pub(crate) use format::Format;
 pub(crate) use json_lines::LineKeys;
+#[cfg(test)]
+pub(crate) use opened::stuck;
 pub(crate) use opened::{Opened, Part, open};
 
 use crate::shown::joined;

@@ -45,7 +45,33 @@ pub(crate) enum Part<'a> {
 pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     let starts =
         move |format: &&Format| format.signatures.iter().any(|start| head.starts_with(start));
-    super::FORMATS.iter().filter(starts)
+    #[cfg(test)]
+    let formats = super::FORMATS.iter().chain([&stuck::FORMAT]);
+    #[cfg(not(test))]
+    let formats = super::FORMATS.iter();
+    formats.filter(starts)
+}
+
+/// Reader that never ends and cannot be cancelled, for tests.
+#[cfg(test)]
+pub(crate) mod stuck {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::Format;
+
+    pub(crate) static N_STARTED: AtomicUsize = AtomicUsize::new(0);
+    pub(crate) const SIGNATURE: &[u8] = b"\0stuck";
+    pub(super) const FORMAT: Format = Format {
+        name: "a reader that never ends",
+        endings: &[],
+        signatures: &[SIGNATURE],
+        read: |_| {
+            N_STARTED.fetch_add(1, Ordering::SeqCst);
+            loop {
+                std::thread::park();
+            }
+        },
+    };
 }
 
 /// Opens a file. Of a text, at most `limit_bytes` are read. If the file holds several tables, `parts` names the tables to
@@ -71,6 +97,8 @@ pub(crate) fn open(
         let source = Source { path, head: &head, n_bytes: metadata.len(), parts, progress };
         // Some crates that read these formats panic on damaged files.
         let read = panicked::caught_quietly(|| (format.read)(&source));
+        // The reader reports a read that failed because of the cancellation as damage of the file.
+        progress.check()?;
         match read.map_err(FileError::ReaderFailed)?? {
             Some(columns) if columns.n_rows() == 0 => {
                 return Err(FileError::NoNumbers { left_out: columns.left_out });
@@ -232,5 +260,96 @@ impl Opened {
 
     pub fn parts(&self) -> &[FilePart] {
         self.columns().map_or(&[], |columns| &columns.parts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+    use std::thread;
+    use std::time::Duration;
+
+    use super::*;
+
+    /// Returns the files of all formats that the tests have, with their contents.
+    fn fixtures() -> Vec<(String, Vec<u8>)> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let named = files.map(|path| {
+            let content = std::fs::read(&path).unwrap();
+            (path.file_name().unwrap().to_string_lossy().into_owned(), content)
+        });
+        named.collect()
+    }
+
+    /// Reads a file of this content with all readers of its format. `n_bytes` is the size that the readers assume.
+    #[track_caller]
+    fn read_all(name: String, content: &[u8], n_bytes: u64, progress: &Progress) -> Vec<String> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), content).unwrap();
+        let (head, progress) = (content[..content.len().min(512)].to_vec(), progress.clone());
+        let (done, is_done) = channel();
+        thread::spawn(move || {
+            let source =
+                Source { path: file.path(), head: &head, n_bytes, parts: &[], progress: &progress };
+            let read = formats_of(&head).map(|format| {
+                let read = panicked::caught_quietly(|| (format.read)(&source));
+                read.map_or_else(|_| "panic".to_owned(), |read| format!("{:?}", read.err()))
+            });
+            done.send(read.collect()).unwrap();
+        });
+        is_done
+            .recv_timeout(Duration::from_secs(60))
+            .unwrap_or_else(|_| panic!("{name} has no end"))
+    }
+
+    #[test]
+    fn a_source_that_gives_nothing_more_ends_every_reader() {
+        for (name, content) in fixtures() {
+            let n_bytes = content.len();
+            for end in (0..8).map(|part| 8 + part * n_bytes.saturating_sub(8) / 8) {
+                let content = &content[..end.min(n_bytes)];
+                read_all(name.clone(), content, n_bytes as u64, &Progress::default());
+            }
+        }
+    }
+
+    /// The header of the first page declares a list of 2^31 numbers, which the crate skips number by number.
+    #[cfg(feature = "parquet")]
+    #[test]
+    fn a_list_beyond_the_end_of_a_parquet_file_is_an_error() {
+        let files = fixtures();
+        let (name, sound) = files.iter().find(|(name, _)| name == "none.parquet").unwrap();
+        let mut content = sound.clone();
+        content[4..11].copy_from_slice(&[0xf9, 0xf7, 0xff, 0xff, 0xff, 0xff, 0x07]);
+        let n_bytes = content.len() as u64;
+        let errors = read_all(name.clone(), &content, n_bytes, &Progress::default());
+        assert_ne!(errors, ["None"]);
+    }
+
+    #[test]
+    fn a_reader_that_is_cancelled_in_the_middle_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, content) in fixtures() {
+            let path = folder.path().join(&name);
+            std::fs::write(&path, &content).unwrap();
+            for wait in [0, 20, 100, 500] {
+                let progress = Progress::default();
+                let read = thread::scope(|scope| {
+                    scope.spawn(|| {
+                        thread::sleep(Duration::from_micros(wait));
+                        progress.cancel();
+                    });
+                    open(&path, 1 << 10, None, &[], &progress)
+                });
+                let sound = open(&path, 1 << 10, None, &[], &Progress::default());
+                match read {
+                    Ok(_) | Err(FileError::Cancelled) => {}
+                    Err(other) => {
+                        assert_eq!(other.to_string(), sound.unwrap_err().to_string(), "{name}")
+                    }
+                }
+            }
+        }
     }
 }

@@ -142,6 +142,8 @@ pub enum ReadError {
         if *are_largest { ". The skipped rows have the largest values, so the calibration would be wrong without them" } else { "" }
     )]
     ManySkipped { path: PathBuf, skipped: u64, rows: u64, are_largest: bool, first: Box<Finding> },
+    #[error("{}: the reading was cancelled, but the reader of the file did not stop. It was abandoned, and may use a processor core until the program ends. The file is probably damaged, or its drive does not answer", path.display())]
+    Abandoned { path: PathBuf },
     #[error("cancelled")]
     Cancelled,
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::abandonable::abandonable;
 use super::load::Reading;
 use super::plan::Side;
 use super::two_clocks;
@@ -18,6 +19,15 @@ use crate::recording::Axis;
 /// the convention of angles; its mass is not used. Returns [`ReadError`] if the map does not fit the file, a pose or forces
 /// are missing, or the sensor never turned.
 pub fn estimate_weight(
+    path: &Path,
+    map: &ColumnMap,
+    progress: &Progress,
+) -> Result<WeightEstimate, ReadError> {
+    let (at, map) = (path.to_owned(), map.clone());
+    abandonable(path, progress, move |progress| estimated(&at, &map, progress))
+}
+
+fn estimated(
     path: &Path,
     map: &ColumnMap,
     progress: &Progress,

@@ -16,9 +16,11 @@
 //! | `timeline` | the unit of time, and the starts of recordings |
 //! | `assemble` | recordings from rows |
 //! | `column_report` | content of each column, such as whether it runs like a clock |
+//! | `abandonable` | reading on threads that can be abandoned |
 //! | [`inspect`] | description of a file before it is loaded |
 //! | `error`, `warning`, `named_column` | messages to the user |
 
+mod abandonable;
 mod assemble;
 pub(crate) mod clock_offset;
 mod column_report;

@@ -1,5 +1,6 @@
 use std::path::Path;
 
+use super::abandonable::abandonable;
 use super::inspect::map_for;
 use super::load::{Loaded, Reading};
 use super::map::ColumnMap;
@@ -23,20 +24,26 @@ use crate::progress::Progress;
 /// # Errors
 /// [`ReadError`] if the file cannot be read, it has no table or no usable row, the map is for another kind of file, the
 /// times of gauges and reference do not overlap, or `progress` is cancelled.
+///
+/// # Panics
+/// If a thread cannot be started, or a defect of the program shows.
 pub fn read(
     path: &Path,
     map: Option<&ColumnMap>,
     remembered: &[ColumnMap],
     progress: &Progress,
 ) -> Result<Loaded, ReadError> {
-    let reading = Reading::whole(progress);
-    match reading.load(path, map) {
-        Err(error) if map.is_none() && error.wants_a_map() => {
-            match map_for(path, remembered, progress)? {
-                Some(map) => reading.load(path, Some(map)),
-                None => Err(error),
+    let (at, map, remembered) = (path.to_owned(), map.cloned(), remembered.to_vec());
+    abandonable(path, progress, move |progress| {
+        let reading = Reading::whole(progress);
+        match reading.load(&at, map.as_ref()) {
+            Err(error) if map.is_none() && error.wants_a_map() => {
+                match map_for(&at, &remembered, progress)? {
+                    Some(map) => reading.load(&at, Some(map)),
+                    None => Err(error),
+                }
             }
+            read => read,
         }
-        read => read,
-    }
+    })
 }

@@ -293,9 +293,11 @@ impl Engine {
             }
             ImportCommand::Cancel => {
                 let waiting = self.importing.take().map(|importing| importing.waiting);
+                self.preview.cancel();
                 self.begin_import(waiting.unwrap_or_default());
             }
             ImportCommand::CancelAll => {
+                self.preview.cancel();
                 if let Some(importing) = self.importing.take() {
                     self.notice(Level::Info, importing.not_read());
                 }

@@ -18,7 +18,13 @@ impl Engine {
             self.edit(Edit::Block(chosen));
         }
         self.following.take_events();
-        if !self.preview.take_events().is_empty()
+        let has_failed = self.preview.take_events().contains(&LaneEvent::Problem);
+        let problem = self.preview.problem().filter(|_| has_failed && self.importing.is_none());
+        if let Some(problem) = problem.map(str::to_owned) {
+            // The import window is closed, so the reason is shown as a message.
+            self.notice(Level::Error, problem);
+        }
+        if !self.preview.happened().is_empty()
             && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
             && importing.path == asked.path
         {

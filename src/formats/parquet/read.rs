@@ -1,15 +1,18 @@
 //! Reads the numeric columns of a Parquet file, and lists the other columns as left out.
 
+use std::io::{BufReader, Read as _};
+
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::{DataType, Int96};
 use ::parquet::errors::ParquetError;
-use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
+use bytes::Bytes;
 
 use super::super::columns::{Column, Columns, from_origin};
 use super::super::error::FileError;
-use super::super::format::{COLUMN_LIMIT, Source};
+use super::super::format::{COLUMN_LIMIT, Source, SourceFile};
 use crate::progress::Progress;
 
 const FILE: &str = "the file";
@@ -54,6 +57,29 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
         }
     }
     Ok(Some(table))
+}
+
+impl Length for SourceFile {
+    fn len(&self) -> u64 {
+        self.n_bytes().unwrap_or(0)
+    }
+}
+
+impl ChunkReader for SourceFile {
+    type T = BufReader<Self>;
+
+    fn get_read(&self, start: u64) -> Result<BufReader<Self>, ParquetError> {
+        Ok(BufReader::new(self.at(start)?))
+    }
+
+    fn get_bytes(&self, start: u64, n_bytes: usize) -> Result<Bytes, ParquetError> {
+        let mut bytes = Vec::new();
+        self.at(start)?.take(n_bytes as u64).read_to_end(&mut bytes)?;
+        if bytes.len() < n_bytes {
+            return Err(ParquetError::EOF("a page".to_owned()));
+        }
+        Ok(bytes.into())
+    }
 }
 
 fn damaged(error: ParquetError) -> FileError {

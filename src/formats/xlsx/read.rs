@@ -6,7 +6,6 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 
 use calamine::{Data, DataRef, Reader as _, Xlsx, XlsxCellReader, XlsxError};
@@ -15,7 +14,7 @@ use zip::ZipArchive;
 use super::super::column_name::is_known_unit;
 use super::super::columns::{Column, Columns};
 use super::super::error::FileError;
-use super::super::format::{Budget, COLUMN_LIMIT, Source};
+use super::super::format::{Budget, COLUMN_LIMIT, Source, SourceFile};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
 
@@ -35,7 +34,7 @@ struct Cell<'a> {
 }
 
 /// Checks the sizes that the archive of a workbook declares, before the crate calamine allocates memory by them.
-fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileError> {
+fn check_sizes(archive: &mut ZipArchive<BufReader<SourceFile>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
         let Ok(member) = archive.by_index_raw(index) else {
@@ -62,7 +61,7 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
 
 pub(super) fn columns(
     source: &Source<'_>,
-    mut archive: ZipArchive<BufReader<File>>,
+    mut archive: ZipArchive<BufReader<SourceFile>>,
 ) -> Result<Columns, FileError> {
     check_sizes(&mut archive)?;
     let mut workbook = Xlsx::new(archive.into_inner()).map_err(damaged)?;

@@ -15,6 +15,7 @@ pub(crate) use super::column_report::ColumnReport;
 pub use question::Question;
 
 use super::column_report::reports;
+use super::abandonable::abandonable;
 use super::load::Reading;
 use super::two_clocks::{self, Table};
 use crate::finding::Finding;
@@ -137,6 +138,11 @@ pub struct RecordingReport {
 /// Inspects a file. Returns [`ReadError`] if the file cannot be opened, is not text, or `progress` is cancelled. Any other
 /// error is in [`Check::error`].
 pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
+    let at = path.to_owned();
+    abandonable(path, progress, move |progress| inspected(&at, known, progress))
+}
+
+fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
     let reading = Reading::start(progress, SAMPLE_BYTES);
     let parts = match &known {
         Known::Nothing => &[][..],
