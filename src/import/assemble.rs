@@ -37,8 +37,13 @@ pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     }
 }
 
-/// Converts the times of all rows to seconds. If their unit was derived from the values, this is reported.
+/// Converts the times of all rows to seconds. Rows that were written newest first are reversed, and this is reported. If their unit was derived from the values, this is reported.
 pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
+    if timeline::is_newest_first(&rows.times) {
+        let order: Vec<usize> = (0..rows.times.len()).rev().collect();
+        rows.arrange(&order);
+        rows.findings.note(plan.line, Cause::NewestFirst);
+    }
     let per_second = match plan.time_scale {
         TimeScale::ByValues => {
             let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
@@ -170,11 +175,18 @@ pub(super) fn recordings(
         }
     }
     cuts.note(&mut rows);
-    cuts.starts.extend(changes);
+    cuts.starts.extend(&changes);
     cuts.starts.sort_unstable();
     cuts.starts.dedup();
     let findings = std::mem::take(&mut rows.findings);
-    let recordings = cut(&path, &plan, rows, &cuts);
+    let mut recordings = cut(&path, &plan, rows, &cuts);
+    // Only a change of the group starts another run. All other starts cut one run into pieces.
+    if recordings.len() > 1 {
+        let starts = [0].iter().chain(&cuts.starts);
+        for (recording, start) in recordings.iter_mut().zip(starts) {
+            recording.run = Some(changes.partition_point(|change| change <= start));
+        }
+    }
     Ok((recordings, findings))
 }
 
@@ -400,10 +412,25 @@ mod tests {
     }
 
     #[test]
-    fn a_time_column_that_always_goes_back_is_an_error() {
+    fn rows_written_newest_first_are_one_recording() {
+        let rows = (0..60).map(|row| format!("{},{row}\n", 100 - row));
+        let text = format!("t_s,S1\n{}", rows.collect::<String>());
+        let (recordings, findings) = load(&text);
+        assert_eq!(recordings.len(), 1);
+        assert!(recordings[0].times().is_sorted());
+        assert_eq!((recordings[0].gauges()[0], recordings[0].run), (59.0, None));
+        assert_eq!(findings, [Cause::NewestFirst]);
+        // After a late row, the rows start anew. Both recordings are pieces of one run.
+        let (recordings, _) = load(&(text + "70,60\n"));
+        let found: Vec<_> = recordings.iter().map(|own| (own.n_samples(), own.run)).collect();
+        assert_eq!(found, [(1, Some(0)), (60, Some(0))]);
+    }
+
+    #[test]
+    fn a_time_column_that_often_goes_back_is_an_error() {
         let mut text = String::from("# count\nt,S1\n");
-        for row in 0..60_000 {
-            writeln!(text, "{},{row}", 60_000 - row).unwrap();
+        for row in 0..120_000 {
+            writeln!(text, "{},{row}", row % 2).unwrap();
         }
         let error = TestFile::new(text).read().unwrap_err();
         assert!(matches!(

@@ -73,6 +73,17 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     cuts
 }
 
+/// Returns true if the rows were written newest first: most times are earlier than the time of the row before.
+pub(super) fn is_newest_first(times: &[f64]) -> bool {
+    /// Minimum ratio of steps back to steps forward. A file of recordings that each start at zero has far fewer steps back.
+    const BACK_TO_FORWARD: usize = 4;
+    let count = |is_meant: fn(f64) -> bool| {
+        times.windows(2).filter(|pair| is_meant(pair[1] - pair[0])).count()
+    };
+    let (back, forward) = (count(|step| step < 0.0), count(|step| step > 0.0));
+    back > 1 && back >= BACK_TO_FORWARD * forward
+}
+
 pub(super) fn sort(rows: &mut Rows) {
     let mut order: Vec<usize> = (0..rows.times.len()).collect();
     order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));

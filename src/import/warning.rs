@@ -41,6 +41,8 @@ pub enum Cause {
         "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends a recording. To change this time, set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
+    #[error("the newest row comes first in the file, so the order of the rows is reversed")]
+    NewestFirst,
     #[error("the row has the same time as the row before, {time_secs} s")]
     RepeatedTime { time_secs: f64 },
     #[error(
@@ -153,6 +155,7 @@ impl Cause {
             | Self::LateRows { .. } => Id::Assumed,
             Self::UnnamedLoads { .. } => Id::UnnamedLoads,
             Self::NewRecording { .. }
+            | Self::NewestFirst
             | Self::WrappedClock { .. }
             | Self::RepeatedTime { .. }
             | Self::TurnByTurn => Id::Stamps,

@@ -33,7 +33,7 @@ pub use recording::{Recording, Source};
 pub(crate) use recording::{RecordingError, load_ranges};
 pub(crate) use set::Layout;
 pub use set::groups::Groups;
-pub(crate) use set::groups::{GroupPattern, GroupedBy, LoneGroup};
+pub(crate) use set::groups::{GroupPattern, GroupedBy, LoneGroup, first_pieces};
 pub(crate) use set::in_role;
 pub use set::{Entry, RecordingSet, Role};
 pub use tare::Tare;

@@ -19,7 +19,7 @@ use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, join};
 use crate::recording::tare::Tare;
 
 /// Origin of a recording's samples.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Source {
     /// A file.
     File(PathBuf),
@@ -67,6 +67,9 @@ pub struct Recording {
     /// Mean unloaded reading of each gauge that taring subtracted; empty without a tare.
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
+    /// Number of the run in the file from which pauses or late rows cut this recording; `None` if the recording is no such
+    /// piece.
+    pub(crate) run: Option<usize>,
     pub(crate) group: Option<String>,
 }
 
@@ -139,6 +142,7 @@ impl Recording {
             gap_secs: None,
             offsets: Vec::new(),
             left_out: None,
+            run: None,
             group: None,
             auxiliary: AuxiliaryTable::default(),
             name,

@@ -2,8 +2,9 @@
 //!
 //! Samples are never shuffled. Neighbouring samples are nearly equal, so the error on shuffled samples would be too low. The
 //! recordings of a group (see [`Groups`](crate::recording::Groups)) are left out together. A recording without group is a
-//! group of its own. Two groups are enough if there are at least three recordings: the fit to each group then predicts the
-//! other. With fewer than three training recordings, five contiguous blocks of samples take the place of groups. The
+//! group of its own; the pieces of one run of a file count as one recording. Two groups of recordings are enough if there are
+//! at least three recordings: the fit to each group then predicts the other. With fewer than three training recordings, five
+//! contiguous blocks of samples take the place of groups. The
 //! look-back always uses the conventional calibration of *all* training recordings, because it only selects the earlier
 //! sample.
 
@@ -33,11 +34,15 @@ impl Folds {
     /// Divides recordings into parts. Each recording is given as its number of samples and its group (`None` if not used for
     /// training). Groups are numbered in their order of appearance. Blocks have equal numbers of samples, or one more in the
     /// first blocks.
-    pub fn of(recordings: &[(usize, Option<usize>)]) -> Self {
+    pub fn of(recordings: &[(usize, Option<usize>)], by: GroupedBy) -> Self {
         let mut groups: Vec<usize> = recordings.iter().filter_map(|(_, group)| *group).collect();
-        let n_training = groups.len();
+        let mut n_training = groups.len();
         let mut seen = HashSet::new();
         groups.retain(|group| seen.insert(*group));
+        if by == GroupedBy::Recording {
+            // A group then holds the pieces of one run, which count as one recording.
+            n_training = groups.len();
+        }
         let are_whole = n_training >= FEWEST_RECORDINGS && groups.len() > 1;
         let training = recordings.iter().filter(|(_, group)| group.is_some());
         let total: usize = training.map(|(n, _)| n).sum();
@@ -113,7 +118,7 @@ mod tests {
     fn folds(n_samples: &[usize], groups: &[usize]) -> Vec<Vec<Piece>> {
         let recordings: Vec<_> =
             n_samples.iter().copied().zip(groups.iter().copied().map(Some)).collect();
-        Folds::of(&recordings).pieces
+        Folds::of(&recordings, GroupedBy::Group).pieces
     }
 
     fn samples(pieces: &[Vec<Piece>]) -> Vec<Vec<(std::ops::Range<usize>, usize)>> {
@@ -143,6 +148,16 @@ mod tests {
         );
         assert_eq!(folds(&[4, 5, 6], &[2; 3]), folds(&[4, 5, 6], &[0; 3]));
         assert_eq!(folds(&[4, 5, 6], &[2; 3])[0].len(), 2, "blocks have three samples");
+    }
+
+    #[test]
+    fn pieces_of_one_or_two_runs_are_left_out_by_five_blocks() {
+        let pieces = [(4, Some(0)), (5, Some(0)), (6, Some(1)), (9, Some(1))];
+        let folds = Folds::of(&pieces, GroupedBy::Recording);
+        assert_eq!((folds.n_parts, folds.are_whole), (5, false));
+        let of_three = [&pieces[..], &[(8, Some(2))]].concat();
+        let folds = Folds::of(&of_three, GroupedBy::Recording);
+        assert_eq!((folds.n_parts, folds.are_whole), (3, true));
     }
 
     #[test]

@@ -14,8 +14,8 @@ use serde::Serialize;
 pub(crate) use super::column_report::ColumnReport;
 pub use question::Question;
 
-use super::column_report::reports;
 use super::abandonable::abandonable;
+use super::column_report::reports;
 use super::load::Reading;
 use super::two_clocks::{self, Table};
 use crate::finding::Finding;

@@ -609,7 +609,7 @@ fn folds(entries: &[Entry], groups: &Groups) -> Folds {
     let of = |(own, group): (&Entry, &usize)| {
         (own.recording.n_samples(), (own.role == Role::Train).then_some(*group))
     };
-    Folds::of(&entries.iter().zip(&groups.of).map(of).collect::<Vec<_>>())
+    Folds::of(&entries.iter().zip(&groups.of).map(of).collect::<Vec<_>>(), groups.by)
 }
 
 fn gap_secs(training: &[&Recording]) -> Option<f64> {

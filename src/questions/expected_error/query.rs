@@ -11,7 +11,7 @@ use crate::questions::errors::query::Analysis;
 use crate::questions::expected_error::rule::{HeldOutErrors, MIN_GROUPS, expected_from};
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
-use crate::recording::{Axis, Entry, RecordingSet, Role};
+use crate::recording::{Axis, Entry, RecordingSet, Role, first_pieces};
 use crate::same::same_where;
 
 /// Maximum number of held-out samples whose errors are kept in memory.
@@ -84,10 +84,12 @@ pub(crate) fn expected_error_of_fit(
         |entry: &Entry| entry.role == Role::Test && *entry.recording.axes() == calibration.axes;
     let step = step_of(data, is_test);
     let mut tested = HeldOutErrors::new(calibration.axes.len());
-    for (entry, past) in data.entries.iter().zip(past).filter(|(entry, _)| is_test(entry)) {
+    let firsts = first_pieces(&data.entries);
+    let all = data.entries.iter().zip(past).enumerate();
+    for (at, (entry, past)) in all.filter(|(_, (entry, _))| is_test(entry)) {
         let loads = calibration.compensated_loads(&entry.recording, past);
         tested.add_loads(&loads, entry.recording.loads(), step);
-        tested.n_groups += 1;
+        tested.n_groups += usize::from(firsts[at] == at);
     }
     let full_scale = calibration.full_scale.iter().copied();
     let axes: Vec<(Axis, f64)> = calibration.axes.iter().copied().zip(full_scale).collect();

@@ -4,6 +4,7 @@
 //! Guarantees: each training sample is held out once, and is then predicted from a cold start. Later segments of one long
 //! recording are also predicted from the earlier segments alone, so that a drift increases the error.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::calibration::CrossValidation;
@@ -36,7 +37,7 @@ impl NestedFolds {
     /// Divides the training recordings into folds. Without training recordings, returns [`AnalysisError::NoTraining`].
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
-        let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
+        let mut training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
             .filter(|(_, entry)| entry.role == Role::Train)
             .map(|(at, entry)| (groups.with_group_name(at, entry), groups.of[at]))
             .collect();
@@ -44,9 +45,15 @@ impl NestedFolds {
         let run = first.0.recording.source().path();
         let is_one_run = run.is_some()
             && training.iter().all(|(entry, _)| entry.recording.source().path() == run);
-        let mut numbers: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
+        let group_numbers = |training: &[(Entry, usize)]| -> Vec<usize> {
+            let numbers: BTreeSet<usize> = training.iter().map(|(_, group)| *group).collect();
+            numbers.into_iter().collect()
+        };
+        let mut numbers = group_numbers(&training);
+        if numbers.len() == 1 && is_one_run && are_even(&training) {
+            training.iter_mut().enumerate().for_each(|(at, (_, group))| *group = at);
+            numbers = group_numbers(&training);
+        }
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
@@ -79,12 +86,19 @@ impl NestedFolds {
             let parts = (0..n_parts).map(name).collect();
             (pieces, parts, what)
         } else {
+            // The pieces of one run are cut where the whole run is cut into segments of equal length.
+            let n_all: usize = training.iter().map(|(entry, _)| entry.recording.n_samples()).sum();
+            let mut first = 0;
             let segments = |(entry, _): (Entry, usize)| {
-                let segments = entry.recording.segments(SEGMENTS);
-                segments.into_iter().enumerate().map(move |(fold, own)| Piece {
-                    fold,
-                    part: fold,
-                    entry: Entry { recording: Arc::new(own), ..entry.clone() },
+                let n = entry.recording.n_samples();
+                let (before, n_all) = if is_one_run { (first, n_all) } else { (0, n) };
+                first += n;
+                let at =
+                    move |fold: usize| (fold * n_all / SEGMENTS).clamp(before, before + n) - before;
+                let ranges = (0..SEGMENTS).map(move |fold| (fold, at(fold)..at(fold + 1)));
+                ranges.filter(|(_, range)| !range.is_empty()).map(move |(fold, range)| {
+                    let recording = Arc::new(entry.recording.segment(range));
+                    Piece { fold, part: fold, entry: Entry { recording, ..entry.clone() } }
                 })
             };
             let what = CrossValidation { by: GroupedBy::Block, groups: SEGMENTS, parts: SEGMENTS };
@@ -119,10 +133,20 @@ impl NestedFolds {
     }
 }
 
+/// Returns true if the pieces of one run can be combined to [`MOST_FITS`] parts of similar length.
+fn are_even(training: &[(Entry, usize)]) -> bool {
+    let mut n_samples = [0; MOST_FITS];
+    for (at, (entry, _)) in training.iter().enumerate() {
+        n_samples[at * MOST_FITS / training.len()] += entry.recording.n_samples();
+    }
+    let all: usize = n_samples.iter().sum();
+    n_samples.iter().all(|n| 2 * MOST_FITS * n >= all)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Recording, Source, simulated};
+    use crate::recording::{Axis, Recording, Source, simulated};
 
     fn of_lengths(n: usize) -> RecordingSet {
         let mut set = RecordingSet::default();
@@ -207,6 +231,35 @@ mod tests {
         assert_eq!((days.n_left_out, days.folds.len()), (4, 5));
         let conditions = found(&one, &|at| Some(format!("condition {}", at % 4)));
         assert_eq!((conditions.n_left_out, conditions.folds.len()), (4, 4));
+    }
+
+    /// Pauses cut the file into twelve similar pieces, or late rows into a long and two short pieces.
+    #[test]
+    fn pieces_of_one_run_are_combined_or_cut_into_parts_of_similar_length() {
+        let n = 240;
+        let values = || (0..n).map(|k| k as f64).collect::<Vec<_>>();
+        let source = Source::File("/a.csv".into());
+        let (names, axes) = (vec!["S1".to_owned()], vec![Axis::Fz]);
+        let whole = Recording::new("a", source, values(), names, values(), axes, values()).unwrap();
+        let found = |ends: Vec<usize>| {
+            let mut set = RecordingSet::default();
+            let mut start = 0;
+            for end in ends {
+                let mut piece = whole.segment(start..end);
+                piece.run = Some(0);
+                set.push(Entry::new(piece, Role::Train)).unwrap();
+                start = end;
+            }
+            let found = NestedFolds::of(&set).unwrap();
+            let left_out = found.folds.iter().take(found.n_left_out);
+            let sizes: Vec<usize> = left_out.map(|fold| fold.set.n_samples(Role::Test)).collect();
+            assert_eq!(sizes.iter().sum::<usize>(), n);
+            (found.parts.len(), sizes)
+        };
+        let (n_parts, sizes) = found((1..=12).map(|piece| piece * n / 12).collect());
+        assert_eq!((n_parts, sizes), (5, vec![60, 40, 60, 40, 40]));
+        let (n_parts, sizes) = found(vec![n - 10, n - 9, n]);
+        assert_eq!((n_parts, sizes), (4, vec![60; 4]));
     }
 
     /// The recordings of a fold still have groups, so that thresholds are also chosen by leaving out groups.

@@ -4,7 +4,7 @@
 //! Guarantees: groups that the user set are always used. Groups that the program finds from names, folders, files and
 //! repeated loads are used only if there are at least three groups, and each axis is loaded in several groups. Otherwise each
 //! recording is its own group, and [`UnusedGroups`] gives the reason. Names with only a running number (`press_1` …
-//! `press_690`) give no groups.
+//! `press_690`) give no groups. The pieces that pauses or late rows cut from one run of a file are never separate groups.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -232,11 +232,12 @@ impl RecordingSet {
         let entries = self.entries();
         let training: Vec<usize> =
             (0..entries.len()).filter(|&at| entries[at].role == Role::Train).collect();
+        let firsts = first_pieces(entries);
         let keyed = |found: Option<&Way>| -> Vec<Key> {
             let key = |(at, entry): (usize, &Entry)| {
                 let found = || found.and_then(|way| way.keys[at].clone());
                 let named = entry.group.clone().or_else(found);
-                named.map_or(Key::Own(first_part(entries, at)), Key::Named)
+                named.map_or(Key::Own(firsts[at]), Key::Named)
             };
             entries.iter().enumerate().map(key).collect()
         };
@@ -287,8 +288,8 @@ impl RecordingSet {
             }
             unused = Some(UnusedGroups { by: GroupedBy::Group, n: n_groups, lone: None });
         }
-        let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
-        Groups { unused, ..groups_from_keys(GroupedBy::Recording, own.collect(), None) }
+        let keys = firsts.into_iter().map(Key::Own).collect();
+        Groups { unused, ..groups_from_keys(GroupedBy::Recording, keys, None) }
     }
 
     /// Returns the possible criteria of grouping, the most likely first. Each gives a group to every training recording
@@ -357,17 +358,18 @@ fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
     entries.iter().enumerate().map(key).collect()
 }
 
-/// Returns the index of the first segment of the recording from which the recording at `at` was cut; `at` if it is uncut.
-fn first_part(entries: &[Entry], at: usize) -> usize {
-    let recording = &entries[at].recording;
-    let Some(left_out) = recording.left_out() else {
-        return at;
+/// Returns, for each recording, the index of the first recording with the same role that was cut from the same run: by a
+/// pause, by late rows, or where faulty samples were left out. For an uncut recording, this is its own index.
+pub(crate) fn first_pieces(entries: &[Entry]) -> Vec<usize> {
+    let mut firsts = HashMap::new();
+    let mut first = |at: usize| {
+        let Entry { recording, role, .. } = &entries[at];
+        let left_out = recording.left_out().map(|left_out| &*left_out.of);
+        let run = recording.run.map(Ok).or(left_out.map(Err));
+        let of_role = (*role == Role::Train, recording.source());
+        run.map_or(at, |run| *firsts.entry((of_role, run)).or_insert(at))
     };
-    let is_part = |other: &Entry| {
-        let of = other.recording.left_out().map(|own| &own.of);
-        of == Some(&left_out.of) && other.recording.source() == recording.source()
-    };
-    entries.iter().position(is_part).unwrap_or(at)
+    (0..entries.len()).map(&mut first).collect()
 }
 
 /// Returns the groups that these keys give: recordings with equal keys are one group. Groups are numbered in the order in
@@ -775,6 +777,25 @@ mod tests {
         }
         let groups = parts.groups();
         assert_eq!((groups.by, groups.of), (GroupedBy::Recording, vec![0, 0, 1, 1, 2, 2]));
+    }
+
+    #[test]
+    fn pieces_of_one_run_are_one_group_but_two_runs_of_a_file_are_two() {
+        let set =
+            set_of(&[("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/a.csv", "a #3"), ("/b.csv", "b")]);
+        let of_runs = |runs: [Option<usize>; 4]| {
+            let mut cut = RecordingSet::default();
+            for (entry, run) in set.entries().iter().zip(runs) {
+                let mut recording = Recording::clone(&entry.recording);
+                recording.run = run;
+                cut.push(Entry::new(recording, Role::Train)).unwrap();
+            }
+            let groups = cut.groups();
+            (groups.by, groups.of)
+        };
+        let by = GroupedBy::Recording;
+        assert_eq!(of_runs([Some(0), Some(0), Some(0), None]), (by, vec![0, 0, 0, 1]));
+        assert_eq!(of_runs([Some(0), Some(0), Some(1), Some(0)]), (by, vec![0, 0, 1, 2]));
     }
 
     #[test]
