@@ -4,6 +4,7 @@
 #[path = "support/program.rs"]
 mod program;
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,7 +30,7 @@ fn recordings_of(sensor: &str) -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    println!("skipped: there is no {}", folder.display());
+    let _ = writeln!(std::io::stderr(), "skipped: there is no {}", folder.display());
     None
 }
 

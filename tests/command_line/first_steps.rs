@@ -3,6 +3,7 @@
 use std::process::{Command, Output};
 
 use crate::program::stderr;
+use crate::tools;
 use crate::workshop::Workshop;
 
 const PAGE: &str = include_str!("../../assets/guide/first-steps.md");
@@ -48,7 +49,7 @@ fn own_files_become_a_calibration_by_the_commands_of_the_guide() {
 #[test]
 #[cfg(unix)]
 fn the_guide_s_program_in_cpp_computes_the_load_of_apply() {
-    if Command::new("g++").arg("--version").output().is_err() {
+    if !tools::is_there("g++", &["--version"]) {
         return;
     }
     let workshop = Workshop::new();

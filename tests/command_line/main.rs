@@ -4,6 +4,8 @@
 mod program;
 #[path = "../support/table.rs"]
 mod table;
+#[path = "../support/tools.rs"]
+mod tools;
 mod workshop;
 
 mod apply;

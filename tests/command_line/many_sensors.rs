@@ -3,6 +3,7 @@
 use std::fs;
 use std::process::Command;
 
+use crate::tools;
 use crate::workshop::{Workshop, recording};
 
 /// Returns the code block of the guide's page that begins with this text.
@@ -40,7 +41,7 @@ fn make_calibrates_the_good_sensors_and_continues_after_a_failure() {
     };
     let first = match make() {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            eprintln!("skipped: this machine has no make");
+            tools::skipped("make", "this machine has no make");
             return;
         }
         made => made.unwrap(),

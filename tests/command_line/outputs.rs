@@ -1,10 +1,12 @@
 //! Output files. All paths are checked before the first file is written, and no file is left incomplete.
 
 use std::fs;
+use std::io::Write as _;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::program::{program, run, stderr, succeed};
+use crate::tools;
 use crate::workshop::{ALL_FILES, Workshop};
 
 fn names(workshop: &Workshop) -> Vec<String> {
@@ -111,7 +113,7 @@ fn pipes_do_not_block_and_are_not_replaced() {
     let workshop = Workshop::with_recordings();
     let path = workshop.file("pipe.json");
     if !Command::new("mkfifo").arg(&path).status().is_ok_and(|made| made.success()) {
-        eprintln!("skipped: there is no mkfifo");
+        tools::skipped("mkfifo", "there is no mkfifo");
         return;
     }
     for arguments in [
@@ -266,7 +268,7 @@ fn receives_interrupts() -> bool {
 #[test]
 fn an_interrupted_search_writes_its_results_so_far() {
     if !receives_interrupts() {
-        eprintln!("skipped: interrupts are ignored here");
+        let _ = writeln!(std::io::stderr(), "skipped: interrupts are ignored here");
         return;
     }
     let workshop = Workshop::new();

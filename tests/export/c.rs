@@ -9,8 +9,9 @@ use loopscope::export::Footprint;
 
 use crate::support::{
     RECORDING, Samples, assert_loads, assert_runs_as, assert_runs_live, calibration, calibrations,
-    disturbed, every_block, export, is_there, lines, samples, succeed, tared, with_pauses,
+    disturbed, every_block, export, lines, samples, succeed, tared, with_pauses,
 };
+use crate::tools::is_there;
 
 pub const STRICT: [&str; 8] = [
     "-std=c99",

@@ -11,9 +11,10 @@ use loopscope::progress::Progress;
 use loopscope::recording::{Entry, RecordingSet, Role, Tare};
 
 use crate::support::{
-    RECORDING, Samples, calibration, calibrations, drifting, every_block, export, is_there, lines,
-    samples, succeed,
+    RECORDING, Samples, calibration, calibrations, drifting, every_block, export, lines, samples,
+    succeed,
 };
+use crate::tools::is_there;
 
 /// Returns samples with pauses. Two of the pauses are gaps, for the import of files and for the calibration.
 fn with_pauses() -> Samples {

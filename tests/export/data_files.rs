@@ -8,7 +8,8 @@ use loopscope::calibration::{Calibration, Regressor};
 use loopscope::export::{TARGETS, read_calibration, target_for, write_calibration};
 use loopscope::features::{FeatureSettings, Thresholds};
 
-use crate::support::{calibration, every_block, export, is_there, succeed};
+use crate::support::{calibration, every_block, export, succeed};
+use crate::tools::is_there;
 
 /// Runs Python code in `directory`. The variable `truth` holds the JSON of the same calibration.
 #[track_caller]

@@ -8,8 +8,9 @@ use loopscope::calibration::Regressor;
 
 use crate::support::{
     RECORDING, assert_loads, assert_runs_live, calibration, calibrations, disturbed, every_block,
-    export, is_there, lines, samples, succeed,
+    export, lines, samples, succeed,
 };
+use crate::tools::is_there;
 
 const DRIVER: &str = "
 arguments = argv();

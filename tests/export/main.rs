@@ -11,3 +11,5 @@ mod python;
 mod report;
 mod rust;
 mod support;
+#[path = "../support/tools.rs"]
+mod tools;

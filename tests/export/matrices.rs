@@ -5,7 +5,8 @@ use std::process::Command;
 
 use loopscope::calibration::Regressor;
 
-use crate::support::{calibration, every_block, export, is_there, succeed};
+use crate::support::{calibration, every_block, export, succeed};
+use crate::tools::is_there;
 
 #[test]
 fn a_driver_file_contains_the_matrix_row_by_row() {

@@ -4,9 +4,10 @@ use std::fs;
 use std::process::Command;
 
 use crate::support::{
-    RECORDING, assert_loads, assert_runs_live, calibrations, disturbed, export, is_there, lines,
-    samples, succeed, tared,
+    RECORDING, assert_loads, assert_runs_live, calibrations, disturbed, export, lines, samples,
+    succeed, tared,
 };
+use crate::tools::is_there;
 
 const DRIVER: &str = "
 import sys

@@ -11,6 +11,8 @@ use loopscope::questions::Request;
 use loopscope::questions::page::{ReportData, ReportRequest, write_report};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
+use crate::tools::skipped;
+
 const HOSTILE: &str =
     "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
 
@@ -193,7 +195,7 @@ fn a_browser_reads_the_report() {
         version.is_ok_and(|output| output.status.success())
     });
     let Some(browser) = found else {
-        eprintln!("skipped: no Chromium is installed");
+        skipped("chromium", "no Chromium is installed");
         return;
     };
     let directory = tempfile::tempdir().unwrap();

@@ -7,8 +7,9 @@ use loopscope::calibration::Regressor;
 
 use crate::support::{
     RECORDING, assert_loads, assert_runs_live, calibration, disturbed, every_block, export,
-    is_there, learned, lines, samples, succeed,
+    learned, lines, samples, succeed,
 };
+use crate::tools::is_there;
 
 const DRIVER: &str = r#"
 #[allow(dead_code)]

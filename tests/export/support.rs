@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::{Arc, LazyLock};
 
 use loopscope::calibration::{
@@ -270,16 +270,6 @@ pub fn lines(samples: &Samples) -> String {
         text.push('\n');
     }
     text
-}
-
-pub fn is_there(command: &str, arguments: &[&str]) -> bool {
-    let status =
-        Command::new(command).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).status();
-    let is_there = status.is_ok_and(|status| status.success());
-    if !is_there {
-        eprintln!("skipped: {command} {} does not run here", arguments.join(" "));
-    }
-    is_there
 }
 
 #[track_caller]
