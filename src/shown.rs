@@ -19,6 +19,12 @@ pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
 
+/// Returns a number as it is written in full, or with an exponent if it would have very many digits.
+pub(crate) fn number(number: f64) -> String {
+    let is_short = number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs());
+    if is_short { number.to_string() } else { format!("{number:e}") }
+}
+
 /// Returns the text on one line, with control characters and changes of writing direction replaced by their codes.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
@@ -123,6 +129,12 @@ mod tests {
     fn control_characters_are_shown_by_their_codes() {
         assert_eq!(printable("a\u{1b}[2J\r\n\u{202e}b 力"), "a\\u{1b}[2J\\u{d}\\u{a}\\u{202e}b 力");
         assert!(matches!(printable("Fx [N·m]"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn very_large_and_small_numbers_have_an_exponent() {
+        let text = [0.0, -12.5, 1e15, 1e270, -2.5e-9, f64::NAN].map(number);
+        assert_eq!(text, ["0", "-12.5", "1000000000000000", "1e270", "-2.5e-9", "NaN"]);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::import::map::ColumnRole;
 use crate::import::pose::WeightEstimate;
 use crate::recording::Axis;
 use crate::report::Table;
-use crate::shown::{and_more, counted, message, printable};
+use crate::shown::{and_more, counted, message, number, printable};
 
 /// Show the columns of a file, the recordings that it would load, and any problems, and write a column map for the file.
 #[derive(Debug, Args)]
@@ -200,7 +200,7 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
         .words("unit", |column| start(column.unit.as_deref().unwrap_or_default()))
         .words("first values", |column| start(&column.first.join("  ")))
         .words("range", |column| match (column.min, column.max) {
-            (Some(min), Some(max)) => format!("{min} to {max}"),
+            (Some(min), Some(max)) => format!("{} to {}", number(min), number(max)),
             _ => column.content.name().to_owned(),
         })
         .table("", "");

@@ -1,5 +1,6 @@
 //! Columns of numbers from files that are not text, and rows of cells that are read in order from any file.
 
+use crate::shown;
 /// One of the tables of a file with several tables, such as a sheet of a workbook.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
@@ -110,7 +111,7 @@ impl<'a> Cell<'a> {
     pub fn text(self) -> String {
         match self {
             Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
-            Self::Number(number) => number.to_string(),
+            Self::Number(number) => shown::number(number),
             Self::Since(since, number) => (since as f64 + number).to_string(),
         }
     }

@@ -55,8 +55,8 @@ pub enum FileError {
     )]
     Mat73 { why: String },
     #[error(
-        "the file is an HDF5 file that is damaged or uses a feature that is not supported, such as soft links between groups ({}); convert it in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
-        shown(why)
+        "the file is an HDF5 file that is damaged or uses a feature that is not supported, such as soft links between groups, or the file version that HDF5 2 writes with libver=\"latest\" ({}); convert it in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
+        message(why)
     )]
     Hdf5 { why: String },
     #[error(

@@ -15,6 +15,8 @@ const HEAD_BYTES: usize = 8 << 10;
 /// A file with more than one control character in this number of bytes is not text. Fewer control characters are accidents of
 /// a logger, which spoil only single rows.
 const BYTES_PER_CONTROL_CHARACTER: usize = 20;
+/// Minimum number of zero bytes in a row that are taken to come from a power failure, and not from binary data.
+const ZEROS_OF_POWER_FAILURE: usize = 64;
 const BYTE_ORDER_MARKS: [(&[u8], Encoding); 3] = [
     (b"\xef\xbb\xbf", Encoding::Utf8),
     (b"\xff\xfe", Encoding::Utf16LittleEndian),
@@ -204,9 +206,12 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if odd == 0 && is_most_of_half(even) {
         return Ok((Encoding::Utf16BigEndian, 0));
     }
+    // A block of zeros that a power failure left in a text spoils only one row.
+    let runs = head.chunk_by(|byte, next| byte == next);
+    let written = runs.filter(|run| run[0] != 0 || run.len() < ZEROS_OF_POWER_FAILURE).flatten();
     let is_control = |byte: &&u8| **byte < b' ' && !b"\t\n\x0b\x0c\r\x1b".contains(byte);
-    let n_controls = head.iter().filter(is_control).count();
-    if n_controls * BYTES_PER_CONTROL_CHARACTER > head.len() {
+    let (n_written, n_controls) = (written.clone().count(), written.filter(is_control).count());
+    if n_written == 0 || n_controls * BYTES_PER_CONTROL_CHARACTER > n_written {
         return Err(FileError::NotText {
             what: "binary data",
             instead: "unpack it, or export the recording as CSV",
@@ -276,6 +281,13 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (b"\x89PNG", "a picture", EXPORT),
         (b"\xff\xd8\xff", "a picture", EXPORT),
     ];
+    let is_array_of = |rest: &[u8]| rest.trim_ascii_start().starts_with(b"{");
+    if head.strip_prefix(b"[").is_some_and(is_array_of) {
+        return Some(FileError::NotText {
+            what: "a JSON array",
+            instead: "write one object per line (.jsonl), or in Python: `import pandas`, then `pandas.read_json(\"FILE\").to_csv(\"FILE.csv\", index=False)`",
+        });
+    }
     let named = SIGNATURES.iter().find(|(start, ..)| head.starts_with(start));
     named.map(|&(_, what, instead)| FileError::NotText { what, instead })
 }
@@ -344,12 +356,16 @@ mod tests {
             (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
             (b"t,S1\n0,\0", "binary data"),
             (b"\x7fELF\x02\x01\x01", "binary data"),
+            (&[0; 500], "binary data"),
+            (b"[\n  {\"t\": 0, \"S1\": 1}]", "a JSON array"),
         ] {
             let error = Text::open(file(content).path(), None).unwrap_err();
             assert!(matches!(error, FileError::NotText { what: expected, .. } if expected == what));
         }
         let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
         assert_eq!(encoding_of(&few_zeros).unwrap(), (Encoding::Utf8, 0));
+        let zeros_at_the_end = [&b"t,S1\n0,1\n0.1,2\n"[..], &[0; 500]].concat();
+        assert_eq!(encoding_of(&zeros_at_the_end).unwrap(), (Encoding::Utf8, 0));
         assert_eq!(encoding_of(b"t,F [N\xb7m]\n").unwrap(), (Encoding::Latin1, 0));
     }
 }
