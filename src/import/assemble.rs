@@ -436,7 +436,7 @@ mod tests {
         assert!(matches!(
             error,
             ReadError::Table {
-                line: 4,
+                line: 5,
                 source: TableError::TooManyRecordings { count: 59_999, .. },
                 ..
             }

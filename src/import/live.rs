@@ -365,10 +365,12 @@ mod tests {
     /// Returns the table of the first lines, and the rows in these lines.
     fn begun(lines: &[String], source: LiveSource<'_>) -> Result<Option<Begun>, ReadError> {
         let mut head = LiveHead::default();
-        for line in lines {
+        let mut lines = lines.iter();
+        while let Some(line) = lines.next() {
             if let Some(mut table) = head.push(line.clone(), source)? {
-                let rows = head.into_kept().map(|own| table.row_at(&own.line, own.secs));
-                let rows = rows.filter_map(|row| row.ok().flatten()).collect();
+                let kept = head.into_kept().map(|kept| table.row_at(&kept.line, kept.secs));
+                let mut rows: Vec<_> = kept.filter_map(|row| row.ok().flatten()).collect();
+                rows.extend(lines.filter_map(|line| table.row(line).ok().flatten()));
                 return Ok(Some((table, rows)));
             }
         }

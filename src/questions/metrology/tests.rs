@@ -381,7 +381,7 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
     let load = held();
     let json = serde_json::to_value(One::new(load.clone(), load).table(10.0)).unwrap();
     let rows = json["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 18);
+    assert_eq!(rows.len(), 17);
     for row in rows {
         assert!(
             row["id"].is_string() && row["definition"].is_string() && row["source"].is_string()
