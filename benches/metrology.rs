@@ -7,7 +7,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::calibration::{AppliedLoads, FitSettings};
 use loopscope::progress::Progress;
-use loopscope::questions::metrology::{MetrologySettings, Rules, Run, table_by};
+use loopscope::questions::metrology::{MetrologySettings, Rules, Run, lags_of, table_by};
 use loopscope::questions::{Request, analyse};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::scoring::lag::{LagRun, lags};
@@ -37,7 +37,8 @@ fn metrology(c: &mut Criterion) {
         extents: &extents_of_set(&recordings, &calibration.axes),
     };
     c.bench_function("table, six axes, 243,000 samples", |b| {
-        b.iter(|| table_by(&runs, &rules));
+        let lags = || lags_of(&runs, &calibration.axes, &Progress::default());
+        b.iter(|| table_by(&runs, &rules, lags));
     });
     let lag_runs = (recordings.entries().iter().zip(&applied)).map(|(entry, applied)| LagRun {
         times: entry.recording.times(),

@@ -177,7 +177,7 @@ fn path_at(tokens: &[String], mut at: usize) -> (usize, Names) {
     let mut names = vec![tokens[at].clone()];
     at += 1;
     while tokens.get(at).is_some_and(|token| token == "::")
-        && tokens.get(at + 1).is_some_and(is_name)
+        && tokens.get(at + 1).is_some_and(|name| is_name(name))
     {
         names.push(tokens[at + 1].clone());
         at += 2;
@@ -185,7 +185,7 @@ fn path_at(tokens: &[String], mut at: usize) -> (usize, Names) {
     (at, names)
 }
 
-fn is_name(token: &String) -> bool {
+fn is_name(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
@@ -311,7 +311,7 @@ impl House {
         let words = tokens.iter().filter(|token| is_name(token)).cloned().collect();
         let mut module = Module { words, ..Module::default() };
         let is = |k: usize, token: &str| tokens.get(k).is_some_and(|found| found == token);
-        let is_name = |k: usize| tokens.get(k).is_some_and(is_name);
+        let is_name = |k: usize| tokens.get(k).is_some_and(|token| is_name(token));
         let mut at = 0;
         while at < tokens.len() {
             if is(at, "pub") && is(at + 1, "(") {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use loopscope::calibration::Regressor;
 use loopscope::engine::{Action, Edit};
 use loopscope::recording::{RecordingSet, simulated};
-use loopscope::ui::{Command, PaneMove, pane};
+use loopscope::ui::{Command, Workspace};
 
 use crate::long_recording::long_recording;
 use crate::screen::Screen;
@@ -105,16 +105,7 @@ fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
 fn begin(screen: &mut Screen, work: Work) {
     match work {
         Work::Nothing | Work::Slider => {}
-        Work::SliderAndMap => {
-            let panes = [
-                Command::ShowPane(pane("thresholds").unwrap()),
-                Command::ShowPane(pane("traces").unwrap()),
-            ];
-            let beside = Command::MovePane(pane("thresholds").unwrap(), PaneMove::Bottom);
-            for wish in panes.into_iter().chain([beside]) {
-                screen.shell.send(wish);
-            }
-        }
+        Work::SliderAndMap => screen.shell.send(Command::Show(Workspace::Thresholds)),
         Work::Network => {
             let mut settings = screen.shell.engine().project().settings.clone();
             settings.regressor = Regressor::Network;

@@ -144,6 +144,9 @@ struct SetAside {
     models: Models,
 }
 
+/// Result of each exported file, by its path.
+type Exported = BTreeMap<PathBuf, Result<(), String>>;
+
 /// State of the whole program except its window.
 #[derive(Default)]
 pub struct Engine {
@@ -172,7 +175,7 @@ pub struct Engine {
     /// Files that are written only after the user confirms it, and the reason for asking.
     pub replacing: Option<(Output, Doubt)>,
     /// Files of the last export with the reasons why some were not written, and the document from which they were exported.
-    exported: Option<(Project, BTreeMap<PathBuf, Result<(), String>>)>,
+    exported: Option<(Project, Exported)>,
     /// Number of documents that began since the start of the program. The window shows each document with fresh panes.
     pub n_documents: u64,
     aside: Vec<SetAside>,

@@ -69,7 +69,7 @@ fn eleven_presses_lead_from_a_file_without_a_header_to_c_code() {
     settle(&mut window);
     click(&mut window, Role::Button, "Load the file");
     click(&mut window, Role::Button, "Models");
-    click(&mut window, Role::Button, "Find the best");
+    window.get_by_role_and_label(Role::Button, "Find the best").click();
     until(&mut window, |shell| shell.engine().models.rows.len() >= 2);
     click(&mut window, Role::Button, "Stop");
     click_first(&mut window, Role::Button, "Use");

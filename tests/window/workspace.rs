@@ -400,25 +400,6 @@ fn a_plot_that_is_zoomed_into_far_draws_no_more_than_is_seen() {
 }
 
 #[test]
-fn panes_are_moved_by_the_palette() {
-    let files = Files::new();
-    let mut window = window(files.three());
-    let tab = |window: &Window| {
-        let tab = window.get_by_role_and_label(Role::Button, "Errors");
-        tab.rect()
-    };
-    let before = tab(&window);
-    ctrl(&mut window, Key::P);
-    window.event(egui::Event::Text("errors to the top".to_owned()));
-    window.run_steps(2);
-    window.key_press(Key::Enter);
-    settle(&mut window);
-    let after = tab(&window);
-    assert!(after.top() < before.top() && after.top() < 60.0, "{after}");
-    window.check_accessibility();
-}
-
-#[test]
 fn themes_and_sizes_are_preferences() {
     let files = Files::new();
     let mut window = window(files.three());

@@ -45,6 +45,9 @@ impl OutputLag {
 /// An output of the sensor: the position of its axis in the calibration, and whether it is compensated.
 type Output = (usize, Trace);
 
+/// Measured time lags, by the recordings in which they were measured.
+type MeasuredLags = HashMap<(Vec<usize>, Output), Result<Lag, NoLag>>;
+
 /// Loads of one calibration in all recordings, for all requests about them.
 #[derive(Debug)]
 pub(crate) struct Applied {
@@ -54,8 +57,7 @@ pub(crate) struct Applied {
     pub recordings: Vec<Arc<Recording>>,
     loads: Mutex<Vec<Loads>>,
     extents: OnceLock<Vec<LoadExtent>>,
-    /// Measured time lags, by the recordings in which they were measured.
-    lags: Mutex<HashMap<(Vec<usize>, Output), Result<Lag, NoLag>>>,
+    lags: Mutex<MeasuredLags>,
     output_lags: Mutex<HashMap<Output, OutputLag>>,
 }
 

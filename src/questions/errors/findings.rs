@@ -119,12 +119,12 @@ fn unknown_state(data: &Dataset, calibration: &Calibration) -> Option<Finding> {
 }
 
 fn few_recordings(data: &Dataset) -> Option<Finding> {
-    // A recording from which faulty samples are removed is divided into intervals, which count as one recording here.
+    // Intervals of one recording count once: pauses and faulty samples divide it.
     let n = match data.groups.by == GroupedBy::Recording {
         true => data.training_groups().len(),
         false => in_role(&data.entries, Role::Train).len(),
     };
-    let seen = format!("only {}", counted(n, "training recording"));
+    let seen = format!("only {}", counted(n, "independent training recording"));
     let figures =
         format!("cross-validation that leaves out whole recordings needs {FEWEST_RECORDINGS}");
     let found = Finding::new(Id::FewRecordings, Doubtful, seen).with(figures);

@@ -19,7 +19,7 @@ use crate::scoring::lag::{Lag, LagRun, NoLag, lags};
 pub(crate) const OUTPUTS: usize = 2;
 
 /// Time lag of each axis behind its reference load, for each output.
-pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
+pub type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 
 /// A recording with its loads, and its reference load as one column for each axis.
 #[derive(Debug)]
@@ -69,11 +69,7 @@ fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
 ///
 /// # Errors
 /// [`Cancelled`] if `progress` is cancelled.
-pub(crate) fn lags_of(
-    runs: &[Run<'_>],
-    axes: &[Axis],
-    progress: &Progress,
-) -> Result<Lags, Cancelled> {
+pub fn lags_of(runs: &[Run<'_>], axes: &[Axis], progress: &Progress) -> Result<Lags, Cancelled> {
     let n = axes.len();
     let usable = runs.iter().filter(|run| *run.reference_axes == *axes && !run.is_static);
     let usable: Vec<&Run<'_>> = usable.collect();

@@ -221,8 +221,9 @@ pub fn figure_records(metrology: &Metrology) -> Table {
         .words("definition", |(_, about, _)| about.definition)
         .words("source", |(_, about, _)| about.source)
         .words("free_running", |(_, about, _)| about.free_running);
-    let of_basis: [(&str, fn(&Basis) -> f64); 2] =
-        [("cycles", |own| own.n_cycles as f64), ("range_share", |own| own.range_share)];
+    type FigureOfBasis = fn(&Basis) -> f64;
+    let of_basis: [(&str, FigureOfBasis); 2] =
+        [("cycles", |basis| basis.n_cycles as f64), ("range_share", |basis| basis.range_share)];
     for (name, output) in outputs {
         rows = rows.columns(
             of_basis,
