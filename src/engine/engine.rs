@@ -172,9 +172,9 @@ pub struct Engine {
     /// Notices.
     pub notices: Vec<Notice>,
     n_notices: u64,
-    /// Files that are written only after the user confirms it, and the reason for asking.
+    /// Files that wait until the user confirms that they may be written, and the question's reason.
     pub replacing: Option<(Output, Doubt)>,
-    /// Files of the last export with the reasons why some were not written, and the document from which they were exported.
+    /// The document at the last export, and the result of each exported file.
     exported: Option<(Project, Exported)>,
     /// Number of documents that began since the start of the program. The window shows each document with fresh panes.
     pub n_documents: u64,
@@ -330,7 +330,7 @@ impl Engine {
         self.ask_for(Asked::of(asker, question));
     }
 
-    /// Computes a request that was made earlier, as [`Self::ask`] does.
+    /// Computes a pane's stored request in the background, unless the request equals the pane's last one.
     pub(crate) fn ask_for(&mut self, asked: Asked) {
         self.lanes.ask(asked);
     }
