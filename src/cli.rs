@@ -35,8 +35,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 
 use run::examples;
 
-use crate::about;
-use crate::shown::printable;
+use crate::{about, shown::printable};
 
 pub use messages::print_message;
 

@@ -6,12 +6,16 @@
 //! samples contribute to the products *of these columns*. The products are summed by class of age. Each class is added to
 //! sums in which the look-back's columns are zero for its samples. This gives the sums for the next longer t_th.
 
-use crate::calibration::linear_map::PresentLoads;
-use crate::calibration::normal_equations::{NormalEquations, TILE, add_tiles, tile_rows};
-use crate::calibration::sums::{Pass, Piece, TakesRows};
-use crate::features::Design;
-use crate::progress::Progress;
-use crate::vectorised::vectorised;
+use crate::{
+    calibration::{
+        linear_map::PresentLoads,
+        normal_equations::{NormalEquations, TILE, add_tiles, tile_rows},
+        sums::{Pass, Piece, TakesRows},
+    },
+    features::Design,
+    progress::Progress,
+    vectorised::vectorised,
+};
 
 /// Sums of the products of the look-back columns with all columns of the design, separated by the age of the earlier sample.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,24 +10,29 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::coefficient_errors::CoefficientErrors;
-use crate::calibration::cross_validation::CrossValidation;
-use crate::calibration::error::CalibrationError;
-use crate::calibration::expected_error::ExpectedError;
-use crate::calibration::kernel::GridEdge;
-use crate::calibration::learned::{Learned, LearnedScratch};
-use crate::calibration::linear_map::{LinearMap, loads_from_gauges};
-use crate::calibration::no_cross_validation::NoCrossValidation;
-use crate::calibration::settings::Regressor;
-use crate::calibration::sums::RowsOf;
-use crate::calibration::used_recording::UsedRecording;
-use crate::features::{
-    AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath, named,
+use crate::{
+    calibration::{
+        coefficient_errors::CoefficientErrors,
+        cross_validation::CrossValidation,
+        error::CalibrationError,
+        expected_error::ExpectedError,
+        kernel::GridEdge,
+        learned::{Learned, LearnedScratch},
+        linear_map::{LinearMap, loads_from_gauges},
+        no_cross_validation::NoCrossValidation,
+        settings::Regressor,
+        sums::RowsOf,
+        used_recording::UsedRecording,
+    },
+    features::{
+        AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
+        named,
+    },
+    finding::{Finding, Id, Verdict},
+    progress::Progress,
+    recording::{Axis, Identity, Recording, Tare, span},
+    shown::counted,
 };
-use crate::finding::{Finding, Id, Verdict};
-use crate::progress::Progress;
-use crate::recording::{Axis, Identity, Recording, Tare, span};
-use crate::shown::counted;
 
 /// Root mean squared errors of a calibration per axis, in the unit of the axis; `None` if there is no sample to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

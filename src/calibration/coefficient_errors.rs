@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::cross_validation::CrossValidation;
-use crate::calibration::linear_map::LinearMap;
+use crate::calibration::{cross_validation::CrossValidation, linear_map::LinearMap};
 
 /// Maximum number of features for which standard errors are computed. With more, the window would react too slowly to a
 /// slider.

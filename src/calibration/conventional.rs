@@ -4,13 +4,17 @@
 
 use rayon::prelude::*;
 
-use crate::calibration::linear::{Ridge, Terms, fit};
-use crate::calibration::linear_map::{LinearMap, PresentLoads};
-use crate::calibration::normal_equations::NormalEquations;
-use crate::calibration::sums::{Piece, recording_sums};
-use crate::features::{Design, FeatureSettings, GaugeScale};
-use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::{
+    calibration::{
+        linear::{Ridge, Terms, fit},
+        linear_map::{LinearMap, PresentLoads},
+        normal_equations::NormalEquations,
+        sums::{Piece, recording_sums},
+    },
+    features::{Design, FeatureSettings, GaugeScale},
+    progress::Progress,
+    recording::Recording,
+};
 
 /// Conventional calibration, and the shift and scale that standardise the gauges.
 #[derive(Clone, Debug, PartialEq)]

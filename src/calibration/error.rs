@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use crate::features::FeatureError;
-use crate::progress::Cancelled;
+use crate::{features::FeatureError, progress::Cancelled};
 
 /// Value of the field `format` of a calibration file.
 pub const FORMAT: &str = "loopscope calibration";

@@ -5,12 +5,16 @@
 //! does not affect later samples. If the clock is reset, all states start anew after [`STRAYS`] samples. Exported code
 //! behaves the same.
 
-use crate::calibration::calibration::{Calibration, learned_inputs};
-use crate::calibration::error::CalibrationError;
-use crate::calibration::learned::LearnedScratch;
-use crate::calibration::status::Status;
-use crate::features::{Design, FeatureStream, LiveLookBack};
-use crate::recording::gap::{LEAP_SECS, after_wrap};
+use crate::{
+    calibration::{
+        calibration::{Calibration, learned_inputs},
+        error::CalibrationError,
+        learned::LearnedScratch,
+        status::Status,
+    },
+    features::{Design, FeatureStream, LiveLookBack},
+    recording::gap::{LEAP_SECS, after_wrap},
+};
 
 /// Number of consecutive samples with implausible times after which the clock counts as reset.
 pub const STRAYS: u32 = 3;

@@ -2,8 +2,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::Axis;
-use crate::shown::counted;
+use crate::{recording::Axis, shown::counted};
 
 /// Numbers of held-out samples, and of the groups or test recordings to which they belong.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -3,10 +3,14 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::calibration::calibration::Calibration;
-use crate::calibration::error::CalibrationError;
-use crate::calibration::validate::{check_features, check_head};
-use crate::features::FeatureSettings;
+use crate::{
+    calibration::{
+        calibration::Calibration,
+        error::CalibrationError,
+        validate::{check_features, check_head},
+    },
+    features::FeatureSettings,
+};
 
 #[derive(Deserialize)]
 struct Head {

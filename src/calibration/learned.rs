@@ -1,8 +1,10 @@
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::error::CalibrationError;
-use crate::calibration::kernel::{Kernel, KernelScratch};
-use crate::calibration::network::Network;
+use crate::calibration::{
+    error::CalibrationError,
+    kernel::{Kernel, KernelScratch},
+    network::Network,
+};
 
 /// Nonlinear part of a calibration. From standardised features, it predicts the load, or the residual of a linear fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,8 +6,7 @@
 
 use faer::{Mat, Side};
 
-use crate::calibration::normal_equations::NormalEquations;
-use crate::features::ColumnKind;
+use crate::{calibration::normal_equations::NormalEquations, features::ColumnKind};
 
 /// A column counts as a linear combination of other columns if they leave at most this share of its squared length
 /// unexplained. Sums have relative rounding errors near 1e-15. A column whose unexplained part is 1e-6 of its length is kept.

@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::dot::dot;
-use crate::features::{Column, Design};
-use crate::recording::Recording;
-use crate::vectorised::vectorised;
+use crate::{
+    dot::dot,
+    features::{Column, Design},
+    recording::Recording,
+    vectorised::vectorised,
+};
 
 /// Load as a linear function of features: `load = matrix · features`, with one row per axis and one column per feature.
 ///

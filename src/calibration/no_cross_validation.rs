@@ -1,5 +1,4 @@
-use crate::calibration::settings::Learner;
-use crate::shown::counted;
+use crate::{calibration::settings::Learner, shown::counted};
 
 /// Reason why a calibration has no cross-validation errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

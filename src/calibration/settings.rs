@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::error::CalibrationError;
-use crate::calibration::kernel::KernelSettings;
-use crate::calibration::network::NetworkSettings;
-use crate::features::{FeatureSettings, HISTORY_RATE, Range, Setting, Unit};
+use crate::{
+    calibration::{error::CalibrationError, kernel::KernelSettings, network::NetworkSettings},
+    features::{FeatureSettings, HISTORY_RATE, Range, Setting, Unit},
+};
 
 /// Setting for the ridge strength of a linear fit.
 pub const RIDGE: Setting = Setting {

@@ -7,12 +7,13 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::calibration::linear_map::PresentLoads;
-use crate::calibration::normal_equations::NormalEquations;
-use crate::features::{Design, FeatureStream};
-use crate::lanes;
-use crate::progress::Progress;
-use crate::recording::{AuxiliaryTable, Recording};
+use crate::{
+    calibration::{linear_map::PresentLoads, normal_equations::NormalEquations},
+    features::{Design, FeatureStream},
+    lanes,
+    progress::Progress,
+    recording::{AuxiliaryTable, Recording},
+};
 
 /// Range of samples of one recording for which separate sums are computed.
 #[derive(Clone, Debug, PartialEq, Eq)]

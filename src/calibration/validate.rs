@@ -1,10 +1,14 @@
 //! Checks a calibration, which may have been edited by hand or made for another sensor.
 
-use crate::calibration::calibration::Calibration;
-use crate::calibration::entries::{check_length, check_numbers};
-use crate::calibration::error::{CalibrationError, FORMAT, LARGEST, VERSION};
-use crate::calibration::linear_map::LinearMap;
-use crate::features::{Column, FeatureSettings};
+use crate::{
+    calibration::{
+        calibration::Calibration,
+        entries::{check_length, check_numbers},
+        error::{CalibrationError, FORMAT, LARGEST, VERSION},
+        linear_map::LinearMap,
+    },
+    features::{Column, FeatureSettings},
+};
 
 impl Calibration {
     /// Checks all shapes, numbers and names of a calibration.

@@ -14,14 +14,16 @@ use super::reading::{Rated, ReadArgs};
 use super::run::{Run, Work, examples, make_directory};
 use super::traces::TraceArgs;
 use super::values::{named_file, number_in, one_of};
-use crate::calibration::Calibration;
-use crate::export::{
-    ReadCalibrationError, Together, name_gauges, names_gauges, read_with_notes, target_for,
-    write_atomically, write_loads_csv,
+use crate::{
+    calibration::Calibration,
+    export::{
+        ReadCalibrationError, Together, name_gauges, names_gauges, read_with_notes, target_for,
+        write_atomically, write_loads_csv,
+    },
+    features::Range,
+    import::live::RowForm,
+    recording::{Recording, Tare},
 };
-use crate::features::Range;
-use crate::import::live::RowForm;
-use crate::recording::{Recording, Tare};
 
 /// Compute the loads of recordings with a calibration: the uncompensated and the compensated load of each sample, as CSV.
 #[derive(Debug, Args)]

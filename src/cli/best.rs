@@ -17,14 +17,18 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
-use crate::engine::SEARCH_MINUTES;
-use crate::export::{Outline, Together, interrupt_stops};
-use crate::features::Range;
-use crate::progress::Progress;
-use crate::questions::errors::cold_start::worse_at_start;
-use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
-use crate::recording::identity::Identity;
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    engine::SEARCH_MINUTES,
+    export::{Outline, Together, interrupt_stops},
+    features::Range,
+    progress::Progress,
+    questions::{
+        AnalysisError, Best, Request, Search, WITHIN, errors::cold_start::worse_at_start,
+        find_best, train,
+    },
+    recording::identity::Identity,
+    scoring::score_set::ScoreSet,
+};
 
 /// Find the best model: fit many models, the fastest first, and compute their errors on recordings that were left out of the fit.
 #[derive(Debug, Args)]

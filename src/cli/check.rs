@@ -13,11 +13,17 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
 use super::values::named_file;
-use crate::finding::{Face, Verdict};
-use crate::questions::Request;
-use crate::questions::check::independent_loads::Sufficiency;
-use crate::questions::check::query::{CheckData, sufficiency};
-use crate::questions::check::sufficiency_tables;
+use crate::{
+    finding::{Face, Verdict},
+    questions::{
+        Request,
+        check::{
+            independent_loads::Sufficiency,
+            query::{CheckData, sufficiency},
+            sufficiency_tables,
+        },
+    },
+};
 
 /// Check the recordings: faults of the test rig, the range of the loads, and whether the recordings determine the model.
 #[derive(Debug, Args)]

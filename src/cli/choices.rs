@@ -9,15 +9,17 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use super::messages::Messages;
 use super::reading::Rated;
 use super::values::{List, one_of};
-use crate::calibration::{
-    CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,
-    Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SEED, UNITS,
+use crate::{
+    calibration::{
+        CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,
+        Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SEED, UNITS,
+    },
+    features::{
+        BLOCKS, Block, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Range, Setting, T_TH,
+        Thresholds, listed,
+    },
+    recording::RecordingSet,
 };
-use crate::features::{
-    BLOCKS, Block, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Range, Setting, T_TH,
-    Thresholds, listed,
-};
-use crate::recording::RecordingSet;
 
 const HEADING: &str = "Features";
 const REGRESSOR_HEADING: &str = "Regressor";

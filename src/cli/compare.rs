@@ -13,14 +13,14 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
 use super::values::named_file;
-use crate::calibration::{FitSettings, Regressor, Scores};
-use crate::export::write_atomically;
-use crate::questions::{
-    Candidate, Comparison, Model, ModelRow, compare, model_table, paper_candidates,
+use crate::{
+    calibration::{FitSettings, Regressor, Scores},
+    export::write_atomically,
+    questions::{Candidate, Comparison, Model, ModelRow, compare, model_table, paper_candidates},
+    recording::Axis,
+    report::{Cell, Table},
+    scoring::score_set::ScoreSet,
 };
-use crate::recording::Axis;
-use crate::report::{Cell, Table};
-use crate::scoring::score_set::ScoreSet;
 
 const DECIMATE_HELP: &str = "Use every N-th sample: 1 is pattern A of the paper of Koike et al. (2019), 10 its pattern B [default: both]. \
     If the recordings repeat several load programmes, the table has further rows for fits to the first programme alone (pattern C)";

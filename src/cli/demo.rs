@@ -9,10 +9,14 @@ use clap::builder::TypedValueParser;
 use super::error::JobError;
 use super::run::{Run, Work, examples, make_directory};
 use super::values::one_of;
-use crate::export::Together;
-use crate::formats::csv::write_csv;
-use crate::recording::Recording;
-use crate::recording::simulated::{self, Late};
+use crate::{
+    export::Together,
+    formats::csv::write_csv,
+    recording::{
+        Recording,
+        simulated::{self, Late},
+    },
+};
 
 const README: &str = "\
 These recordings are simulated by the program's built-in sensor; they are not measured.

@@ -5,11 +5,12 @@ use std::fmt;
 use std::io;
 use std::process::ExitCode;
 
-use crate::export::{TargetError, interrupted_code};
-use crate::finding::{Advice, Face};
-use crate::import::ReadError;
-use crate::import::map::MapFileError;
-use crate::recording::RecordingError;
+use crate::{
+    export::{TargetError, interrupted_code},
+    finding::{Advice, Face},
+    import::{ReadError, map::MapFileError},
+    recording::RecordingError,
+};
 
 #[derive(Debug)]
 pub enum JobError {

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use super::error::{JobError, failed};
 use super::run::Run;
-use crate::calibration::Calibration;
-use crate::export::{Outline, Together, add_calibration, caution, known_target};
-use crate::finding::Face;
-use crate::progress::Progress;
-use crate::questions::history::coarse_history;
-use crate::questions::{Request, handed_over};
-use crate::recording::identity::Identity;
+use crate::{
+    calibration::Calibration,
+    export::{Outline, Together, add_calibration, caution, known_target},
+    finding::Face,
+    progress::Progress,
+    questions::{Request, handed_over, history::coarse_history},
+    recording::identity::Identity,
+};
 
 /// Checks that each file name ends like an export format (such as `.json` or `.h`).
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {

@@ -17,25 +17,24 @@ use super::recordings::{FitArgs, FitInputs, keep_limits};
 use super::run::{Run, Work, examples};
 use super::traces::TraceArgs;
 use super::values::named_file;
-use crate::calibration::{
-    Calibration, EpochReport, FactoryScores, FitSettings, Quality, Regressor,
+use crate::{
+    calibration::{Calibration, EpochReport, FactoryScores, FitSettings, Quality, Regressor},
+    export::{Footprint, Outline, Together, listed_targets},
+    features::{Block as _, Blocks, Distance, FeatureSettings, Play},
+    finding::{Face, Finding, Id},
+    progress::Progress,
+    questions::{
+        Request, TrainingStep, analyse, check_limits, cross_validation_cost,
+        errors::{errors, factory_note},
+        expected_error::{
+            expected_error_table, limits::Checked, limits_table, query::expected_error,
+        },
+        findings, read_factory, settings_table, train,
+    },
+    recording::Axis,
+    report::Shown,
+    scoring::{numbers::significant, score_set::ScoreSet},
 };
-use crate::export::{Footprint, Outline, Together, listed_targets};
-use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
-use crate::finding::{Face, Finding, Id};
-use crate::progress::Progress;
-use crate::questions::errors::{errors, factory_note};
-use crate::questions::expected_error::limits::Checked;
-use crate::questions::expected_error::query::expected_error;
-use crate::questions::expected_error::{expected_error_table, limits_table};
-use crate::questions::{
-    Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, read_factory,
-    settings_table, train,
-};
-use crate::recording::Axis;
-use crate::report::Shown;
-use crate::scoring::numbers::significant;
-use crate::scoring::score_set::ScoreSet;
 
 /// Fit a conventional and a compensated calibration, and print the errors of both.
 #[derive(Debug, Args)]

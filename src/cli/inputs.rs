@@ -5,10 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{JobError, usage};
 use super::messages::Messages;
-use crate::import;
-use crate::progress::Progress;
-use crate::recording::Role;
-use crate::shown::listed;
+use crate::{import, progress::Progress, recording::Role, shown::listed};
 
 #[derive(Default)]
 pub struct Files<'a> {

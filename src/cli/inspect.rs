@@ -10,17 +10,20 @@ use super::inputs::Files;
 use super::reading::{ReadArgs, not_recording};
 use super::run::{Run, Work, examples};
 use super::values::named_file;
-use crate::export::write_atomically;
-use crate::finding::Face;
-use crate::formats;
-use crate::formats::text::Decimal;
-use crate::import::estimate_weight;
-use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
-use crate::import::map::ColumnRole;
-use crate::import::pose::WeightEstimate;
-use crate::recording::Axis;
-use crate::report::Table;
-use crate::shown::{and_more, counted, message, number, printable};
+use crate::{
+    export::write_atomically,
+    finding::Face,
+    formats::{self, text::Decimal},
+    import::{
+        estimate_weight,
+        inspect::{Check, Inspection, Known, TableReport, inspect},
+        map::ColumnRole,
+        pose::WeightEstimate,
+    },
+    recording::Axis,
+    report::Table,
+    shown::{and_more, counted, message, number, printable},
+};
 
 /// Show the columns of a file, the recordings that it would load, and any problems, and write a column map for the file.
 #[derive(Debug, Args)]

@@ -5,17 +5,20 @@ use std::path::Path;
 
 use super::error::JobError;
 use super::messages::Messages;
-use crate::calibration::{Calibration, Estimator, Status};
-use crate::export::{LiveSample, LoadRows, name_gauges};
-use crate::formats::text::ArrivingLines;
-use crate::import::ReadError;
-use crate::import::TableError;
-use crate::import::live::{
-    Arrived, GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places, Rejected,
-    RowForm,
+use crate::{
+    calibration::{Calibration, Estimator, Status},
+    export::{LiveSample, LoadRows, name_gauges},
+    formats::text::ArrivingLines,
+    import::{
+        ReadError, TableError,
+        live::{
+            Arrived, GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places,
+            Rejected, RowForm,
+        },
+        map::ColumnMap,
+    },
+    recording::{Axis, RecordingError, Tare},
 };
-use crate::import::map::ColumnMap;
-use crate::recording::{Axis, RecordingError, Tare};
 
 /// Status of a row that gets no load, because the rows are being averaged for a tare.
 const TARING: &str = "taring";

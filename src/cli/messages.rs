@@ -4,10 +4,12 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::{Mutex, MutexGuard};
 
-use crate::finding::{Face, Finding};
-use crate::panicked::locked;
-use crate::progress::Progress;
-use crate::shown;
+use crate::{
+    finding::{Face, Finding},
+    panicked::locked,
+    progress::Progress,
+    shown,
+};
 
 /// Writes a message to standard error. A failed write is ignored, because the exit code also reports an error.
 pub fn print_message(message: &dyn Display) {

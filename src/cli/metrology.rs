@@ -13,21 +13,25 @@ use super::reading::{Rated, ReadArgs};
 use super::recordings::MeasuringArgs;
 use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
-use crate::calibration::{AppliedLoads, Calibration, FitSettings};
-use crate::export::{read_with_notes, write_atomically};
-use crate::features::{Distance, FeatureSettings, Range, Thresholds};
-use crate::finding::Face;
-use crate::progress::Progress;
-use crate::questions::loops::TableOf;
-use crate::questions::metrology::{
-    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, lags_of,
-    table_by,
+use crate::{
+    calibration::{AppliedLoads, Calibration, FitSettings},
+    export::{read_with_notes, write_atomically},
+    features::{Distance, FeatureSettings, Range, Thresholds},
+    finding::Face,
+    progress::Progress,
+    questions::{
+        Request, analyse,
+        loops::TableOf,
+        metrology::{
+            Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, lags_of,
+            table_by,
+        },
+    },
+    recording::{Recording, Role, simulated},
+    report::Shown,
+    scoring::loops::{LoadExtent, extents_of, extents_of_set},
+    shown::counted,
 };
-use crate::questions::{Request, analyse};
-use crate::recording::{Recording, Role, simulated};
-use crate::report::Shown;
-use crate::scoring::loops::{LoadExtent, extents_of, extents_of_set};
-use crate::shown::counted;
 
 /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
 #[derive(Debug, Args)]

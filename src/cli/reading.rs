@@ -9,17 +9,19 @@ use super::error::{JobError, failed, usage};
 use super::inputs::Input;
 use super::run::Run;
 use super::values::{named_file, number_in};
-use crate::engine::Session;
-use crate::export::read_with_notes;
-use crate::features::Range;
-use crate::finding::Finding;
-use crate::import;
-use crate::import::map::ColumnMap;
-use crate::progress::Progress;
-use crate::recording::identity::rate;
-use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange};
-use crate::scoring::faults::{Faults, faults, faults_of};
-use crate::shown::and_more;
+use crate::{
+    engine::Session,
+    export::read_with_notes,
+    features::Range,
+    finding::Finding,
+    import::{self, map::ColumnMap},
+    progress::Progress,
+    recording::{
+        Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange, identity::rate,
+    },
+    scoring::faults::{Faults, faults, faults_of},
+    shown::and_more,
+};
 
 /// Maximum number of faulty recordings of one file that are reported one by one. Further ones are only counted.
 const LISTED_FAULTY: usize = 8;

@@ -11,11 +11,18 @@ use super::inputs::Files;
 use super::reading::{Rated, ReadArgs};
 use super::run::Run;
 use super::values::named_file;
-use crate::calibration::FitSettings;
-use crate::questions::expected_error::limits::{Checked, Limits};
-use crate::questions::metrology::MetrologySettings;
-use crate::recording::identity::{SensorFile, rate};
-use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
+use crate::{
+    calibration::FitSettings,
+    questions::{
+        expected_error::limits::{Checked, Limits},
+        metrology::MetrologySettings,
+    },
+    recording::{
+        Axis, Entry, GroupPattern, RecordingSet, Role,
+        identity::{SensorFile, rate},
+        simulated,
+    },
+};
 
 /// Command-line arguments that name recordings and give them roles (training or test).
 #[derive(Clone, Debug, Args)]

@@ -10,9 +10,14 @@ use super::inputs::Files;
 use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits};
 use super::run::{Run, Work, examples};
 use super::values::named_file;
-use crate::questions::page::{ReportRequest, report, write_report};
-use crate::questions::{Request, read_factory};
-use crate::recording::simulated;
+use crate::{
+    questions::{
+        Request,
+        page::{ReportRequest, report, write_report},
+        read_factory,
+    },
+    recording::simulated,
+};
 
 /// Fit a calibration and write a report with tables and figures as one HTML file.
 #[derive(Debug, Args)]

@@ -9,9 +9,7 @@ use serde::Serialize;
 use super::error::{JobError, failed};
 use super::inputs::{Files, Inputs};
 use super::messages::Messages;
-use crate::export::check_targets;
-use crate::progress::Progress;
-use crate::shown::printable;
+use crate::{export::check_targets, progress::Progress, shown::printable};
 
 pub trait Work {
     /// Returns the input and output files that the arguments of the command name.

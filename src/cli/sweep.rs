@@ -15,19 +15,22 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
 use super::values::{List, named_file, one_of};
-use crate::calibration::Scores;
-use crate::export::Together;
-use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
-use crate::questions::thresholds::{
-    Along, GridError, Measure, MeasureScale, PastAges, ShownFTh, Suggestion, ThresholdGrid,
-    ThresholdMap, even_values, threshold_heat_map, write_threshold_csv, write_threshold_svg,
+use crate::{
+    calibration::Scores,
+    export::Together,
+    features::{BLOCKS, Distance, Setting, Thresholds, listed},
+    questions::{
+        BlockSuggestion, HistoryBlock, Request, Study,
+        thresholds::{
+            Along, GridError, Measure, MeasureScale, PastAges, ShownFTh, Suggestion, ThresholdGrid,
+            ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
+            write_threshold_svg,
+        },
+    },
+    recording::Axis,
+    report::{Cell, Column, Table},
+    scoring::{mean_hysteresis::MeanHysteresis, numbers::significant, score_set::ScoreSet},
 };
-use crate::questions::{BlockSuggestion, HistoryBlock, Request, Study};
-use crate::recording::Axis;
-use crate::report::{Cell, Column, Table};
-use crate::scoring::mean_hysteresis::MeanHysteresis;
-use crate::scoring::numbers::significant;
-use crate::scoring::score_set::ScoreSet;
 
 /// Fit a calibration at each pair of force threshold F_th and time threshold t_th, print or draw the errors, and suggest a
 /// pair.

@@ -6,11 +6,13 @@ use clap::Args;
 
 use super::error::{JobError, failed, usage};
 use super::values::named_file;
-use crate::calibration::Calibration;
-use crate::export::{FileFormat, TRACE_FORMATS, Together, write_traces};
-use crate::progress::Progress;
-use crate::questions::intervals_within;
-use crate::recording::Recording;
+use crate::{
+    calibration::Calibration,
+    export::{FileFormat, TRACE_FORMATS, Together, write_traces},
+    progress::Progress,
+    questions::intervals_within,
+    recording::Recording,
+};
 
 #[derive(Debug, Args)]
 pub struct TraceArgs {

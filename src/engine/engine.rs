@@ -12,39 +12,44 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-use crate::calibration::Calibration;
-use crate::engine::files::{Opened, OpenedFile};
-use crate::engine::importing::{self, ImportCommand, Importing, Preview};
-use crate::engine::lanes::{ANYONE, Asked, Asker, Lanes};
-use crate::engine::live::{Current, Follow};
-use crate::engine::models::{ModelChange, Models};
-use crate::engine::notice::{Level, Notice};
-use crate::engine::preferences::Preferences;
-use crate::engine::project::{Edit, Project, SessionFile, Split};
-use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
-use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
-use crate::engine::saving::{Doubt, Existing, FileContent, Output, Unwritten};
-use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
-use crate::engine::task::{Done, Task};
-use crate::engine::tasks::{Files, InTurn, Tasks};
-use crate::engine::undo::History;
-use crate::export::known_target;
-use crate::features::Thresholds;
-use crate::finding::Face;
-use crate::panicked::locked;
-use crate::questions::check::query::{FaultyRecording, FindFaults};
-use crate::questions::errors::query::Analyse;
-use crate::questions::loops::{LookRequest, Question};
-use crate::questions::models::asked::{OnTrained, Train, Trained, TryModels};
-use crate::questions::page::ReportRequest;
-use crate::questions::question::Query;
-use crate::questions::thresholds::Measure;
-use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
-use crate::questions::{
-    Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
+use crate::{
+    calibration::Calibration,
+    engine::{
+        files::{Opened, OpenedFile},
+        importing::{self, ImportCommand, Importing, Preview},
+        lanes::{ANYONE, Asked, Asker, Lanes},
+        live::{Current, Follow},
+        models::{ModelChange, Models},
+        notice::{Level, Notice},
+        preferences::Preferences,
+        project::{Edit, Project, SessionFile, Split},
+        query::{Background, Lane, LaneEvent, Notify, Running},
+        recovery::{LeftSession, Recovery, Unsaved, drop_left},
+        saving::{Doubt, Existing, FileContent, Output, Unwritten},
+        session::{OpenedSession, Session, SessionPart, add_parts, trained_beside},
+        task::{Done, Task},
+        tasks::{Files, InTurn, Tasks},
+        undo::History,
+    },
+    export::known_target,
+    features::Thresholds,
+    finding::Face,
+    panicked::locked,
+    questions::{
+        Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
+        check::query::{FaultyRecording, FindFaults},
+        errors::query::Analyse,
+        loops::{LookRequest, Question},
+        models::asked::{OnTrained, Train, Trained, TryModels},
+        page::ReportRequest,
+        question::Query,
+        thresholds::{
+            Measure,
+            asked::{ChooseBlock, StudyThresholds},
+        },
+    },
+    recording::{Entry, RecordingSet, Role, Tare, simulated::Late},
 };
-use crate::recording::simulated::Late;
-use crate::recording::{Entry, RecordingSet, Role, Tare};
 
 pub(super) const MAX_NOTICES: usize = 200;
 

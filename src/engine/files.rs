@@ -3,16 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::engine::project::{Edit, FromFile};
-use crate::engine::session::{OpenedSession, Session};
-use crate::export::{names_gauges, read_with_notes, target_for};
-use crate::finding::{Advice, Face, Finding, Id};
-use crate::import;
-use crate::import::map::ColumnMap;
-use crate::import::{Loaded, ReadError};
-use crate::progress::Progress;
-use crate::questions::question::Unanswered;
-use crate::shown::file_name;
+use crate::{
+    engine::{
+        project::{Edit, FromFile},
+        session::{OpenedSession, Session},
+    },
+    export::{names_gauges, read_with_notes, target_for},
+    finding::{Advice, Face, Finding, Id},
+    import::{self, Loaded, ReadError, map::ColumnMap},
+    progress::Progress,
+    questions::question::Unanswered,
+    shown::file_name,
+};
 
 #[derive(Clone, Debug)]
 pub enum Opened {

@@ -3,13 +3,17 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::formats::text::TextLayout;
-use crate::import::ReadError;
-use crate::import::inspect::{Inspection, Known, Question, inspect};
-use crate::import::map::{ColumnMap, ColumnRole, TableMap};
-use crate::import::pose::WeightEstimate;
-use crate::questions::question::{Answered, Query, Unanswered, Work};
-use crate::shown::{counted, file_name, first};
+use crate::{
+    formats::text::TextLayout,
+    import::{
+        ReadError,
+        inspect::{Inspection, Known, Question, inspect},
+        map::{ColumnMap, ColumnRole, TableMap},
+        pose::WeightEstimate,
+    },
+    questions::question::{Answered, Query, Unanswered, Work},
+    shown::{counted, file_name, first},
+};
 
 const MAX_NAMED: usize = 8;
 

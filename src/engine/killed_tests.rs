@@ -6,12 +6,16 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::engine::preferences::PreferencesFile;
-use crate::engine::project::Project;
-use crate::engine::recovery::{Recovery, Unsaved};
-use crate::engine::saving::FileContent;
-use crate::engine::session::Session;
-use crate::progress::Progress;
+use crate::{
+    engine::{
+        preferences::PreferencesFile,
+        project::Project,
+        recovery::{Recovery, Unsaved},
+        saving::FileContent,
+        session::Session,
+    },
+    progress::Progress,
+};
 
 /// Environment variable with the folder for the program that is killed.
 const FOLDER: &str = "LOOPSCOPE_TEST_WRITES_INTO";

@@ -4,8 +4,10 @@
 
 use std::any::Any;
 
-use crate::engine::query::{Background, Lane, Notify, Running};
-use crate::questions::question::Query;
+use crate::{
+    engine::query::{Background, Lane, Notify, Running},
+    questions::question::Query,
+};
 
 /// Name of the pane that asks. Answers to different askers do not replace each other. Most types of requests have only one
 /// asker, [`ANYONE`].

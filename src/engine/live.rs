@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::calibration::{Calibration, Estimator};
-use crate::import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places};
-use crate::panicked::locked;
-use crate::progress::Progress;
-use crate::questions::question::{Query, Unanswered, Work};
-use crate::recording::Axis;
-use crate::same::same_where;
-use crate::scoring::series::Series;
+use crate::{
+    calibration::{Calibration, Estimator},
+    import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places},
+    panicked::locked,
+    progress::Progress,
+    questions::question::{Query, Unanswered, Work},
+    recording::Axis,
+    same::same_where,
+    scoring::series::Series,
+};
 
 const SHOWN_SECS: f64 = 60.0;
 const PERIOD: Duration = Duration::from_millis(100);

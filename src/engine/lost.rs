@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::engine::project::SessionFile;
-use crate::export::sha256;
+use crate::{engine::project::SessionFile, export::sha256};
 
 struct Claim {
     of: usize,

@@ -5,15 +5,18 @@
 
 use std::sync::{Arc, Weak};
 
-use crate::calibration::{Calibration, FitSettings, Regressor};
-use crate::engine::project::Project;
-use crate::questions::models::asked::{List, TryModels};
-use crate::questions::{
-    Best, Candidate, Comparison, Mark, Model, ModelRow, model_table, paper_candidates,
+use crate::{
+    calibration::{Calibration, FitSettings, Regressor},
+    engine::project::Project,
+    questions::{
+        Best, Candidate, Comparison, Mark, Model, ModelRow, model_table,
+        models::asked::{List, TryModels},
+        paper_candidates,
+    },
+    recording::RecordingSet,
+    report::{Cell, Table},
+    scoring::score_set::ScoreSet,
 };
-use crate::recording::RecordingSet;
-use crate::report::{Cell, Table};
-use crate::scoring::score_set::ScoreSet;
 
 /// Default time limit of a search (min), after which no further model is started.
 pub const SEARCH_MINUTES: f64 = 10.0;

@@ -10,9 +10,11 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::export::{WriteError, write_atomically};
-use crate::import::map::ColumnMap;
-use crate::small_file::read_small;
+use crate::{
+    export::{WriteError, write_atomically},
+    import::map::ColumnMap,
+    small_file::read_small,
+};
 
 /// Colour theme of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

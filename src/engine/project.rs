@@ -9,19 +9,19 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{Calibration, FitSettings};
-use crate::export::{name_gauges, names_gauges};
-use crate::features::{Distance, Thresholds};
-use crate::import::map::ColumnMap;
-use crate::questions::metrology::MetrologySettings;
-use crate::questions::{BlockSuggestion, Datasets, Request, View};
-use crate::recording::identity::rate;
-use crate::recording::{
-    Axis, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
-    ValidRange, load_ranges,
+use crate::{
+    calibration::{Calibration, FitSettings},
+    export::{name_gauges, names_gauges},
+    features::{Distance, Thresholds},
+    import::map::ColumnMap,
+    questions::{BlockSuggestion, Datasets, Request, View, metrology::MetrologySettings},
+    recording::{
+        Axis, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
+        ValidRange, identity::rate, load_ranges,
+    },
+    same::same_where,
+    scoring::numbers::round_step,
 };
-use crate::same::same_where;
-use crate::scoring::numbers::round_step;
 
 /// Default force threshold F_th, as a share of the range of the force. It is near the 3 N for a range of 22 N of Koike et al.
 /// (2019).

@@ -13,9 +13,11 @@ use std::time::{Duration, Instant};
 
 use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
-use crate::panicked::{caught, locked};
-use crate::progress::Progress;
-use crate::questions::question::{PATIENCE, Query, Unanswered, Work};
+use crate::{
+    panicked::{caught, locked},
+    progress::Progress,
+    questions::question::{PATIENCE, Query, Unanswered, Work},
+};
 
 /// Priority of background threads, from 0 to 99. It is so low that a busy processor draws the window first. It is a niceness
 /// of 10 on Linux.

@@ -11,13 +11,17 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::calibration::{Calibration, FitSettings};
-use crate::engine::project::Project;
-use crate::engine::session::{Session, trained_beside, write_session};
-use crate::export::clean_up_in;
-use crate::panicked::locked;
-use crate::recording::RecordingSet;
-use crate::same::same_where;
+use crate::{
+    calibration::{Calibration, FitSettings},
+    engine::{
+        project::Project,
+        session::{Session, trained_beside, write_session},
+    },
+    export::clean_up_in,
+    panicked::locked,
+    recording::RecordingSet,
+    same::same_where,
+};
 
 const EVERY: Duration = Duration::from_secs(30);
 /// Prefix of the names of autosave files and of their lock files.

@@ -3,17 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, Undetermined};
-use crate::engine::session::{Session, write_session};
-use crate::export::{
-    FileFormat, TARGETS, TRACE_FORMATS, Together, WriteError, caution, write_atomically,
-    write_calibration, write_traces,
+use crate::{
+    calibration::{Calibration, Undetermined},
+    engine::session::{Session, write_session},
+    export::{
+        FileFormat, TARGETS, TRACE_FORMATS, Together, WriteError, caution, write_atomically,
+        write_calibration, write_traces,
+    },
+    progress::Progress,
+    questions::{
+        OnScreen, Request, handed_over,
+        page::{ReportRequest, report, write_report},
+        thresholds::{MAP_FORMATS, Measure, ThresholdMap, map_format},
+    },
+    report::Table,
 };
-use crate::progress::Progress;
-use crate::questions::page::{ReportRequest, report, write_report};
-use crate::questions::thresholds::{MAP_FORMATS, Measure, ThresholdMap, map_format};
-use crate::questions::{OnScreen, Request, handed_over};
-use crate::report::Table;
 
 /// Content to be written to one or several files.
 #[derive(Clone, Debug)]

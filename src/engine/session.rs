@@ -11,22 +11,22 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{Calibration, UsedRecording};
-use crate::engine::lost::{self, is_another};
-use crate::engine::notice::{Level, Notice};
-use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
-use crate::export::{
-    Together, WriteError, add_calibration, read_calibration, sha256, with_sources,
+use crate::{
+    calibration::{Calibration, UsedRecording},
+    engine::{
+        lost::{self, is_another},
+        notice::{Level, Notice},
+        project::{Edit, FromFile, Project, SessionFile, Split},
+    },
+    export::{Together, WriteError, add_calibration, read_calibration, sha256, with_sources},
+    finding::{Advice, Face},
+    import::{self, Loaded},
+    progress::Progress,
+    questions::View,
+    recording::{Recording, RecordingSet, Source, Tare, ValidRange, simulated::Late},
+    scoring::faults::faults_of,
+    small_file::read_small,
 };
-use crate::finding::{Advice, Face};
-use crate::import;
-use crate::import::Loaded;
-use crate::progress::Progress;
-use crate::questions::View;
-use crate::recording::simulated::Late;
-use crate::recording::{Recording, RecordingSet, Source, Tare, ValidRange};
-use crate::scoring::faults::faults_of;
-use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;

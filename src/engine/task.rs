@@ -3,24 +3,30 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings};
-use crate::engine::files::{OpenedFile, open_all};
-use crate::engine::lost::find;
-use crate::engine::project::SessionFile;
-use crate::engine::saving::{Existing, FileContent, Output, Unwritten};
-use crate::engine::session::{OpenedSession, SessionPart, prove_trained};
-use crate::export::{TargetError, check_targets};
-use crate::finding::{Advice, Face};
-use crate::import;
-use crate::import::map::ColumnMap;
-use crate::import::pose::WeightEstimate;
-use crate::progress::Progress;
-use crate::questions::Model;
-use crate::questions::question::{Answered, Query, Unanswered, Work};
-use crate::recording::simulated::Late;
-use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
-use crate::scoring::faults::faults_of;
-use crate::shown::file_name;
+use crate::{
+    calibration::{Calibration, FitSettings},
+    engine::{
+        files::{OpenedFile, open_all},
+        lost::find,
+        project::SessionFile,
+        saving::{Existing, FileContent, Output, Unwritten},
+        session::{OpenedSession, SessionPart, prove_trained},
+    },
+    export::{TargetError, check_targets},
+    finding::{Advice, Face},
+    import::{self, map::ColumnMap, pose::WeightEstimate},
+    progress::Progress,
+    questions::{
+        Model,
+        question::{Answered, Query, Unanswered, Work},
+    },
+    recording::{
+        Entry, Recording, RecordingSet, Tare, ValidRange,
+        simulated::{self, Late},
+    },
+    scoring::faults::faults_of,
+    shown::file_name,
+};
 
 #[derive(Clone)]
 pub struct Task {

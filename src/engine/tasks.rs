@@ -5,11 +5,14 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::engine::query::{Background as _, Lane, Notify, Running};
-use crate::engine::task::{Done, Task};
-use crate::import::map::ColumnMap;
-use crate::recording::simulated::Late;
-use crate::recording::{Recording, Tare};
+use crate::{
+    engine::{
+        query::{Background as _, Lane, Notify, Running},
+        task::{Done, Task},
+    },
+    import::map::ColumnMap,
+    recording::{Recording, Tare, simulated::Late},
+};
 
 /// Files to read, each with the column map by which it is read; `None` if the columns are detected.
 pub type Files = Vec<(PathBuf, Option<ColumnMap>)>;

@@ -8,38 +8,44 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::calibration::{Calibration, FitSettings, Regressor};
-use crate::engine::engine::{Action, Engine, Leaving, MAX_NOTICES};
-use crate::engine::files::{Opened, OpenedFile};
-use crate::engine::importing::ImportCommand;
-use crate::engine::models::{ModelChange, Row};
-use crate::engine::notice::{Level, Notice};
-use crate::engine::project::{Edit, FromFile, Project, SessionFile};
-use crate::engine::query::Background as _;
-use crate::engine::recovery::LeftSession;
-use crate::engine::saving::{Doubt, Existing, FileContent};
-use crate::engine::session::{OpenedSession, Session, SessionPart};
-use crate::engine::task::Done;
-use crate::export::{read_calibration, with_sources};
-use crate::features::{Creep, Play, Thresholds};
-use crate::finding::{Finding, Id, Place, Verdict};
-use crate::formats::stuck;
-use crate::import::Loaded;
-use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
-use crate::progress::Progress;
-use crate::questions::Mark;
-use crate::questions::loops::query::LookAt;
-use crate::questions::loops::{Question, TableOf};
-use crate::questions::metrology::MetrologySettings;
-use crate::questions::models::asked::Train;
-use crate::questions::question::Query;
-use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
-use crate::questions::{Analysis, View, analyse};
-use crate::recording::simulated::Late;
-use crate::recording::{
-    Axis, Entry, GaugeRange, Identity, Item, Recording, RecordingSet, Role, Source, Tare,
+use crate::{
+    calibration::{Calibration, FitSettings, Regressor},
+    engine::{
+        engine::{Action, Engine, Leaving, MAX_NOTICES},
+        files::{Opened, OpenedFile},
+        importing::ImportCommand,
+        models::{ModelChange, Row},
+        notice::{Level, Notice},
+        project::{Edit, FromFile, Project, SessionFile},
+        query::Background as _,
+        recovery::LeftSession,
+        saving::{Doubt, Existing, FileContent},
+        session::{OpenedSession, Session, SessionPart},
+        task::Done,
+    },
+    export::{read_calibration, with_sources},
+    features::{Creep, Play, Thresholds},
+    finding::{Finding, Id, Place, Verdict},
+    formats::stuck,
+    import::{
+        Loaded,
+        map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule},
+    },
+    progress::Progress,
+    questions::{
+        Analysis, Mark, View, analyse,
+        loops::{Question, TableOf, query::LookAt},
+        metrology::MetrologySettings,
+        models::asked::Train,
+        question::Query,
+        thresholds::asked::{ChooseBlock, StudyThresholds},
+    },
+    recording::{
+        Axis, Entry, GaugeRange, Identity, Item, Recording, RecordingSet, Role, Source, Tare,
+        simulated::Late,
+    },
+    scoring::score_set::ScoreSet,
 };
-use crate::scoring::score_set::ScoreSet;
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
 pub(super) const GAUGES: [&str; 3] = ["S1", "S2", "S3"];

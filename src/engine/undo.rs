@@ -3,8 +3,7 @@
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
-use crate::engine::project::Project;
-use crate::recording::Recording;
+use crate::{engine::project::Project, recording::Recording};
 
 const MAX_STEPS: usize = 100;
 /// Maximum amount of memory for undo, as a count of numbers (8 bytes each, so 2 GB) in recordings that only undo steps use.

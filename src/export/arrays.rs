@@ -3,8 +3,10 @@
 use super::code::input_by_input;
 use super::fields::{Value, fields};
 use super::target::Export;
-use crate::calibration::{Kernel, Learned, Network};
-use crate::formats::{Array, Entry};
+use crate::{
+    calibration::{Kernel, Learned, Network},
+    formats::{Array, Entry},
+};
 
 /// Returns all arrays of a calibration except the kernel's uncertainty band. The weights of a network layer have one row per
 /// input, for `values @ weights + biases`.

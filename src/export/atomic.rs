@@ -13,8 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-use crate::panicked::locked;
-use crate::progress::Progress;
+use crate::{panicked::locked, progress::Progress};
 
 /// Prefix and suffix of the names of temporary files. Between them are the name of the final file and some random letters.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use super::target::{Refusal, of_target};
 use super::targets::{self, TARGETS, asks_for_folder, target_for};
-use crate::calibration::Calibration;
-use crate::export::atomic::{Together, WriteError};
-use crate::shown::joined;
-use crate::small_file::read_small;
+use crate::{
+    calibration::Calibration,
+    export::atomic::{Together, WriteError},
+    shown::joined,
+    small_file::read_small,
+};
 
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
 

@@ -3,10 +3,12 @@
 
 use std::borrow::Cow;
 
-use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
-use crate::features::AuxiliaryChannel;
-use crate::scoring::numbers::significant;
-use crate::shown::{first, joined};
+use crate::{
+    calibration::{Calibration, Learned, Scores, UsedRecording},
+    features::AuxiliaryChannel,
+    scoring::numbers::significant,
+    shown::{first, joined},
+};
 
 const NAMED_RECORDINGS: usize = 40;
 

@@ -2,8 +2,10 @@
 //! hold networks and kernels.
 
 use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Text, Texts};
-use crate::calibration::{Calibration, LinearMap, Scores};
-use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
+use crate::{
+    calibration::{Calibration, LinearMap, Scores},
+    features::{AuxiliaryChannel, Setting, Stored, Thresholds},
+};
 
 pub(super) struct Field {
     /// Name of the group of parts that this part belongs to; empty for parts of the calibration itself.

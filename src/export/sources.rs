@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::calibration::{Calibration, UsedRecording};
-use crate::export::hash::sha256;
-use crate::recording::{RecordingSet, Role};
-use crate::shown::file_name;
+use crate::{
+    calibration::{Calibration, UsedRecording},
+    export::hash::sha256,
+    recording::{RecordingSet, Role},
+    shown::file_name,
+};
 
 /// Returns every recording of a set with its role, the name of its file, and the present SHA-256 of the file. Each file is
 /// read once, even for several recordings. A file that cannot be read has no hash.

@@ -5,9 +5,11 @@ use std::error::Error;
 use std::io;
 
 use super::facts::{Fact, facts};
-use crate::calibration::{Calibration, FitSettings};
-use crate::features::FeatureSettings;
-use crate::recording::{Axis, Layout};
+use crate::{
+    calibration::{Calibration, FitSettings},
+    features::FeatureSettings,
+    recording::{Axis, Layout},
+};
 
 /// Reason why a calibration cannot be written in a format, or why a file is not a calibration.
 pub type Refusal = Box<dyn Error + Send + Sync>;

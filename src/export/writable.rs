@@ -5,8 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::atomic::{check_writable, folder_of};
-use crate::export::atomic::WriteError;
-use crate::finding::{Advice, Way};
+use crate::{
+    export::atomic::WriteError,
+    finding::{Advice, Way},
+};
 
 #[derive(Debug, thiserror::Error)]
 pub enum TargetError {

@@ -1,10 +1,12 @@
 use std::fmt;
 
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::gauge_scale::GaugeScale;
-use crate::features::monomial::Monomial;
-use crate::features::setting::Setting;
-use crate::features::source::{Rows, Source};
+use crate::features::{
+    channel::AuxiliaryChannel,
+    gauge_scale::GaugeScale,
+    monomial::Monomial,
+    setting::Setting,
+    source::{Rows, Source},
+};
 
 /// Feature block: one kind of regression columns that are added to the present gauges. Its [`Setting`] is a list of values,
 /// such as time constants.

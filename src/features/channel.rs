@@ -4,8 +4,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::min_max::MinMax;
-use crate::recording::{Recording, span};
+use crate::{
+    min_max::MinMax,
+    recording::{Recording, span},
+};
 
 /// Minimum change of a channel over the training recordings, as a share of its largest absolute value. A channel that changes
 /// less counts as constant and is not used.

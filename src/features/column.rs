@@ -4,8 +4,10 @@
 
 use std::fmt;
 
-use crate::features::block::{Appends, Block};
-use crate::features::monomial::Monomial;
+use crate::features::{
+    block::{Appends, Block},
+    monomial::Monomial,
+};
 
 /// Origin of a set of past gauge values (one value per gauge, from before the present sample).
 #[derive(Clone, Copy, Debug, PartialEq)]

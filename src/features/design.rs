@@ -5,12 +5,16 @@
 
 use std::ops::Range;
 
-use crate::dot::dot;
-use crate::features::block::{Appends, Block, Inputs, Stream};
-use crate::features::column::{Column, ColumnKind, History};
-use crate::features::gauge_scale::GaugeScale;
-use crate::features::look_back::Thresholds;
-use crate::features::settings::{Blocks, FeatureSettings};
+use crate::{
+    dot::dot,
+    features::{
+        block::{Appends, Block, Inputs, Stream},
+        column::{Column, ColumnKind, History},
+        gauge_scale::GaugeScale,
+        look_back::Thresholds,
+        settings::{Blocks, FeatureSettings},
+    },
+};
 
 /// Feature block in use, with the indices of the columns that it appends to the design matrix.
 pub struct OfBlock {

@@ -3,8 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::lanes;
-use crate::recording::Recording;
+use crate::{lanes, recording::Recording};
 
 /// Minimum standard deviation of a gauge, as a share of its largest absolute value. A smaller deviation is rounding noise,
 /// and the gauge counts as constant.

@@ -5,12 +5,14 @@ use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Value, from_value};
 
-use crate::features::block::{Appends, Block};
-use crate::features::blocks::{Auxiliary, BLOCKS};
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::column::{Column, History};
-use crate::features::look_back::{Distance, F_TH, T_TH, Thresholds};
-use crate::features::setting::{FeatureError, MAX_COLUMNS};
+use crate::features::{
+    block::{Appends, Block},
+    blocks::{Auxiliary, BLOCKS},
+    channel::AuxiliaryChannel,
+    column::{Column, History},
+    look_back::{Distance, F_TH, T_TH, Thresholds},
+    setting::{FeatureError, MAX_COLUMNS},
+};
 
 /// Key of the auxiliary channels in calibration and session files.
 const CHANNELS: &str = "auxiliary_channels";

@@ -11,8 +11,7 @@
 
 use serde::Serialize;
 
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::gauge_scale::GaugeScale;
+use crate::features::{channel::AuxiliaryChannel, gauge_scale::GaugeScale};
 
 /// Gauges and auxiliary channels of a calibration, as the source code of a feature block needs them.
 #[derive(Clone, Copy, Debug)]

@@ -17,9 +17,11 @@ use std::collections::HashMap;
 
 use super::columns::{Column, Columns};
 use super::format::COLUMN_LIMIT;
-use crate::formats::column_name::{is_gauge_name, is_one_of, is_time_name};
-use crate::recording::Axis;
-use crate::shown::joined;
+use crate::{
+    formats::column_name::{is_gauge_name, is_one_of, is_time_name},
+    recording::Axis,
+    shown::joined,
+};
 
 /// Names of arrays that hold gauges, in lower case, besides the names that columns of gauges have.
 const GAUGES: &str = "gauges channels strains sensors signals volts";

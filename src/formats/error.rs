@@ -1,9 +1,11 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::panicked::Panicked;
-use crate::progress::Cancelled;
-use crate::shown::{listed, message, shown};
+use crate::{
+    panicked::Panicked,
+    progress::Cancelled,
+    shown::{listed, message, shown},
+};
 
 /// Reason why a file of numbers cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -10,8 +10,7 @@ use super::error::FileError;
 use super::format::{Format, Source};
 use super::json_lines::{self, LineKeys};
 use super::text::{Encoding, Head, TextFile, TextLayout};
-use crate::panicked;
-use crate::progress::Progress;
+use crate::{panicked, progress::Progress};
 
 /// Number of first bytes that are read to detect the format: the signature, and the name of an archive's first file.
 const SIGNATURE_BYTES: u64 = 512;

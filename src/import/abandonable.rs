@@ -7,8 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::import::error::ReadError;
-use crate::progress::Progress;
+use crate::{import::error::ReadError, progress::Progress};
 
 /// Time between two checks whether the work was cancelled.
 const CHECK_EVERY: Duration = Duration::from_millis(20);

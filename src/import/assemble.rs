@@ -10,12 +10,14 @@ use super::plan::{Plan, TimeScale, Use};
 use super::rows::Rows;
 use super::two_clocks::Table;
 use super::warning::{Cause, Findings, Trouble};
-use crate::finding::Id;
-use crate::import::error::{ReadError, TableError};
-use crate::import::timeline;
-use crate::recording;
-use crate::recording::units::TimeUnit;
-use crate::recording::{Recording, Source};
+use crate::{
+    finding::Id,
+    import::{
+        error::{ReadError, TableError},
+        timeline,
+    },
+    recording::{self, Recording, Source, units::TimeUnit},
+};
 
 /// Maximum number of recordings in a file. With more recordings, the column that was chosen as time cannot hold times.
 const RECORDING_LIMIT: usize = 50_000;

@@ -6,10 +6,9 @@ use std::path::Path;
 use super::inspect::{Known, inspect};
 use super::tests::TestFile;
 use super::*;
-use crate::formats::text::TextLayout;
-use crate::import::map::ColumnMap;
-use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::{
+    formats::text::TextLayout, import::map::ColumnMap, progress::Progress, recording::Recording,
+};
 
 /// Returns the error of reading a file, or its warnings.
 fn messages(content: impl AsRef<[u8]>) -> String {

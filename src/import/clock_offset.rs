@@ -9,9 +9,7 @@
 use serde::Serialize;
 
 use super::join::Series;
-use crate::dot::dot;
-use crate::min_max::MinMax;
-use crate::recording::gap::median_step;
+use crate::{dot::dot, min_max::MinMax, recording::gap::median_step};
 
 /// Minimum number of samples of the gauges, and of the reference.
 const FEWEST_SAMPLES: usize = 16;

@@ -4,9 +4,10 @@ use serde::Serialize;
 
 use super::names::form_of_column;
 use super::rows::is_overload;
-use crate::formats::text::Head;
-use crate::formats::{Cell, Opened, Sample};
-use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
+use crate::{
+    formats::{Cell, Opened, Sample, text::Head},
+    import::map::{ColumnRole, ColumnRule, Header, TableMap},
+};
 
 const SHOWN_VALUES: usize = 3;
 /// Minimum share (%) of rows in which the values increase, for a column to be taken for a time.

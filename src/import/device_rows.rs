@@ -8,12 +8,11 @@ use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
-use crate::formats::text::cells::Cells;
-use crate::formats::text::times::TimeForm;
-use crate::formats::text::{Delimiter, TextLayout, stamped};
-use crate::import::timeline;
-use crate::recording::gap::median_step;
-use crate::recording::units::TimeUnit;
+use crate::{
+    formats::text::{Delimiter, TextLayout, cells::Cells, stamped, times::TimeForm},
+    import::timeline,
+    recording::{gap::median_step, units::TimeUnit},
+};
 
 /// Minimum time step (s) between two rows. It is used for rows that arrive at the same clock reading.
 const LEAST_STEP_SECS: f64 = 1e-6;

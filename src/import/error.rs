@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
-use crate::finding::{Advice, Finding, Way};
-use crate::formats::FileError;
-use crate::import::map::{KeyError, MapError};
-use crate::progress::Cancelled;
-use crate::recording::RecordingError;
-use crate::shown::{listed, shown};
+use crate::{
+    finding::{Advice, Finding, Way},
+    formats::FileError,
+    import::map::{KeyError, MapError},
+    progress::Cancelled,
+    recording::RecordingError,
+    shown::{listed, shown},
+};
 
 /// Fault of a table because of which it cannot be read, at one line of the file. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]

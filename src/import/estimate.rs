@@ -7,12 +7,15 @@ use super::load::Reading;
 use super::plan::Side;
 use super::two_clocks;
 use super::weigh::rotations;
-use crate::import::error::ReadError;
-use crate::import::map::{ColumnMap, ColumnRole};
-use crate::import::pose;
-use crate::import::pose::WeightEstimate;
-use crate::progress::Progress;
-use crate::recording::Axis;
+use crate::{
+    import::{
+        error::ReadError,
+        map::{ColumnMap, ColumnRole},
+        pose::{self, WeightEstimate},
+    },
+    progress::Progress,
+    recording::Axis,
+};
 
 /// Estimates mass and centre of mass of the weight that a sensor carries, from a recording of poses and measured loads on one
 /// clock. The method is least squares with an unknown offset of the measured loads. `weight` in the map may set gravity and

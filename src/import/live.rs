@@ -17,15 +17,23 @@ use super::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
 use super::warning::Cause;
-use crate::formats::text::{Head, TextLayout};
-use crate::formats::{LineKeys, Opened, Part};
-use crate::import::error::ReadError;
-use crate::import::error::TableError;
-use crate::import::timeline;
-use crate::progress::Progress;
-use crate::recording::gap::{median_step, pause_by_step};
-use crate::recording::units::TimeUnit;
-use crate::recording::{Axis, places};
+use crate::{
+    formats::{
+        LineKeys, Opened, Part,
+        text::{Head, TextLayout},
+    },
+    import::{
+        error::{ReadError, TableError},
+        timeline,
+    },
+    progress::Progress,
+    recording::{
+        Axis,
+        gap::{median_step, pause_by_step},
+        places,
+        units::TimeUnit,
+    },
+};
 pub use growing::{GrowingFile, Grown};
 pub use head::{Arrived, LiveHead};
 use head::{TableHeader, is_named};

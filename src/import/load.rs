@@ -9,15 +9,21 @@ use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::Cause;
-use crate::finding::Finding;
-use crate::formats;
-use crate::formats::text::{Decimal, Head, TextLayout};
-use crate::formats::{FilePart, Opened};
-use crate::import::error::{ReadError, TableError};
-use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
-use crate::import::{assemble, names, timeline, weigh};
-use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::{
+    finding::Finding,
+    formats::{
+        self, FilePart, Opened,
+        text::{Decimal, Head, TextLayout},
+    },
+    import::{
+        assemble,
+        error::{ReadError, TableError},
+        map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap},
+        names, timeline, weigh,
+    },
+    progress::Progress,
+    recording::Recording,
+};
 
 /// Number of bytes of a file that are parsed at a time: few enough for the cache of a processor core, and enough to make the
 /// overhead of each block small.

@@ -6,10 +6,12 @@ use super::error::TableError;
 use super::load::Reading;
 use super::named_column::NamedColumn;
 use super::*;
-use crate::finding::{Advice, Face, Finding, Id};
-use crate::import::map::ColumnMap;
-use crate::progress::Progress;
-use crate::recording::{Axis, Recording};
+use crate::{
+    finding::{Advice, Face, Finding, Id},
+    import::map::ColumnMap,
+    progress::Progress,
+    recording::{Axis, Recording},
+};
 
 struct Folder(tempfile::TempDir);
 

@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 
 use super::tests::TestFile;
 use super::*;
-use crate::finding::{Finding, Id};
-use crate::import::map::ColumnMap;
-use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::{
+    finding::{Finding, Id},
+    import::map::ColumnMap,
+    progress::Progress,
+    recording::Recording,
+};
 
 #[track_caller]
 fn single(text: &str) -> (Recording, Vec<Finding>) {

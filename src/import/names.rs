@@ -9,11 +9,14 @@ use super::map::{
 use super::named_column::NamedColumn;
 use super::plan::AUXILIARY_LIMIT;
 use super::warning::Cause;
-use crate::formats::Cell;
-use crate::formats::column_name::{ColumnName, Kind};
-use crate::formats::text::times::TimeForm;
-use crate::formats::text::{Head, Preamble, TextLayout};
-use crate::recording::Axis;
+use crate::{
+    formats::{
+        Cell,
+        column_name::{ColumnName, Kind},
+        text::{Head, Preamble, TextLayout, times::TimeForm},
+    },
+    recording::Axis,
+};
 
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 

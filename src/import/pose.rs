@@ -2,11 +2,13 @@
 //! estimates a weight from poses and measured loads. Numbers that do not describe a rotation are never used as an
 //! orientation. Without acceleration, the computed force never exceeds the weight.
 
-use crate::dot::dot;
-use crate::import::map::{Angles, Attitude};
-use crate::recording::kinetics::{
-    Rotation, Weight, cross, load_of_pull, pull_in_sensor, rotation_from_quaternion,
-    rotation_from_roll_pitch_yaw, rotation_from_vector,
+use crate::{
+    dot::dot,
+    import::map::{Angles, Attitude},
+    recording::kinetics::{
+        Rotation, Weight, cross, load_of_pull, pull_in_sensor, rotation_from_quaternion,
+        rotation_from_roll_pitch_yaw, rotation_from_vector,
+    },
 };
 
 /// Maximum deviation of a matrix from a rotation matrix. It applies to each dot product of two rows, which is 1 or 0 for a

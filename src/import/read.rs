@@ -4,8 +4,7 @@ use super::abandonable::abandonable;
 use super::inspect::map_for;
 use super::load::{Loaded, Reading};
 use super::map::ColumnMap;
-use crate::import::error::ReadError;
-use crate::progress::Progress;
+use crate::{import::error::ReadError, progress::Progress};
 
 /// Reads one file of any known format. The first bytes of the file show the format; the name of the file does not matter.
 ///

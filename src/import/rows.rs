@@ -13,11 +13,17 @@ use values::{magnitude, next_value, value_of};
 
 use super::plan::{Plan, PosePlan, TimeScale, Use};
 use super::warning::{Cause, Findings, Trouble};
-use crate::formats::text::{Head, ati, lines};
-use crate::formats::{Cell, FileError, Opened, Part, Row};
-use crate::progress::Progress;
-use crate::recording::Axis;
-use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
+use crate::{
+    formats::{
+        Cell, FileError, Opened, Part, Row,
+        text::{Head, ati, lines},
+    },
+    progress::Progress,
+    recording::{
+        Axis,
+        gap::{gap_by_steps, median_step, steps_of_a_pause},
+    },
+};
 
 /// Numbers of the rows of a file, in SI units. Only the times stay in the unit of the file.
 #[derive(Debug, Default)]

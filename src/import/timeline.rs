@@ -2,9 +2,11 @@
 
 use super::rows::Rows;
 use super::warning::Cause;
-use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause};
-use crate::recording::median;
-use crate::recording::units::TimeUnit;
+use crate::recording::{
+    gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause},
+    median,
+    units::TimeUnit,
+};
 
 /// Minimum number of pauses from which the rows of a file are taken to come in bursts, see [`bursts`].
 const FEWEST_BURSTS: usize = 20;

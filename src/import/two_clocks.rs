@@ -7,11 +7,12 @@ use super::error::at;
 use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::warning::Cause;
-use crate::import::error::{ReadError, TableError};
-use crate::import::join;
-use crate::import::join::Series;
-use crate::import::map::{ColumnMap, Join, ReferenceFile};
-use crate::import::timeline;
+use crate::import::{
+    error::{ReadError, TableError},
+    join::{self, Series},
+    map::{ColumnMap, Join, ReferenceFile},
+    timeline,
+};
 
 /// Gauges, reference load, or both, as read from one file. Times are in seconds.
 #[derive(Debug)]

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::named_column::NamedColumn;
-use crate::finding::{Finding, Id, Place, Verdict};
-use crate::recording::units::TimeUnit;
-use crate::recording::{Axis, SAME_LOAD_SHARE};
-use crate::shown::{counted, listed, shown};
+use crate::{
+    finding::{Finding, Id, Place, Verdict},
+    recording::{Axis, SAME_LOAD_SHARE, units::TimeUnit},
+    shown::{counted, listed, shown},
+};
 
 /// Cause of a warning: a fault of a file, or an assumption that was made in reading it. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,14 +1,19 @@
 use super::plan::PosePlan;
 use super::two_clocks::Table;
 use super::warning::Cause;
-use crate::import::assemble;
-use crate::import::error::ReadError;
-use crate::import::map::WeightMap;
-use crate::import::pose;
-use crate::import::pose::Pose;
-use crate::min_max::MinMax;
-use crate::recording::kinetics::{Rotation, Weight};
-use crate::recording::{Axis, full_scale_of};
+use crate::{
+    import::{
+        assemble,
+        error::ReadError,
+        map::WeightMap,
+        pose::{self, Pose},
+    },
+    min_max::MinMax,
+    recording::{
+        Axis, full_scale_of,
+        kinetics::{Rotation, Weight},
+    },
+};
 
 /// Share of full scale above which the load from the acceleration of the weight is reported.
 const INERTIA_SHARE: f64 = 0.01;

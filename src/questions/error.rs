@@ -1,9 +1,11 @@
 //! Errors that end a computation on recordings, such as an analysis or a search for thresholds.
 
-use crate::calibration::{CalibrationError, NoCrossValidation};
-use crate::features::FeatureError;
-use crate::panicked::Panicked;
-use crate::progress::Cancelled;
+use crate::{
+    calibration::{CalibrationError, NoCrossValidation},
+    features::FeatureError,
+    panicked::Panicked,
+    progress::Cancelled,
+};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error text of each variant says what its fields are")]

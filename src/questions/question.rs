@@ -3,8 +3,10 @@
 
 use std::time::Duration;
 
-use crate::progress::{Cancelled, Progress};
-use crate::questions::error::AnalysisError;
+use crate::{
+    progress::{Cancelled, Progress},
+    questions::error::AnalysisError,
+};
 
 /// Age up to which a running computation may finish although a newer question of the same type has arrived. A moving slider
 /// then still shows results.

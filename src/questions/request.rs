@@ -3,10 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings};
-use crate::questions::dataset::{Datasets, Key};
-use crate::recording::RecordingSet;
-use crate::same::same_where;
+use crate::{
+    calibration::{Calibration, FitSettings},
+    questions::dataset::{Datasets, Key},
+    recording::RecordingSet,
+    same::same_where,
+};
 
 /// Inputs of an analysis: recordings, and either settings of a fit or a calibration to apply.
 #[derive(Clone, Debug)]

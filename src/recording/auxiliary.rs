@@ -3,8 +3,7 @@
 
 use std::ops::Range;
 
-use crate::min_max::MinMax;
-use crate::recording::shared::Shared;
+use crate::{min_max::MinMax, recording::shared::Shared};
 
 /// Intervals (start and end in s) in which the last measured value of an auxiliary channel is outdated: older than the
 /// minimum length of a pause in the recording.

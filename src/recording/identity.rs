@@ -7,8 +7,10 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize};
 use strum::{EnumIter, EnumString, IntoEnumIterator as _, IntoStaticStr};
 
-use crate::recording::axis::Axis;
-use crate::small_file::{TomlError, read_toml};
+use crate::{
+    recording::axis::Axis,
+    small_file::{TomlError, read_toml},
+};
 
 /// One item of a sensor's identity, such as its serial number.
 #[derive(

@@ -3,20 +3,23 @@
 //! Guarantees, checked by the constructor: there is at least one sample and one gauge, numbers are finite, times never go
 //! back, and axes are in the order of [`Axis`] without repeats.
 
-use crate::min_max::MinMax;
+use crate::{
+    min_max::MinMax,
+    recording::{
+        auxiliary::AuxiliaryTable,
+        axis::Axis,
+        gap::gap_by_steps,
+        left_out::LeftOut,
+        median::median,
+        shared::{Ranged, SAMPLES_A_THREAD, Shared, join},
+        tare::Tare,
+    },
+};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
-
-use crate::recording::auxiliary::AuxiliaryTable;
-use crate::recording::axis::Axis;
-use crate::recording::gap::gap_by_steps;
-use crate::recording::left_out::LeftOut;
-use crate::recording::median::median;
-use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, join};
-use crate::recording::tare::Tare;
 
 /// Origin of a recording's samples.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

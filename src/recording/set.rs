@@ -10,11 +10,15 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use strum::IntoStaticStr;
 
-use crate::recording::axis::Axis;
-use crate::recording::median::median;
-use crate::recording::recording::{Recording, RecordingError};
-use crate::recording::tare::Tare;
-use crate::shown::listed;
+use crate::{
+    recording::{
+        axis::Axis,
+        median::median,
+        recording::{Recording, RecordingError},
+        tare::Tare,
+    },
+    shown::listed,
+};
 
 /// Role of a recording in the fit of a calibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]

@@ -6,11 +6,15 @@
 use std::ops::Range;
 
 use super::load_cases::largest_loads;
-use crate::finding::{Advice, Finding, Id, Verdict, Way};
-use crate::min_max::MinMax;
-use crate::recording::axis::Axis;
-use crate::recording::recording::{Recording, RecordingError};
-use crate::recording::tare::Tare;
+use crate::{
+    finding::{Advice, Finding, Id, Verdict, Way},
+    min_max::MinMax,
+    recording::{
+        axis::Axis,
+        recording::{Recording, RecordingError},
+        tare::Tare,
+    },
+};
 
 /// Length of the intervals among which taring searches for a quiet one (s). The mean of a shorter interval is too noisy.
 const QUIET_SECS: f64 = 0.5;

@@ -4,12 +4,13 @@
 
 use std::io;
 
-use crate::formats::csv::CsvWriter;
-use crate::recording::Axis;
-use crate::report::trace::Trace;
-use crate::scoring::metrics::percent_change;
-use crate::scoring::numbers::significant;
-use crate::shown::{first, printable};
+use crate::{
+    formats::csv::CsvWriter,
+    recording::Axis,
+    report::trace::Trace,
+    scoring::{metrics::percent_change, numbers::significant},
+    shown::{first, printable},
+};
 
 /// Maximum number of columns that are named before a reason which their cells have instead of a number.
 const NAMED: usize = 6;

@@ -2,10 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::features::{Column, MAX_COLUMNS};
-use crate::min_max::MinMax;
-use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
-use crate::scoring::loops::extents_of;
+use crate::{
+    features::{Column, MAX_COLUMNS},
+    min_max::MinMax,
+    recording::{Axis, Entry, Recording, Role, load_ranges},
+    scoring::loops::extents_of,
+};
 
 /// Minimum difference of two loads on an axis at which they count as different, as a share of the axis' training range.
 const OTHER_LOAD: f64 = 0.02;

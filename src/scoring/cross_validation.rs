@@ -11,8 +11,10 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use crate::calibration::{CrossValidation, Piece};
-use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
+use crate::{
+    calibration::{CrossValidation, Piece},
+    recording::{Entry, GroupedBy, RecordingSet, Role},
+};
 
 /// Minimum number of training recordings for leaving out whole recordings. With fewer, blocks of samples are left out.
 pub const FEWEST_RECORDINGS: usize = 3;

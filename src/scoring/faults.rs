@@ -13,9 +13,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::recording::{Judged, LeftOut, Recording, ValidRange};
 pub use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
-use crate::scoring::faults::watched::{Expected, Own, Sampled, Watched, joined, push_runs};
+use crate::{
+    recording::{Judged, LeftOut, Recording, ValidRange},
+    scoring::faults::watched::{Expected, Own, Sampled, Watched, joined, push_runs},
+};
 
 /// Maximum share of samples in which an auxiliary channel drops out. A channel that drops out more often counts as a switch.
 const DROPOUT_SHARE: f64 = 0.05;

@@ -5,9 +5,11 @@
 
 use serde::Serialize;
 
-use crate::recording::Axis;
-use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
-use crate::shown::counted;
+use crate::{
+    recording::Axis,
+    scoring::loops::{Loop, Loops, default_reversal_threshold},
+    shown::counted,
+};
 
 /// Minimum number of load reversals for a reliable mean hysteresis.
 const FEWEST_REVERSALS: usize = 10;

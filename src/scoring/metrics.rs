@@ -1,7 +1,6 @@
 //! Root mean squared errors (RMSE) per axis and per group of axes.
 
-use crate::calibration::NormalEquations;
-use crate::recording::Axis;
+use crate::{calibration::NormalEquations, recording::Axis};
 
 /// Returns the RMSE per axis of a linear fit on the samples in the normal equations `sums`; `None` without samples. This is
 /// the error that Eq. 8 of Koike et al. (2019) minimises.

@@ -1,7 +1,6 @@
 //! Squared errors on the held-out parts of a cross-validation. Models of any kind are compared by them.
 
-use crate::scoring::left_out::summed_by_target;
-use crate::scoring::metrics::root_mean;
+use crate::scoring::{left_out::summed_by_target, metrics::root_mean};
 
 /// Squared errors on each part of the data, by the fit to all other parts. All models use the same parts.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,14 +15,18 @@ mod samples;
 use faer::Mat;
 use serde::Serialize;
 
-use crate::calibration::NormalEquations;
-use crate::min_max::MinMax;
-use crate::recording::{Axis, Recording};
-use crate::scoring::faults::are_of_one_table;
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
-use crate::scoring::rig::fits::{Forward, Moments, Shape};
 pub use crate::scoring::rig::report::RigReport;
 pub(crate) use crate::scoring::rig::report::{lag, lag_of_fit, same_samples};
+use crate::{
+    calibration::NormalEquations,
+    min_max::MinMax,
+    recording::{Axis, Recording},
+    scoring::{
+        faults::are_of_one_table,
+        rig::fits::{Forward, Moments, Shape},
+    },
+};
 
 /// Minimum number of units (contiguous parts of recordings) in all recordings together. The scatter between units shows which
 /// differences arise by chance.

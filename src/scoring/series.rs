@@ -5,15 +5,16 @@
 //! from the drawing. A peak of one sample is always visible. The time of drawing depends on the number of columns, not on
 //! the number of samples.
 
-use crate::min_max::MinMax;
+use crate::{
+    min_max::MinMax,
+    outward::{rounded_down, rounded_up},
+    progress::Progress,
+};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-
-use crate::outward::{rounded_down, rounded_up};
-use crate::progress::Progress;
 
 /// Number of consecutive samples in a run of the first, finest level.
 const FINEST: usize = 32;

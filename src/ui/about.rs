@@ -2,8 +2,10 @@
 
 use egui::{RichText, ScrollArea, TextStyle};
 
-use crate::about::{LICENCES_OF_CRATES, OWN_LICENCES, built};
-use crate::ui::controls::Controls as _;
+use crate::{
+    about::{LICENCES_OF_CRATES, OWN_LICENCES, built},
+    ui::controls::Controls as _,
+};
 
 #[derive(Debug, Default)]
 pub struct About {

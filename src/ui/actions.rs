@@ -7,15 +7,16 @@ use std::time::Duration;
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::engine::{Action as Do, Edit, Engine, Preferences, SEARCH_MINUTES, Theme};
-use crate::export::{FileFormat, TRACE_FORMATS};
-use crate::recording::simulated::Late;
-use crate::recording::{Role, Tare};
-use crate::shown::file_name;
-use crate::ui::command::{Command, ImageTo, Out, Pane, TimeMove, Workspace};
-use crate::ui::panes;
-use crate::ui::plots;
-use crate::ui::settings_panel;
+use crate::{
+    engine::{Action as Do, Edit, Engine, Preferences, SEARCH_MINUTES, Theme},
+    export::{FileFormat, TRACE_FORMATS},
+    recording::{Role, Tare, simulated::Late},
+    shown::file_name,
+    ui::{
+        command::{Command, ImageTo, Out, Pane, TimeMove, Workspace},
+        panes, plots, settings_panel,
+    },
+};
 
 pub struct Action {
     pub name: String,

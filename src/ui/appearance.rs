@@ -1,7 +1,9 @@
 //! Theme and text size of the window.
 
-use crate::engine::{Preferences, Theme};
-use crate::ui::palette;
+use crate::{
+    engine::{Preferences, Theme},
+    ui::palette,
+};
 
 /// Adds the code font as a fallback for arrows and superscripts. Turns off the keys by which egui itself changes the text
 /// size.

@@ -3,8 +3,10 @@
 
 use egui::{Id, TextEdit, Ui};
 
-use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range};
-use crate::ui::setting::{found, switched};
+use crate::{
+    features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range},
+    ui::setting::{found, switched},
+};
 
 /// Draws the controls of these features. Features with memory are disabled for recordings without times.
 pub fn blocks(ui: &mut Ui, features: &mut FeatureSettings, is_static: bool) {

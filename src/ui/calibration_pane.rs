@@ -4,18 +4,22 @@ use std::ops::Range;
 
 use egui::{Rect, RichText, Ui};
 
-use crate::calibration::LinearMap;
-use crate::features::Column;
-use crate::questions::Analysis;
-use crate::recording::Axis;
-use crate::report::{self, Cell, Table};
-use crate::ui::command::Pane;
-use crate::ui::controls::Controls as _;
-use crate::ui::equation::laid_out;
-use crate::ui::numbers::{elided, significant};
-use crate::ui::palette::Trace;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table;
+use crate::{
+    calibration::LinearMap,
+    features::Column,
+    questions::Analysis,
+    recording::Axis,
+    report::{self, Cell, Table},
+    ui::{
+        command::Pane,
+        controls::Controls as _,
+        equation::laid_out,
+        numbers::{elided, significant},
+        palette::Trace,
+        pane::{Cx, PaneView},
+        table,
+    },
+};
 
 /// Space between two columns of a matrix (points).
 const GAP: f32 = 12.0;

@@ -2,17 +2,21 @@
 
 use egui::{RichText, Ui};
 
-use crate::engine::Engine;
-use crate::finding::{Face, Verdict};
-use crate::questions::check::independent_loads::Sufficiency;
-use crate::questions::check::query::CheckData;
-use crate::questions::check::{rig_figures, sufficiency_tables};
-use crate::report::Table;
-use crate::ui::command::{Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Zoom};
-use crate::ui::table;
+use crate::{
+    engine::Engine,
+    finding::{Face, Verdict},
+    questions::check::{
+        independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
+    },
+    report::Table,
+    ui::{
+        command::{Out, Pane},
+        controls::Controls as _,
+        pane::{Cx, PaneView},
+        plots::{self, Zoom},
+        table,
+    },
+};
 
 const FIGURE_HEIGHT: f32 = 260.0;
 const FIGURE_WIDTH: f32 = 380.0;

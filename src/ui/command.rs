@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
-use crate::features::Setting;
+use crate::{
+    engine::{Action, Edit, FileContent, ImportCommand, Level, Notice},
+    features::Setting,
+};
 
 /// A part of the window that can be moved, closed and opened again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,9 +3,13 @@
 use egui::{Context, text_edit::TextEditState};
 use egui::{Event, Id, Key, Modifiers};
 
-use crate::engine::Engine;
-use crate::ui::actions::{self, Action, CanGo, FIND};
-use crate::ui::command::Out;
+use crate::{
+    engine::Engine,
+    ui::{
+        actions::{self, Action, CanGo, FIND},
+        command::Out,
+    },
+};
 
 #[derive(Debug, Default)]
 pub struct CommandPalette {

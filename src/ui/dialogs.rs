@@ -4,12 +4,13 @@
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
-use crate::engine::query::Notify;
-use crate::engine::{Action, Existing, FileContent, ImportCommand, Level};
-use crate::export::TARGETS;
-use crate::formats;
-use crate::logged::take_dialog_error;
-use crate::ui::command::Command;
+use crate::{
+    engine::{Action, Existing, FileContent, ImportCommand, Level, query::Notify},
+    export::TARGETS,
+    formats,
+    logged::take_dialog_error,
+    ui::command::Command,
+};
 
 /// Way by which a file dialog answers the window.
 #[derive(Clone)]

@@ -4,19 +4,24 @@ use std::sync::Arc;
 
 use egui::Ui;
 
-use crate::engine::Engine;
-use crate::finding::Face;
-use crate::questions::Analysis;
-use crate::questions::errors::errors;
-use crate::questions::expected_error::query::AskExpectedError;
-use crate::questions::expected_error::{expected_error_column, expected_error_table};
-use crate::report::{Shown, Table};
-use crate::scoring::score_set::ScoreSet;
-use crate::ui::command::Pane;
-use crate::ui::controls::Controls as _;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::status_line::preview_of;
-use crate::ui::table;
+use crate::{
+    engine::Engine,
+    finding::Face,
+    questions::{
+        Analysis,
+        errors::errors,
+        expected_error::{expected_error_column, expected_error_table, query::AskExpectedError},
+    },
+    report::{Shown, Table},
+    scoring::score_set::ScoreSet,
+    ui::{
+        command::Pane,
+        controls::Controls as _,
+        pane::{Cx, PaneView},
+        status_line::preview_of,
+        table,
+    },
+};
 
 pub const PANE: Pane = Pane {
     key: "errors",

@@ -6,16 +6,19 @@ use std::sync::Arc;
 
 use egui::{Label, RichText, TextEdit, Ui};
 
-use crate::engine::{Action, Edit, Engine, Existing};
-use crate::export::{Footprint, Outline, TARGETS, Target, known_target, target_endings};
-use crate::finding::Face;
-use crate::questions::errors::cold_start::AskColdStart;
-use crate::questions::history::AskHistory;
-use crate::recording::Item;
-use crate::shown::{counted, first};
-use crate::ui::command::{Command, Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::pane::{Cx, PaneView};
+use crate::{
+    engine::{Action, Edit, Engine, Existing},
+    export::{Footprint, Outline, TARGETS, Target, known_target, target_endings},
+    finding::Face,
+    questions::{errors::cold_start::AskColdStart, history::AskHistory},
+    recording::Item,
+    shown::{counted, first},
+    ui::{
+        command::{Command, Out, Pane},
+        controls::Controls as _,
+        pane::{Cx, PaneView},
+    },
+};
 
 const BUTTONS: f32 = 118.0;
 /// Minimum width of a field of the identity, in points.

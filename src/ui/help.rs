@@ -3,11 +3,10 @@
 use egui::{Label, RichText, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
-use crate::features::BLOCKS;
-use crate::ui::about::About;
-use crate::ui::actions::Action;
-use crate::ui::controls::Controls as _;
-use crate::ui::equation::laid_out;
+use crate::{
+    features::BLOCKS,
+    ui::{about::About, actions::Action, controls::Controls as _, equation::laid_out},
+};
 
 #[derive(Debug, Default)]
 pub struct Help {

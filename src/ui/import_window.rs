@@ -9,12 +9,12 @@ mod weight;
 
 use egui::{RichText, Ui};
 
-use crate::engine::{Engine, ImportCommand, Importing};
-use crate::formats;
-use crate::import::inspect::{Inspection, TableReport};
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::status_line::busy;
+use crate::{
+    engine::{Engine, ImportCommand, Importing},
+    formats,
+    import::inspect::{Inspection, TableReport},
+    ui::{command::Out, controls::Controls as _, status_line::busy},
+};
 
 #[derive(Debug)]
 pub struct ImportFields {

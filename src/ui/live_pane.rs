@@ -1,15 +1,19 @@
 //! Pane that follows a growing log file, and shows its newest minute: the loads that the present calibration computes.
 
-use crate::engine::{Action, Followed, LiveTraces};
-use crate::questions::loops::Inks;
-use crate::recording::Axis;
-use crate::report::figure::{Figure, Line, Scale};
-use crate::ui::command::Pane;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::palette::{Trace, bytes};
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Zoom};
+use crate::{
+    engine::{Action, Followed, LiveTraces},
+    questions::loops::Inks,
+    recording::Axis,
+    report::figure::{Figure, Line, Scale},
+    ui::{
+        command::Pane,
+        controls::Controls as _,
+        numbers::significant,
+        palette::{Trace, bytes},
+        pane::{Cx, PaneView},
+        plots::{self, Zoom},
+    },
+};
 
 pub const PANE: Pane = Pane {
     key: "live",

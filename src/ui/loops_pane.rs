@@ -9,23 +9,28 @@ mod save;
 
 use egui::{ComboBox, Ui};
 
-use crate::engine::{Edit, Engine};
-use crate::questions::loops::query::LookAt;
-use crate::questions::loops::{
-    Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question, Span,
-    TableOf, Up,
+use crate::{
+    engine::{Edit, Engine},
+    questions::{
+        loops::{
+            Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question,
+            Span, TableOf, Up, query::LookAt,
+        },
+        metrology::MetrologySettings,
+    },
+    recording::Axis,
+    report::figure::{Figure, STANDS_ALONE},
+    ui::{
+        choice::choice,
+        command::{Out, Pane},
+        controls::Controls as _,
+        palette::Trace,
+        pane::{Cx, PaneView},
+        plots::{self, Drawn, Zoom},
+        reversal_threshold::{dwell_secs, reversal_threshold},
+        trace_panes::trace_tick,
+    },
 };
-use crate::questions::metrology::MetrologySettings;
-use crate::recording::Axis;
-use crate::report::figure::{Figure, STANDS_ALONE};
-use crate::ui::choice::choice;
-use crate::ui::command::{Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::palette::Trace;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::plots::{self, Drawn, Zoom};
-use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
-use crate::ui::trace_panes::trace_tick;
 
 const FIGURES_WIDTH: f32 = 320.0;
 

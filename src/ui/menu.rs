@@ -2,12 +2,16 @@
 
 use egui::{Button, Ui};
 
-use crate::engine::{Action as Do, Engine, Preferences};
-use crate::ui::actions::{self, Action, CanGo};
-use crate::ui::command::{Command, Out, Workspace};
-use crate::ui::controls::Controls as _;
-use crate::ui::panes;
-use crate::ui::workspace::Workspaces;
+use crate::{
+    engine::{Action as Do, Engine, Preferences},
+    ui::{
+        actions::{self, Action, CanGo},
+        command::{Command, Out, Workspace},
+        controls::Controls as _,
+        panes,
+        workspace::Workspaces,
+    },
+};
 
 pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanGo, out: &mut Out) {
     egui::MenuBar::new().ui(ui, |ui| {

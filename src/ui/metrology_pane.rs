@@ -3,21 +3,24 @@
 
 use egui::Ui;
 
-use crate::engine::{Edit, Engine, FileContent};
-use crate::finding::Face;
-use crate::questions::loops::query::LookAt;
-use crate::questions::loops::{Look, Question, TableOf};
-use crate::questions::metrology::{
-    Metrology, MetrologySettings, crosstalk, figure_records, overview,
+use crate::{
+    engine::{Edit, Engine, FileContent},
+    finding::Face,
+    questions::{
+        loops::{Look, Question, TableOf, query::LookAt},
+        metrology::{Metrology, MetrologySettings, crosstalk, figure_records, overview},
+    },
+    recording::Axis,
+    report::{Shown, Table},
+    shown::counted,
+    ui::{
+        command::{Out, Pane},
+        controls::Controls as _,
+        pane::{Cx, PaneView},
+        reversal_threshold::{dwell_secs, reversal_threshold},
+        table,
+    },
 };
-use crate::recording::Axis;
-use crate::report::{Shown, Table};
-use crate::shown::counted;
-use crate::ui::command::{Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
-use crate::ui::table;
 
 pub const PANE: Pane = Pane {
     key: "metrology",

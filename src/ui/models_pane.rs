@@ -4,16 +4,20 @@ use std::time::Duration;
 
 use egui::{RichText, Ui};
 
-use crate::engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES};
-use crate::questions::RELATIVE;
-use crate::report::Table;
-use crate::scoring::score_set::ScoreSet;
-use crate::ui::command::{Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::elided;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table::Sort;
-use crate::ui::{plots, table};
+use crate::{
+    engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES},
+    questions::RELATIVE,
+    report::Table,
+    scoring::score_set::ScoreSet,
+    ui::{
+        command::{Out, Pane},
+        controls::Controls as _,
+        numbers::elided,
+        pane::{Cx, PaneView},
+        plots,
+        table::{self, Sort},
+    },
+};
 
 mod model_plots;
 

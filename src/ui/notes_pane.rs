@@ -1,8 +1,12 @@
 //! Pane of free text that is saved with the session.
 
-use crate::engine::Edit;
-use crate::ui::command::Pane;
-use crate::ui::pane::{Cx, PaneView};
+use crate::{
+    engine::Edit,
+    ui::{
+        command::Pane,
+        pane::{Cx, PaneView},
+    },
+};
 
 pub const PANE: Pane =
     Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };

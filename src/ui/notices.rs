@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use egui::{Color32, RichText, Ui};
 
-use crate::engine::{Action, Engine, Level, Notice};
-use crate::shown::counted;
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::elided;
+use crate::{
+    engine::{Action, Engine, Level, Notice},
+    shown::counted,
+    ui::{command::Out, controls::Controls as _, numbers::elided},
+};
 
 const MAX_SHOWN: usize = 3;
 /// Factor by which a notice stays on screen longer while the engine computes, because the user may look elsewhere and frames

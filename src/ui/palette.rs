@@ -5,10 +5,8 @@
 
 use egui::{Color32, Stroke, Visuals};
 
-use crate::questions::loops::Inks;
 pub(crate) use crate::report::Trace;
-use crate::report::figure::color;
-use crate::scoring::score_set::ScoreSet;
+use crate::{questions::loops::Inks, report::figure::color, scoring::score_set::ScoreSet};
 
 impl Trace {
     pub(super) fn color(self, visuals: &Visuals) -> Color32 {

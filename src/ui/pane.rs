@@ -1,10 +1,11 @@
 //! Interface of a pane. A pane requests results from the engine, draws the results and sends commands. The pane itself
 //! computes nothing.
 
-use crate::engine::{ANYONE, Asked, Asker, Engine};
-use crate::questions::question::Query;
-use crate::ui::command::Out;
-use crate::ui::time_view::TimeView;
+use crate::{
+    engine::{ANYONE, Asked, Asker, Engine},
+    questions::question::Query,
+    ui::{command::Out, time_view::TimeView},
+};
 
 pub struct Cx<'a> {
     pub engine: &'a Engine,

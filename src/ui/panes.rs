@@ -1,7 +1,6 @@
 //! List of all panes, in the order of the menus. A new pane needs one file, and one line in this list.
 
-use crate::ui::command::Pane;
-use crate::ui::pane::PaneView;
+use crate::ui::{command::Pane, pane::PaneView};
 
 type Entry = (Pane, fn() -> Box<dyn PaneView>);
 

@@ -5,13 +5,17 @@ use std::sync::Arc;
 
 use egui::{Color32, ColorImage, Rect};
 
-use crate::engine::{Action, Existing, FileContent, Level};
-use crate::report::figure::{Figure, STANDS_ALONE, png};
-use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Command, ImageTo, Out};
-use crate::ui::context_menu::context_menu;
-use crate::ui::controls::Controls as _;
-use crate::ui::dialogs::Reply;
+use crate::{
+    engine::{Action, Existing, FileContent, Level},
+    report::figure::{Figure, STANDS_ALONE, png},
+    ui::{
+        appearance::focus_ring,
+        command::{Command, ImageTo, Out},
+        context_menu::context_menu,
+        controls::Controls as _,
+        dialogs::Reply,
+    },
+};
 
 /// Number of frames to wait before an image is taken. After a press on a menu item, the menu stays on screen for one more
 /// frame and would be in the image.

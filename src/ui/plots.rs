@@ -12,14 +12,20 @@ use egui_plot::{
     PlotImage, PlotItem, PlotItemBase, PlotPoint, PlotResponse, PlotTransform, PlotUi, VLine,
 };
 
-use crate::questions::loops::Inks;
-use crate::report::figure::{Cloud, CloudPicture, Figure, part_inside};
-use crate::scoring::loops::Frame;
-use crate::scoring::numbers::{three_ticks, tick_text};
-use crate::ui::command::Out;
-use crate::ui::numbers::significant;
-use crate::ui::palette::rgb;
-use crate::ui::{palette, picture};
+use crate::{
+    questions::loops::Inks,
+    report::figure::{Cloud, CloudPicture, Figure, part_inside},
+    scoring::{
+        loops::Frame,
+        numbers::{three_ticks, tick_text},
+    },
+    ui::{
+        command::Out,
+        numbers::significant,
+        palette::{self, rgb},
+        picture,
+    },
+};
 
 /// Distance of grid lines on screen (points) that is passed to egui_plot. egui_plot converts it to `base_step_size`, in units
 /// of the axis.

@@ -10,20 +10,23 @@ use egui_extras::{Column, TableBuilder, TableRow};
 use faults::faults_row;
 use row::{group_button, group_of, name_button, rmse_label, role_menu};
 
-use crate::engine::{Action, Edit, Engine, Project};
-use crate::min_max::MinMax;
-use crate::questions::check::query::FindFaults;
-use crate::questions::{self, RecordingResult};
-use crate::recording::{Axis, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange};
-use crate::report::{self, Cell, Table};
-use crate::scoring::metrics::Group;
-use crate::shown::{and_more, printable};
-use crate::ui::command::{Command, Out, Pane};
-use crate::ui::context_menu::context_menu;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::{elided, significant};
-use crate::ui::palette::Trace;
-use crate::ui::pane::{Cx, PaneView};
+use crate::{
+    engine::{Action, Edit, Engine, Project},
+    min_max::MinMax,
+    questions::{self, RecordingResult, check::query::FindFaults},
+    recording::{Axis, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange},
+    report::{self, Cell, Table},
+    scoring::metrics::Group,
+    shown::{and_more, printable},
+    ui::{
+        command::{Command, Out, Pane},
+        context_menu::context_menu,
+        controls::Controls as _,
+        numbers::{elided, significant},
+        palette::Trace,
+        pane::{Cx, PaneView},
+    },
+};
 
 const OPEN_WIDTH: f32 = 126.0;
 /// Width of the list (points) below which groups, numbers of samples and rates are omitted.

@@ -3,22 +3,24 @@
 use egui::{ComboBox, Ui};
 use egui_plot::{Legend, Line, LineStyle, PlotPoints};
 
-use crate::calibration::{
-    CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
-    Learner, RIDGE, Regressor, RidgeChoice, SEED,
+use crate::{
+    calibration::{
+        CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
+        Learner, RIDGE, Regressor, RidgeChoice, SEED,
+    },
+    engine::{Action, Engine, query::Background as _},
+    features::Setting,
+    questions::{TrainingStep, cross_validation_cost, models::asked::Train},
+    scoring::score_set::ScoreSet,
+    ui::{
+        choice::choice,
+        command::Out,
+        controls::Controls as _,
+        numbers::{duration, significant},
+        palette, plots,
+        setting::{found, number, switch},
+    },
 };
-use crate::engine::query::Background as _;
-use crate::engine::{Action, Engine};
-use crate::features::Setting;
-use crate::questions::models::asked::Train;
-use crate::questions::{TrainingStep, cross_validation_cost};
-use crate::scoring::score_set::ScoreSet;
-use crate::ui::choice::choice;
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::{duration, significant};
-use crate::ui::setting::{found, number, switch};
-use crate::ui::{palette, plots};
 
 const LOSS_HEIGHT: f32 = 110.0;
 

@@ -2,9 +2,9 @@
 
 use egui::{DragValue, Ui, WidgetText};
 
-use crate::questions::metrology::MetrologySettings;
-use crate::recording::Axis;
-use crate::ui::controls::Controls as _;
+use crate::{
+    questions::metrology::MetrologySettings, recording::Axis, ui::controls::Controls as _,
+};
 
 const EXPLANATION: &str = "A reversal counts once the load has turned back by more than this threshold, in the loops, the table of figures and the report. From data: ten times the noise of the load, and at least 5 % of its range in all training and test recordings. Large cycles hardly depend on the threshold";
 

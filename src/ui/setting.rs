@@ -3,8 +3,7 @@
 use egui::{Align, DragValue, Id, Response};
 use egui::{Ui, emath::Numeric};
 
-use crate::features::Setting;
-use crate::ui::controls::Controls as _;
+use crate::{features::Setting, ui::controls::Controls as _};
 
 pub fn number<N: Numeric>(ui: &mut Ui, setting: &Setting, value: &mut N) {
     let (min, max) = setting.range.ends();

@@ -3,21 +3,26 @@
 
 use egui::{DragValue, Slider, SliderClamping, Ui};
 
-use crate::calibration::{DECIMATION, FitSettings, OFFSET, RIDGE, RidgeChoice};
-use crate::engine::{Action, Edit, Engine, Preferences};
-use crate::features::{
-    Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
+use crate::{
+    calibration::{DECIMATION, FitSettings, OFFSET, RIDGE, RidgeChoice},
+    engine::{Action, Edit, Engine, Preferences},
+    features::{
+        Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
+    },
+    questions::thresholds::ShownFTh,
+    scoring::numbers::round_above,
+    shown::printable,
+    ui::{
+        blocks_panel,
+        command::{Command, Out, Pane},
+        controls::Controls as _,
+        numbers::significant,
+        pane::{Cx, PaneView},
+        regressor_panel,
+        reversal_threshold::or_from_data,
+        setting::{found, number, switch, switched},
+    },
 };
-use crate::questions::thresholds::ShownFTh;
-use crate::scoring::numbers::round_above;
-use crate::shown::printable;
-use crate::ui::command::{Command, Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::reversal_threshold::or_from_data;
-use crate::ui::setting::{found, number, switch, switched};
-use crate::ui::{blocks_panel, regressor_panel};
 
 /// Maximum of the slider of the time threshold t_th (s), for long recordings. The user can type larger values.
 const LONGEST_SLIDER_SECS: f64 = 60.0;

@@ -9,24 +9,31 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use egui::{Panel, Ui};
 
-use crate::engine::query::{Notify, let_window_go_first};
-use crate::engine::{Action, Engine, Existing, FileContent, Level, Preferences, is_calibration};
-use crate::recording::Tare;
-use crate::ui::actions::CanGo;
-use crate::ui::command::{Command, Out, Pane};
-use crate::ui::command_palette::CommandPalette;
-use crate::ui::dialogs::{Dialogs, Reply, write};
-use crate::ui::hand::Hand;
-use crate::ui::help::Help;
-use crate::ui::import_window::{ImportFields, import_window};
-use crate::ui::notices::Notices;
-use crate::ui::pane::Cx;
-use crate::ui::panes::Views;
-use crate::ui::picture::Images;
-use crate::ui::time_view::TimeView;
-use crate::ui::workspace::Workspaces;
-use crate::ui::{
-    actions, appearance, live_pane, menu, setting, settings_panel, status_line, welcome,
+use crate::{
+    engine::{
+        Action, Engine, Existing, FileContent, Level, Preferences, is_calibration,
+        query::{Notify, let_window_go_first},
+    },
+    recording::Tare,
+    ui::{
+        actions::{self, CanGo},
+        appearance,
+        command::{Command, Out, Pane},
+        command_palette::CommandPalette,
+        dialogs::{Dialogs, Reply, write},
+        hand::Hand,
+        help::Help,
+        import_window::{ImportFields, import_window},
+        live_pane, menu,
+        notices::Notices,
+        pane::Cx,
+        panes::Views,
+        picture::Images,
+        setting, settings_panel, status_line,
+        time_view::TimeView,
+        welcome,
+        workspace::Workspaces,
+    },
 };
 use questions::Questions;
 

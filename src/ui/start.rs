@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
 
-use crate::engine::PreferencesFile;
-use crate::panicked::panic_message;
-use crate::ui::dialogs::NativeDialogs;
-use crate::ui::shell::Shell;
-use crate::ui::status_line;
+use crate::{
+    engine::PreferencesFile,
+    panicked::panic_message,
+    ui::{dialogs::NativeDialogs, shell::Shell, status_line},
+};
 
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";

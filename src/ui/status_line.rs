@@ -4,13 +4,16 @@ use std::time::Duration;
 
 use egui::Ui;
 
-use crate::engine::query::Background as _;
-use crate::engine::{Action, Engine};
-use crate::questions::errors::query::Analyse;
-use crate::shown::counted;
-use crate::ui::command::{Command, Out};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::{duration, significant};
+use crate::{
+    engine::{Action, Engine, query::Background as _},
+    questions::errors::query::Analyse,
+    shown::counted,
+    ui::{
+        command::{Command, Out},
+        controls::Controls as _,
+        numbers::{duration, significant},
+    },
+};
 
 /// Time after which a running refit is shown in the status line.
 const WORTH_SAYING: Duration = Duration::from_millis(100);

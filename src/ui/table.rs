@@ -2,11 +2,11 @@
 
 use egui::{Response, RichText, Role, Ui, WidgetInfo};
 
-use crate::engine::{Action, Existing, FileContent};
-use crate::report::{Column, Table, Value};
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::elided;
+use crate::{
+    engine::{Action, Existing, FileContent},
+    report::{Column, Table, Value},
+    ui::{command::Out, controls::Controls as _, numbers::elided},
+};
 
 const NUMBER_WIDTH: f32 = 38.0;
 /// Number of characters above which the words in a cell are shortened in a narrow pane.

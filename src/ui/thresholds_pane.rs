@@ -9,20 +9,25 @@ use std::sync::Arc;
 
 use egui::Ui;
 
-use crate::engine::query::Background as _;
-use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
-use crate::export::FileFormat;
-use crate::features::{BLOCKS, Distance, Thresholds};
-use crate::finding::Face;
-use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
-use crate::questions::thresholds::{MAP_FORMATS, Measure, ShownFTh, ThresholdMap};
-use crate::scoring::score_set::ScoreSet;
-use crate::ui::choice::choice;
-use crate::ui::command::{Command, ImageTo, Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::status_line::busy;
+use crate::{
+    engine::{Action, Edit, Engine, Existing, FileContent, Level, query::Background as _},
+    export::FileFormat,
+    features::{BLOCKS, Distance, Thresholds},
+    finding::Face,
+    questions::thresholds::{
+        MAP_FORMATS, Measure, ShownFTh, ThresholdMap,
+        asked::{ChooseBlock, StudyThresholds, ThresholdStudy},
+    },
+    scoring::score_set::ScoreSet,
+    ui::{
+        choice::choice,
+        command::{Command, ImageTo, Out, Pane},
+        controls::Controls as _,
+        numbers::significant,
+        pane::{Cx, PaneView},
+        status_line::busy,
+    },
+};
 
 pub use map::MapTexture;
 

@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use egui::util::undoer::{Settings, Undoer};
 
-use crate::questions::TraceSet;
-use crate::questions::check::query::FaultyRecording;
-use crate::recording::Axis;
-use crate::scoring::series::Columns;
-use crate::ui::command::TimeMove;
-use crate::ui::palette::Trace;
+use crate::{
+    questions::{TraceSet, check::query::FaultyRecording},
+    recording::Axis,
+    scoring::series::Columns,
+    ui::{command::TimeMove, palette::Trace},
+};
 
 pub use cursors::Cursors;
 pub use playing::Playing;

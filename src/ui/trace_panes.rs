@@ -7,17 +7,20 @@ mod pane;
 
 use egui::Ui;
 
-use crate::engine::{Action, Edit, Engine};
-use crate::questions::check::query::FindFaults;
-use crate::questions::{AxisTraces, View as Shown};
-use crate::report::figure;
-use crate::ui::choice::choice;
-use crate::ui::command::{Out, Pane};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::elided;
-use crate::ui::palette::Trace;
-use crate::ui::pane::{Cx, PaneView};
-use crate::ui::time_view::TimeView;
+use crate::{
+    engine::{Action, Edit, Engine},
+    questions::{AxisTraces, View as Shown, check::query::FindFaults},
+    report::figure,
+    ui::{
+        choice::choice,
+        command::{Out, Pane},
+        controls::Controls as _,
+        numbers::elided,
+        palette::Trace,
+        pane::{Cx, PaneView},
+        time_view::TimeView,
+    },
+};
 use drawn::DrawnLines;
 use pane::Place;
 

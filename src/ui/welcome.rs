@@ -2,9 +2,13 @@
 
 use egui::{Button, RichText};
 
-use crate::engine::{Action, Engine};
-use crate::ui::actions;
-use crate::ui::command::{Command, Out};
+use crate::{
+    engine::{Action, Engine},
+    ui::{
+        actions,
+        command::{Command, Out},
+    },
+};
 
 const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
 const RECENT: usize = 5;

@@ -9,9 +9,11 @@ use egui_tiles::{
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Command, Out, Pane, Workspace};
-use crate::ui::{panes, trace_panes};
+use crate::ui::{
+    appearance::focus_ring,
+    command::{Command, Out, Pane, Workspace},
+    panes, trace_panes,
+};
 
 impl Serialize for Pane {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

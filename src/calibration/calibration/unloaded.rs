@@ -4,8 +4,7 @@ use std::borrow::Cow;
 
 use faer::Mat;
 
-use crate::calibration::calibration::Calibration;
-use crate::recording::Recording;
+use crate::{calibration::calibration::Calibration, recording::Recording};
 
 impl Calibration {
     /// Returns the gauge readings that the tared sensor has without load. They are zero if the calibration was fitted to

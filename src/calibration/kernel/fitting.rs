@@ -10,13 +10,17 @@ use rayon::prelude::*;
 use super::model::{
     Band, GridEdge, Kernel, KernelSettings, similarities_to, square_distance, standardise,
 };
-use crate::calibration::choice::{SHARES, best_share, simplest_good};
-use crate::calibration::error::CalibrationError;
-use crate::calibration::linear::{Ridge, Terms, fit, fit_targets};
-use crate::calibration::normal_equations::NormalEquations;
-use crate::dot::dot;
-use crate::features::ColumnKind;
-use crate::progress::{Cancelled, Progress};
+use crate::{
+    calibration::{
+        choice::{SHARES, best_share, simplest_good},
+        error::CalibrationError,
+        linear::{Ridge, Terms, fit, fit_targets},
+        normal_equations::NormalEquations,
+    },
+    dot::dot,
+    features::ColumnKind,
+    progress::{Cancelled, Progress},
+};
 
 /// Term on the diagonal of the landmarks' kernel matrix that keeps it invertible. The entries of the matrix are at most 1.
 const JITTER: f64 = 1e-6;

@@ -2,10 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::entries::{check_length, check_numbers};
-use crate::calibration::error::{CalibrationError, LARGEST};
-use crate::dot::dot;
-use crate::features::{FeatureError, Range, Setting, Unit};
+use crate::{
+    calibration::{
+        entries::{check_length, check_numbers},
+        error::{CalibrationError, LARGEST},
+    },
+    dot::dot,
+    features::{FeatureError, Range, Setting, Unit},
+};
 
 /// Setting for the number of landmarks. Beyond its maximum, computing the landmarks' kernel matrix would take longer than the
 /// pass over the samples.

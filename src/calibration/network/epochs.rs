@@ -7,11 +7,14 @@ use std::f64::consts::PI;
 use super::adam::Adam;
 use super::passes::{Backward, Forward, Shape};
 use super::samples::{Scale, Standardised};
-use crate::calibration::error::CalibrationError;
-use crate::calibration::network::samples::Samples;
-use crate::calibration::network::settings::NetworkSettings;
-use crate::progress::{Cancelled, Progress};
-use crate::random::Random;
+use crate::{
+    calibration::{
+        error::CalibrationError,
+        network::{samples::Samples, settings::NetworkSettings},
+    },
+    progress::{Cancelled, Progress},
+    random::Random,
+};
 
 /// Number of held-out samples that are predicted together.
 const HELD_OUT_BATCH: usize = 256;

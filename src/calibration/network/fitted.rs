@@ -5,8 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
-use crate::calibration::entries::{check_length, check_numbers};
-use crate::calibration::error::{CalibrationError, LARGEST};
+use crate::calibration::{
+    entries::{check_length, check_numbers},
+    error::{CalibrationError, LARGEST},
+};
 
 /// Layer of a network: `outputs = weights · inputs + biases`. In every layer but the last, negative outputs become zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -3,8 +3,10 @@
 //! Guarantees: every stored value is finite and needs four bytes. Values are stored relative to the first sample, so a large
 //! offset costs no precision.
 
-use crate::calibration::error::{CalibrationError, Column};
-use crate::progress::{Cancelled, Progress};
+use crate::{
+    calibration::error::{CalibrationError, Column},
+    progress::{Cancelled, Progress},
+};
 
 /// Maximum difference of a value from that of the first sample. Larger differences could overflow single precision.
 const FARTHEST: f64 = 1e30;

@@ -8,11 +8,13 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::epochs::Training;
-use crate::calibration::error::CalibrationError;
-use crate::calibration::network::fitted::Network;
-use crate::calibration::network::samples::Samples;
-use crate::calibration::network::settings::NetworkSettings;
-use crate::progress::{Cancelled, Progress};
+use crate::{
+    calibration::{
+        error::CalibrationError,
+        network::{fitted::Network, samples::Samples, settings::NetworkSettings},
+    },
+    progress::{Cancelled, Progress},
+};
 
 /// Report after one epoch of a training. Losses are squared errors of the standardised targets, summed over the axes and
 /// averaged over the samples. A network that always predicts the mean has the number of axes as its loss.

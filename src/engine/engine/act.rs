@@ -1,9 +1,10 @@
 //! Actions of the user. Quick actions are done at once, slow ones in the background.
 
 use super::*;
-use crate::import::inspect::Known;
-use crate::questions::WITHIN;
-use crate::questions::models::asked::List;
+use crate::{
+    import::inspect::Known,
+    questions::{WITHIN, models::asked::List},
+};
 
 impl Engine {
     /// Carries out an action of the user. Slow work runs in the background.

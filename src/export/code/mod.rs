@@ -11,14 +11,17 @@ use minijinja::value::{Serde, merge_maps};
 use minijinja::{State, Value, context};
 
 pub(in crate::export) use self::program::Program;
-use crate::calibration::network::Layer;
-use crate::calibration::{Calibration, Learned, STRAYS, Status};
-use crate::export::target::{Export, Target};
-use crate::export::template::environment;
-use crate::export::text::identifier;
-use crate::features::{Numbers, Precision};
-use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
-use crate::shown::{joined, printable};
+use crate::{
+    calibration::{Calibration, Learned, STRAYS, Status, network::Layer},
+    export::{
+        target::{Export, Target},
+        template::environment,
+        text::identifier,
+    },
+    features::{Numbers, Precision},
+    recording::gap::{LEAP_SECS, WRAPS_SECS},
+    shown::{joined, printable},
+};
 
 /// Maximum time that exported code looks back (s), which limits its memory. A longer step in time counts as a reset of the
 /// clock, which no look-back crosses.

@@ -7,10 +7,11 @@
 
 use serde::Serialize;
 
-use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
-use crate::dot::dot;
-use crate::features::look_back::measured;
-use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
+use crate::{
+    calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network},
+    dot::dot,
+    features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source, look_back::measured},
+};
 
 /// Shortest time between stored samples (s). It replaces the zero of old files, which asks to store every sample.
 const SHORTEST_STEP_SECS: f64 = 1e-5;

@@ -5,11 +5,15 @@ use std::io;
 use minijinja::context;
 
 use super::matrix::{self, MATRIX};
-use crate::export::target::{Export, Target};
-use crate::export::template::filled;
-use crate::export::text::{for_block_comment, identifier};
-use crate::recording::Axis;
-use crate::shown::joined;
+use crate::{
+    export::{
+        target::{Export, Target},
+        template::filled,
+        text::{for_block_comment, identifier},
+    },
+    recording::Axis,
+    shown::joined,
+};
 
 pub(super) static C_ARRAY: Target = Target {
     name: "Matrix for drivers (C array)",

@@ -1,8 +1,10 @@
 //! Calibration as a single C99 file, whose code allocates no memory on the heap.
 
-use crate::export::code::{CODE, Language};
-use crate::export::target::Target;
-use crate::export::text::for_block_comment;
+use crate::export::{
+    code::{CODE, Language},
+    target::Target,
+    text::for_block_comment,
+};
 
 pub(super) static C_HEADER: Target = Target {
     name: "C header",

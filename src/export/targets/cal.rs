@@ -12,17 +12,23 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
 use super::matrix::{self, MATRIX};
-use crate::calibration::{
-    Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
+use crate::{
+    calibration::{
+        Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
+    },
+    export::{
+        target::{Export, Outline, Target},
+        template::filled_markup,
+        text::for_xml_comment,
+    },
+    features::{FeatureSettings, GaugeScale},
+    recording::{
+        Axis, Identity, Item,
+        gap::gap_by_rate,
+        units::{force_in_newtons, moment_in_newton_metres},
+    },
+    shown::joined,
 };
-use crate::export::target::{Export, Outline, Target};
-use crate::export::template::filled_markup;
-use crate::export::text::for_xml_comment;
-use crate::features::{FeatureSettings, GaugeScale};
-use crate::recording::gap::gap_by_rate;
-use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
-use crate::recording::{Axis, Identity, Item};
-use crate::shown::joined;
 
 pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",

@@ -2,10 +2,12 @@
 
 use std::io;
 
-use crate::export::target::{Export, Target};
-use crate::features::Column;
-use crate::formats::csv::CsvWriter;
-use crate::shown::printable;
+use crate::{
+    export::target::{Export, Target},
+    features::Column,
+    formats::csv::CsvWriter,
+    shown::printable,
+};
 
 pub(super) static CSV: Target = Target {
     name: "Matrices (CSV)",

@@ -1,7 +1,6 @@
 //! The complete calibration as JSON, which this program can read back.
 
-use crate::calibration::Calibration;
-use crate::export::target::Target;
+use crate::{calibration::Calibration, export::target::Target};
 
 pub(super) static JSON: Target = Target {
     name: "Complete calibration (JSON)",

@@ -1,9 +1,11 @@
 //! Calibration as a single MATLAB function that Simulink accepts, because it uses no cell arrays and only arrays of fixed
 //! size.
 
-use crate::export::code::{CODE, Language};
-use crate::export::target::Target;
-use crate::export::text::ascii;
+use crate::export::{
+    code::{CODE, Language},
+    target::Target,
+    text::ascii,
+};
 
 pub(super) static M_FUNCTION: Target = Target {
     name: "MATLAB function",

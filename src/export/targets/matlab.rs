@@ -1,10 +1,10 @@
 //! All arrays of a calibration as a MATLAB file of version 5.
 
 use super::numpy::NUMPY;
-use crate::export::arrays::arrays;
-use crate::export::target::Target;
-use crate::export::text::ascii;
-use crate::formats::{Entry, mat};
+use crate::{
+    export::{arrays::arrays, target::Target, text::ascii},
+    formats::{Entry, mat},
+};
 
 /// MATLAB file (`.mat`). A list of texts is a matrix of characters, one row per text, padded with blanks. Texts are in
 /// ASCII, because Octave reads no other characters.

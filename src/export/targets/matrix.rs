@@ -1,9 +1,11 @@
 //! The conventional matrix without compensation and offset, for file formats that hold nothing else. The user is warned of
 //! the omissions before writing.
 
-use crate::calibration::Calibration;
-use crate::export::target::{Export, Target};
-use crate::shown::joined;
+use crate::{
+    calibration::Calibration,
+    export::target::{Export, Target},
+    shown::joined,
+};
 
 pub(super) const MATRIX: Target = Target {
     leaves_out: |_| "the compensation of hysteresis, the offset (take the unloaded gauges as bias), gauge names",

@@ -1,8 +1,9 @@
 //! All arrays of a calibration as a NumPy archive.
 
-use crate::export::arrays::arrays;
-use crate::export::target::Target;
-use crate::formats::npz;
+use crate::{
+    export::{arrays::arrays, target::Target},
+    formats::npz,
+};
 
 /// NumPy archive (`.npz`), in which vectors are one-dimensional arrays.
 pub(super) const NUMPY: Target = Target {

@@ -1,7 +1,9 @@
 //! Calibration as a single Python file that needs only NumPy.
 
-use crate::export::code::{CODE, Language};
-use crate::export::target::Target;
+use crate::export::{
+    code::{CODE, Language},
+    target::Target,
+};
 
 pub(super) static PYTHON: Target = Target {
     name: "Python source",

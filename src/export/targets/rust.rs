@@ -1,7 +1,9 @@
 //! Calibration as a single Rust file that needs only the standard library.
 
-use crate::export::code::{CODE, Language};
-use crate::export::target::Target;
+use crate::export::{
+    code::{CODE, Language},
+    target::Target,
+};
 
 pub(super) static RUST: Target = Target {
     name: "Rust source",

@@ -6,9 +6,11 @@
 
 use std::io;
 
-use crate::export::fields::{Field, Value, fields};
-use crate::export::target::{Export, Target};
-use crate::export::text::for_yaml;
+use crate::export::{
+    fields::{Field, Value, fields},
+    target::{Export, Target},
+    text::for_yaml,
+};
 
 pub(super) static YAML: Target = Target {
     name: "ROS 2 parameters (YAML)",

@@ -3,8 +3,7 @@
 use std::io;
 
 use super::table::{BeginTraces, TraceTable};
-use crate::export::format::FileFormat;
-use crate::formats::csv::CsvWriter;
+use crate::{export::format::FileFormat, formats::csv::CsvWriter};
 
 pub(super) const FORMAT: FileFormat<BeginTraces> = FileFormat {
     name: "Delimited text",

@@ -13,11 +13,13 @@ use std::path::Path;
 
 use self::table::BeginTraces;
 use super::format::FileFormat;
-use crate::calibration::{Calibration, Estimator};
-use crate::export::atomic::{Together, WriteError};
-use crate::formats::csv::CsvWriter;
-use crate::progress::Progress;
-use crate::recording::{Axis, Recording};
+use crate::{
+    calibration::{Calibration, Estimator},
+    export::atomic::{Together, WriteError},
+    formats::csv::CsvWriter,
+    progress::Progress,
+    recording::{Axis, Recording},
+};
 
 pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
     csv::FORMAT,

@@ -3,8 +3,7 @@
 use std::io;
 
 use super::table::{BeginTraces, TraceTable};
-use crate::export::format::FileFormat;
-use crate::formats::parquet::ParquetTable;
+use crate::{export::format::FileFormat, formats::parquet::ParquetTable};
 
 pub(super) const FORMAT: FileFormat<BeginTraces> = FileFormat {
     name: "Apache Parquet",

@@ -4,11 +4,13 @@
 //! the output of the low-pass. At the first sample, u is the present value `(a − a₀)/σ`; with τ = 0 it always is. For each τ
 //! and channel the columns are u (drift of the zero) and u zᵢ with the standardised gauge zᵢ (drift of the sensitivity).
 
-use crate::features::block::{Appends, Block, Inputs, Stream};
-use crate::features::channel::AuxiliaryChannel;
-use crate::features::gauge_scale::GaugeScale;
-use crate::features::setting::{Range, Setting, Unit};
-use crate::features::source::{Constant, Memory, Rows, Source};
+use crate::features::{
+    block::{Appends, Block, Inputs, Stream},
+    channel::AuxiliaryChannel,
+    gauge_scale::GaugeScale,
+    setting::{Range, Setting, Unit},
+    source::{Constant, Memory, Rows, Source},
+};
 
 /// Feature block of auxiliary channels. Its values are time constants (s); zero means the present value of the channel.
 #[derive(Clone, Copy, Debug)]

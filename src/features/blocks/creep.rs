@@ -6,9 +6,11 @@
 //! The influence of the unknown signal before the first sample fades as e^(−t/τ), with the time t since the first sample. So
 //! the column is `s + (1 − e^(−t/τ)) (y − s)`. At first, this is the present gauge s; after some time constants, it is y.
 
-use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
-use crate::features::setting::{Range, Setting, Unit};
-use crate::features::source::{Constant, Memory, Rows, Source};
+use crate::features::{
+    block::{Appends, Block, Inputs, Lists, Search, Stream},
+    setting::{Range, Setting, Unit},
+    source::{Constant, Memory, Rows, Source},
+};
 
 /// Feature block of creep. Its values are time constants (s).
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,12 @@
 
 use std::collections::VecDeque;
 
-use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
-use crate::features::kept::Kept;
-use crate::features::setting::{Range, Setting, Unit};
-use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
+use crate::features::{
+    block::{Appends, Block, Inputs, Lists, Search, Stream},
+    kept::Kept,
+    setting::{Range, Setting, Unit},
+    source::{Code, Constant, Memory, Precision, Rows, Source},
+};
 
 /// Feature block of fixed lags. Its values are the lags (s).
 #[derive(Clone, Copy, Debug)]

@@ -5,9 +5,11 @@
 //! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer
 //! depends on its start. Until then, the column is the present gauge.
 
-use crate::features::block::{Appends, Block, Inputs, Lists, Search, Stream};
-use crate::features::setting::{Range, Setting, Unit};
-use crate::features::source::{Constant, Memory, Numbers, Precision, Rows, Source};
+use crate::features::{
+    block::{Appends, Block, Inputs, Lists, Search, Stream},
+    setting::{Range, Setting, Unit},
+    source::{Constant, Memory, Numbers, Precision, Rows, Source},
+};
 
 /// Feature block of play operators. Its values are the radii r of the play (in standard deviations of the gauge).
 #[derive(Clone, Copy, Debug)]

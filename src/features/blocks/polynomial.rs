@@ -5,11 +5,13 @@
 //! wind-tunnel balances. The appended terms are `zᵢ zⱼ` for i ≤ j, then `zᵢ³`. zᵢ is the standardised value of gauge i, so
 //! that the powers have similar size.
 
-use crate::features::block::{Appends, Block, Inputs, Stream};
-use crate::features::gauge_scale::GaugeScale;
-use crate::features::monomial::Monomial;
-use crate::features::setting::{Choice, Range, Setting, Unit};
-use crate::features::source::{Code, Rows, Source};
+use crate::features::{
+    block::{Appends, Block, Inputs, Stream},
+    gauge_scale::GaugeScale,
+    monomial::Monomial,
+    setting::{Choice, Range, Setting, Unit},
+    source::{Code, Rows, Source},
+};
 
 /// Feature block that appends powers and products of the gauges. Its setting is the degree of the polynomial: 1 (nothing
 /// appended), 2 or 3.

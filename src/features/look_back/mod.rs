@@ -23,10 +23,12 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::features::kept::Kept;
-use crate::outward::{rounded_down, rounded_up};
-use crate::progress::Progress;
-use crate::vectorised::vectorised;
+use crate::{
+    features::kept::Kept,
+    outward::{rounded_down, rounded_up},
+    progress::Progress,
+    vectorised::vectorised,
+};
 
 pub(crate) use live::LiveLookBack;
 pub(crate) use thresholds::measured;

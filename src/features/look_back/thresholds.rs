@@ -1,7 +1,9 @@
 use serde::{Deserialize, Serialize};
 
-use crate::features::setting::{Range, Setting, Unit};
-use crate::recording::Axis;
+use crate::{
+    features::setting::{Range, Setting, Unit},
+    recording::Axis,
+};
 
 /// Force threshold F_th of a look-back: minimum load difference between the present and the past sample. The default is that
 /// of Koike et al. (2019), section 4.2.

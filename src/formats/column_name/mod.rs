@@ -8,9 +8,9 @@ pub(crate) use words::Kind;
 pub(super) use words::is_one_of;
 use words::{LONGEST, plain, plain_kind};
 
-use crate::recording::Axis;
-use crate::recording::units::{
-    TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius,
+use crate::recording::{
+    Axis,
+    units::{TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius},
 };
 
 /// Units that may follow a gauge's name without brackets, as in `S1 mV`. In brackets, a gauge may have any unit.

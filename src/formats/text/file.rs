@@ -11,10 +11,14 @@ use super::cells::{is_skipped, lines};
 use super::encoding::{Encoding, Text};
 use super::layout::{self, Head, detect, locate};
 use super::written::TextLayout;
-use crate::formats::columns::{PLACES, ROWS_AT_A_PLACE, Sample};
-use crate::formats::error::FileError;
-use crate::formats::format::Format;
-use crate::progress::{Cancelled, Progress};
+use crate::{
+    formats::{
+        columns::{PLACES, ROWS_AT_A_PLACE, Sample},
+        error::FileError,
+        format::Format,
+    },
+    progress::{Cancelled, Progress},
+};
 
 /// Format of every file whose first bytes match no other format.
 pub(in crate::formats) const FORMAT: Format = Format {

@@ -9,9 +9,11 @@ use super::cells::{Cells, decimal_comma_number, lines, number};
 use super::layout::names;
 use super::times::TimeForm;
 use super::written::Delimiter;
-use crate::formats::columns::{Column, Columns};
-use crate::formats::error::FileError;
-use crate::formats::format::{COLUMN_LIMIT, Format, Source};
+use crate::formats::{
+    columns::{Column, Columns},
+    error::FileError,
+    format::{COLUMN_LIMIT, Format, Source},
+};
 
 pub(in crate::formats) const FORMAT: Format = Format {
     name: "LabVIEW measurement",

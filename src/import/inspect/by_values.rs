@@ -4,12 +4,17 @@
 use super::super::names::{Guess, form_of_column};
 use super::super::plan::{AUXILIARY_LIMIT, GAUGE_LIMIT};
 use super::question::Question;
-use crate::formats::Cell;
-use crate::formats::column_name::{ColumnName, is_clock_name, is_load_unit};
-use crate::formats::text::Head;
-use crate::formats::text::times::TimeForm;
-use crate::import::column_report::{ColumnReport, Content};
-use crate::import::map::{ColumnRole, ColumnRule, Header};
+use crate::{
+    formats::{
+        Cell,
+        column_name::{ColumnName, is_clock_name, is_load_unit},
+        text::{Head, times::TimeForm},
+    },
+    import::{
+        column_report::{ColumnReport, Content},
+        map::{ColumnRole, ColumnRule, Header},
+    },
+};
 
 /// Adds the roles of the time and of the gauges to a proposed column map, if the names of the columns gave none. Returns the
 /// questions about the map that the user has to decide.

@@ -18,17 +18,22 @@ use super::abandonable::abandonable;
 use super::column_report::reports;
 use super::load::Reading;
 use super::two_clocks::{self, Table};
-use crate::finding::Finding;
-use crate::formats::text::Encoding;
-use crate::formats::text::TextLayout;
-use crate::formats::{Cell, FilePart, Opened, Sample};
-use crate::import::clock_offset::{self, ClockOffset};
-use crate::import::error::ReadError;
-use crate::import::join::Series;
-use crate::import::map::{ColumnMap, TableMap};
-use crate::import::names;
-use crate::progress::Progress;
-use crate::recording::{Axis, Recording};
+use crate::{
+    finding::Finding,
+    formats::{
+        Cell, FilePart, Opened, Sample,
+        text::{Encoding, TextLayout},
+    },
+    import::{
+        clock_offset::{self, ClockOffset},
+        error::ReadError,
+        join::Series,
+        map::{ColumnMap, TableMap},
+        names,
+    },
+    progress::Progress,
+    recording::{Axis, Recording},
+};
 
 /// Number of bytes of a file that are read for the preview. They hold thousands of rows, and reading them takes no noticeable
 /// time.

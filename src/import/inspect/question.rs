@@ -4,9 +4,13 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::import::column_report::ColumnReport;
-use crate::import::map::{ColumnMap, ColumnRole, ColumnRule, Header};
-use crate::shown::listed;
+use crate::{
+    import::{
+        column_report::ColumnReport,
+        map::{ColumnMap, ColumnRole, ColumnRule, Header},
+    },
+    shown::listed,
+};
 
 /// Question about the columns of a file that neither their names nor their values answer. The text of the question names the
 /// choices. Columns are counted from 1.

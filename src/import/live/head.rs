@@ -7,12 +7,16 @@ use super::super::device_rows::{
     DeviceRows, cells, delimiter, numbers, times_of_numbers, without_stamp,
 };
 use super::{LiveSource, LiveTable, RowForm};
-use crate::formats::column_name::ColumnName;
-use crate::formats::text::cells::Cells;
-use crate::formats::text::{
-    Delimiter, TextLayout, delimiter_of_header, is_header, is_units_row, words,
+use crate::{
+    formats::{
+        column_name::ColumnName,
+        text::{
+            Delimiter, TextLayout, cells::Cells, delimiter_of_header, is_header, is_units_row,
+            words,
+        },
+    },
+    import::error::{ReadError, TableError, at},
 };
-use crate::import::error::{ReadError, TableError, at};
 
 /// Maximum number of lines at the start of a live source in which its columns must be found.
 const MAX_HEAD_LINES: usize = 2000;

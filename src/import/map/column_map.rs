@@ -1,10 +1,14 @@
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::import::map::role::ColumnRole;
-use crate::import::map::table::{TableMap, is_default};
-use crate::import::map::weight::WeightMap;
-use crate::recording::{GroupPattern, Tare};
+use crate::{
+    import::map::{
+        role::ColumnRole,
+        table::{TableMap, is_default},
+        weight::WeightMap,
+    },
+    recording::{GroupPattern, Tare},
+};
 
 /// Description of how recordings are read from a file, or from two files, one with the gauges and one with the reference
 /// load.

@@ -1,9 +1,13 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::finding::{Advice, Way};
-use crate::import::map::header::KeyError;
-use crate::import::map::role::{Attitude, ColumnRole, PosePart};
+use crate::{
+    finding::{Advice, Way},
+    import::map::{
+        header::KeyError,
+        role::{Attitude, ColumnRole, PosePart},
+    },
+};
 
 /// Reason why a column map cannot be used, whatever the file to be read.
 #[derive(Debug, thiserror::Error)]

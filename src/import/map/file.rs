@@ -4,13 +4,17 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::import::map::column_map::{ColumnMap, FORMAT, VERSION};
-use crate::import::map::error::{FINITE, MapError, MapFileError, NOT_NEGATIVE, POSITIVE, must};
-use crate::import::map::header::{Header, KeyError};
-use crate::import::map::role::Attitude;
-use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
-use crate::recording::Tare;
-use crate::small_file::read_small;
+use crate::{
+    import::map::{
+        column_map::{ColumnMap, FORMAT, VERSION},
+        error::{FINITE, MapError, MapFileError, NOT_NEGATIVE, POSITIVE, must},
+        header::{Header, KeyError},
+        role::Attitude,
+        table::{ColumnKey, ColumnRule, TableMap},
+    },
+    recording::Tare,
+    small_file::read_small,
+};
 
 /// Maximum length of a map file (bytes). A longer file is not a map, and reading it would waste memory.
 const MAP_BYTES_LIMIT: u64 = 4 << 20;

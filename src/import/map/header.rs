@@ -3,10 +3,14 @@
 
 use std::collections::HashMap;
 
-use crate::formats::text::Head;
-use crate::import::map::role::ColumnRole;
-use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
-use crate::shown::{listed, shown};
+use crate::{
+    formats::text::Head,
+    import::map::{
+        role::ColumnRole,
+        table::{ColumnKey, ColumnRule, TableMap},
+    },
+    shown::{listed, shown},
+};
 
 /// Names of the columns of a file, in the order of the file. The list is empty for a file without a header.
 #[derive(Clone, Debug)]

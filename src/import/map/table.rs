@@ -4,9 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::formats::text::TextLayout;
-use crate::import::map::role::ColumnRole;
-use crate::shown::shown;
+use crate::{formats::text::TextLayout, import::map::role::ColumnRole, shown::shown};
 
 /// Description of one file as a table with columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

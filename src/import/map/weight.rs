@@ -2,10 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::import::map::error::{FINITE, MapError, NOT_NEGATIVE, POSITIVE, must};
-use crate::import::map::role::{Attitude, ColumnRole, PosePart};
-use crate::import::map::table::TableMap;
-use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
+use crate::{
+    import::map::{
+        error::{FINITE, MapError, NOT_NEGATIVE, POSITIVE, must},
+        role::{Attitude, ColumnRole, PosePart},
+        table::TableMap,
+    },
+    recording::kinetics::{STANDARD_GRAVITY, Weight},
+};
 
 /// Known weight that hangs from the sensor. The reference load is computed from weight and pose instead of being measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,15 +3,20 @@
 
 use super::super::named_column::NamedColumn;
 use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
-use crate::formats::text::Head;
-use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
-use crate::import::error::TableError;
-use crate::import::map::{
-    Attitude, ColumnKey, ColumnRole, ColumnRule, Header, PosePart, TableMap, WeightMap,
+use crate::{
+    formats::text::{
+        Head,
+        times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling},
+    },
+    import::{
+        error::TableError,
+        map::{Attitude, ColumnKey, ColumnRole, ColumnRule, Header, PosePart, TableMap, WeightMap},
+    },
+    recording::{
+        Axis,
+        units::{self, TimeUnit},
+    },
 };
-use crate::recording::Axis;
-use crate::recording::units;
-use crate::recording::units::TimeUnit;
 
 /// Known units of a quantity: a function that returns the factor from a unit to SI, and the names of the units for messages.
 type Quantity = (fn(&str) -> Option<f64>, &'static str);

@@ -7,11 +7,14 @@ mod making;
 mod parts;
 
 use super::named_column::NamedColumn;
-use crate::formats::text::times::TimeForm;
-use crate::formats::text::{Head, TextLayout};
-use crate::import::error::TableError;
-use crate::import::map::{TableMap, WeightMap};
-use crate::recording::Axis;
+use crate::{
+    formats::text::{Head, TextLayout, times::TimeForm},
+    import::{
+        error::TableError,
+        map::{TableMap, WeightMap},
+    },
+    recording::Axis,
+};
 use making::Making;
 pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 

@@ -1,8 +1,10 @@
 //! Types of which a plan for reading a file consists: uses of columns, which columns of a table are read, the conversion of
 //! times, and the columns of a pose.
 
-use crate::formats::text::times::TimeForm;
-use crate::import::map::{Attitude, ColumnMap, ColumnRole};
+use crate::{
+    formats::text::times::TimeForm,
+    import::map::{Attitude, ColumnMap, ColumnRole},
+};
 
 /// Maximum number of gauges. No known force/torque sensor has more, and with this number least squares are still fast.
 pub(crate) const GAUGE_LIMIT: usize = 64;

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use crate::finding::{Face, Finding, Id, Verdict};
-use crate::questions::errors::load_count::LoadCount;
-use crate::recording::Axis;
-use crate::scoring::numbers::significant;
-use crate::scoring::rig::RigReport;
+use crate::{
+    finding::{Face, Finding, Id, Verdict},
+    questions::errors::load_count::LoadCount,
+    recording::Axis,
+    scoring::{numbers::significant, rig::RigReport},
+};
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {

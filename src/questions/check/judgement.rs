@@ -1,8 +1,10 @@
 //! Derives the findings about the linear model, and the verdict, from the figures of a check of the recordings.
 
-use crate::finding::{Finding, Id, Verdict};
-use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
-use crate::scoring::numbers::{percent, significant};
+use crate::{
+    finding::{Finding, Id, Verdict},
+    questions::check::independent_loads::{AxisReach, Sufficiency},
+    scoring::numbers::{percent, significant},
+};
 
 /// Ratio of the held-out error to the error of the fit above which the held-out error is reported, if it also exceeds
 /// [`ERROR_MATTERS`]. With 1.25 load cases per coefficient, a ratio of five is expected merely because there are few loads.

@@ -3,30 +3,34 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, Regressor};
-use crate::finding::{Finding, Id, Verdict};
-use crate::min_max::MinMax;
-use crate::progress::Progress;
-use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
-use crate::questions::check::judgement::ONE_WAY;
-use crate::questions::dataset::{Dataset, Datasets};
-use crate::questions::error::AnalysisError;
-use crate::questions::errors::cold_start::worse_at_start;
-use crate::questions::errors::findings::findings_of_fit;
-use crate::questions::errors::load_count::LoadCount;
-use crate::questions::expected_error::rule::{
-    is_one_axis_at_a_time, is_one_programme, not_covered,
+use crate::{
+    calibration::{Calibration, Regressor},
+    finding::{Finding, Id, Verdict},
+    min_max::MinMax,
+    progress::Progress,
+    questions::{
+        check::{
+            independent_loads::{AxisReach, Sufficiency},
+            judgement::ONE_WAY,
+        },
+        dataset::{Dataset, Datasets},
+        error::AnalysisError,
+        errors::{cold_start::worse_at_start, findings::findings_of_fit, load_count::LoadCount},
+        expected_error::rule::{is_one_axis_at_a_time, is_one_programme, not_covered},
+        question::{Answered, Query, Work},
+        request::Request,
+    },
+    recording::{Entry, Recording, RecordingSet, Role, ValidRange, in_role},
+    same::same_where,
+    scoring::{
+        coverage::Coverage,
+        faults::Faults,
+        load_spread::LoadSpread,
+        numbers::{percent, significant},
+        rig::{Rig, lag_of_fit, matters},
+    },
+    shown::{counted, first_clauses},
 };
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::Request;
-use crate::recording::{Entry, Recording, RecordingSet, Role, ValidRange, in_role};
-use crate::same::same_where;
-use crate::scoring::coverage::Coverage;
-use crate::scoring::faults::Faults;
-use crate::scoring::load_spread::LoadSpread;
-use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Rig, lag_of_fit, matters};
-use crate::shown::{counted, first_clauses};
 use Verdict::{Doubtful, Enough};
 
 /// Maximum number of recordings with faults whose names are shown.

@@ -1,9 +1,13 @@
 //! Makes the tables and figures that show the result of a check of the recordings.
 
-use crate::questions::check::independent_loads::Sufficiency;
-use crate::report::figure::{Figure, Line, Scale};
-use crate::report::table::{Cell, Column, Table};
-use crate::scoring::rig::{RigReport, Run};
+use crate::{
+    questions::check::independent_loads::Sufficiency,
+    report::{
+        figure::{Figure, Line, Scale},
+        table::{Cell, Column, Table},
+    },
+    scoring::rig::{RigReport, Run},
+};
 
 /// Colours (sRGB) of the gauges in figures, by Okabe and Ito (2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =

@@ -8,14 +8,18 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use rayon::prelude::*;
 
-use crate::calibration::{AppliedLoads, Calibration, CalibrationError};
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::waited_for;
-use crate::recording::{Recording, RecordingSet, Role};
-use crate::report::Trace;
-use crate::scoring::MANY_SAMPLES;
-use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lags, widths};
-use crate::scoring::loops::{LoadExtent, extents_of_set};
+use crate::{
+    calibration::{AppliedLoads, Calibration, CalibrationError},
+    progress::{Cancelled, Progress},
+    questions::dataset::waited_for,
+    recording::{Recording, RecordingSet, Role},
+    report::Trace,
+    scoring::{
+        MANY_SAMPLES,
+        lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lags, widths},
+        loops::{LoadExtent, extents_of_set},
+    },
+};
 
 /// Time lag of one output (uncompensated or compensated load) behind its reference load.
 #[derive(Clone, Debug)]

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::features::AuxiliaryChannel;
-use crate::recording::{Entry, Role, in_role};
+use crate::{
+    features::AuxiliaryChannel,
+    recording::{Entry, Role, in_role},
+};
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AuxiliaryInputs {

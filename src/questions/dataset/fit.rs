@@ -5,20 +5,24 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::calibration::{
-    BlockRidge, Calibration, CoefficientErrors, LinearMap, MOST_FEATURES, NoCrossValidation,
-    NormalEquations, Past, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number, fit,
-    fit_targets, look_back_sums, recording_sums,
+use crate::{
+    calibration::{
+        BlockRidge, Calibration, CoefficientErrors, LinearMap, MOST_FEATURES, NoCrossValidation,
+        NormalEquations, Past, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number, fit,
+        fit_targets, look_back_sums, recording_sums,
+    },
+    features::Design,
+    panicked::locked,
+    progress::{Cancelled, Progress},
+    questions::dataset::{Dataset, Errors},
+    recording::{Entry, Role},
+    scoring::{
+        information::free_coefficients,
+        left_out::{LeftOut, shares_of_blocks},
+        metrics,
+        part_squares::PartSquares,
+    },
 };
-use crate::features::Design;
-use crate::panicked::locked;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::{Dataset, Errors};
-use crate::recording::{Entry, Role};
-use crate::scoring::information::free_coefficients;
-use crate::scoring::left_out::{LeftOut, shares_of_blocks};
-use crate::scoring::metrics;
-use crate::scoring::part_squares::PartSquares;
 
 /// Maximum size (bytes) of the normal equations that are kept to make the next change of look-back thresholds fast.
 const MOST_KEPT_BYTES: usize = 1 << 26;

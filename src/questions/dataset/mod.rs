@@ -15,31 +15,34 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use crate::calibration::{
-    Calibration, Conventional, CrossValidation, FORMAT, FitSettings, LARGEST, LinearMap,
-    NormalEquations, Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate,
-    loads_from_gauges, past_samples,
+use crate::{
+    calibration::{
+        Calibration, Conventional, CrossValidation, FORMAT, FitSettings, LARGEST, LinearMap,
+        NormalEquations, Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate,
+        loads_from_gauges, past_samples,
+    },
+    features::{Auxiliary, Block, Design, FeatureSettings, FixedLag, LoadPath, Play},
+    finding::Finding,
+    panicked::locked,
+    progress::{Cancelled, Progress},
+    questions::{
+        dataset::{applied::Applied, auxiliary_inputs::AuxiliaryInputs},
+        error::AnalysisError,
+    },
+    recording::{
+        Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
+        gap::gap_by_rate, in_role, load_ranges, median,
+    },
+    same::same_where,
+    scoring::{
+        MANY_SAMPLES,
+        coverage::Coverage,
+        cross_validation::Folds,
+        faults::{Faults, faults, faults_of},
+        metrics,
+        rig::{RigReport, lag},
+    },
 };
-use crate::features::{Auxiliary, Block, Design, FeatureSettings, FixedLag, LoadPath, Play};
-use crate::finding::Finding;
-use crate::panicked::locked;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::applied::Applied;
-use crate::questions::dataset::auxiliary_inputs::AuxiliaryInputs;
-use crate::questions::error::AnalysisError;
-use crate::recording::gap::gap_by_rate;
-use crate::recording::in_role;
-use crate::recording::{
-    Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
-    load_ranges, median,
-};
-use crate::same::same_where;
-use crate::scoring::MANY_SAMPLES;
-use crate::scoring::coverage::Coverage;
-use crate::scoring::cross_validation::Folds;
-use crate::scoring::faults::{Faults, faults, faults_of};
-use crate::scoring::metrics;
-use crate::scoring::rig::{RigReport, lag};
 
 /// RMSE of the conventional and of the compensated calibration in one recording, for each axis.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);

@@ -1,10 +1,7 @@
 //! Range of readings that a gauge has covered since the start of a recording. Once it is large enough, the state of a play
 //! operator (hysteresis element) driven by the gauge is known.
 
-use crate::features::GaugeScale;
-use crate::min_max::MinMax;
-use crate::questions::dataset::Dataset;
-use crate::recording::Role;
+use crate::{features::GaugeScale, min_max::MinMax, questions::dataset::Dataset, recording::Role};
 
 /// Maximum share of a group's samples in which the state of a play operator (hysteresis element) may be unknown.
 pub(crate) const MOST_UNKNOWN: f64 = 0.1;

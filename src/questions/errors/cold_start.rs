@@ -3,15 +3,19 @@
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, ErrorBlocks, HARM};
-use crate::finding::{Finding, Id, Verdict};
-use crate::questions::dataset::Dataset;
-use crate::questions::error::AnalysisError;
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::Request;
-use crate::recording::{Recording, Role, in_role};
-use crate::same::same_where;
-use crate::scoring::numbers::significant;
+use crate::{
+    calibration::{Calibration, ErrorBlocks, HARM},
+    finding::{Finding, Id, Verdict},
+    questions::{
+        dataset::Dataset,
+        error::AnalysisError,
+        question::{Answered, Query, Work},
+        request::Request,
+    },
+    recording::{Recording, Role, in_role},
+    same::same_where,
+    scoring::numbers::significant,
+};
 
 /// Number of simulated cold starts in each training recording, evenly distributed.
 const STARTS: usize = 8;

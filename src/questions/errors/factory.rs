@@ -10,9 +10,11 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges};
-use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
-use crate::recording::{Axis, Entry, Recording, Role};
+use crate::{
+    calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges},
+    export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration},
+    recording::{Axis, Entry, Recording, Role},
+};
 
 /// Reads the factory calibration for a comparison; see [`Request::factory`](crate::questions::Request::factory). If the file
 /// lists its gauges by position only (an ATI-style `.cal`), the gauges get the names `gauge_names`.

@@ -1,25 +1,31 @@
 //! Reports findings about a fit that its errors do not show, such as properties of the sensor that the recordings do not
 //! determine.
 
-use crate::calibration::{Calibration, GridEdge};
-use crate::features::{Auxiliary, AuxiliaryChannel};
-use crate::finding::{Finding, Id, Verdict};
-use crate::min_max::MinMax;
-use crate::progress::Progress;
-use crate::questions::dataset::Dataset;
-use crate::questions::dataset::auxiliary_inputs::AuxiliaryInputs;
-use crate::questions::dataset::travels::{MOST_UNKNOWN, Travels};
-use crate::questions::error::AnalysisError;
-use crate::questions::errors::cold_start::worse_at_start;
-use crate::questions::errors::load_count::LoadCount;
-use crate::questions::request::Request;
-use crate::recording::in_role;
-use crate::recording::{Axis, GroupedBy, LoneGroup, Role};
-use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, largest};
-use crate::scoring::cross_validation::FEWEST_RECORDINGS;
-use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{lag_of_fit, same_samples};
-use crate::shown::counted;
+use crate::{
+    calibration::{Calibration, GridEdge},
+    features::{Auxiliary, AuxiliaryChannel},
+    finding::{Finding, Id, Verdict},
+    min_max::MinMax,
+    progress::Progress,
+    questions::{
+        dataset::{
+            Dataset,
+            auxiliary_inputs::AuxiliaryInputs,
+            travels::{MOST_UNKNOWN, Travels},
+        },
+        error::AnalysisError,
+        errors::{cold_start::worse_at_start, load_count::LoadCount},
+        request::Request,
+    },
+    recording::{Axis, GroupedBy, LoneGroup, Role, in_role},
+    scoring::{
+        coverage::{Coverage, OUTSIDE_SHARE, largest},
+        cross_validation::FEWEST_RECORDINGS,
+        numbers::{percent, significant},
+        rig::{lag_of_fit, same_samples},
+    },
+    shown::counted,
+};
 
 /// Maximum range of the load on an axis for which the load counts as constant. It is a share of the full range (twice the
 /// full scale) of the axis, or of the largest range among the axes with the same unit if that is larger.

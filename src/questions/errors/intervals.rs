@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::calibration::Calibration;
-use crate::export::Interval;
-use crate::questions::dataset::Datasets;
-use crate::questions::errors::query::Analysis;
-use crate::questions::errors::traces::TraceSet;
-use crate::questions::request::Request;
-use crate::recording::{Recording, RecordingSet};
-use crate::same::same_where;
+use crate::{
+    calibration::Calibration,
+    export::Interval,
+    questions::{
+        dataset::Datasets,
+        errors::{query::Analysis, traces::TraceSet},
+        request::Request,
+    },
+    recording::{Recording, RecordingSet},
+    same::same_where,
+};
 
 /// Traces on screen, and the data from which they are computed.
 #[derive(Clone, Debug)]

@@ -3,11 +3,12 @@
 
 use serde::Serialize;
 
-use crate::calibration::Calibration;
-use crate::finding::{Finding, Id, Verdict};
-use crate::scoring::coverage::Coverage;
-use crate::scoring::numbers::significant;
-use crate::shown::counted;
+use crate::{
+    calibration::Calibration,
+    finding::{Finding, Id, Verdict},
+    scoring::{coverage::Coverage, numbers::significant},
+    shown::counted,
+};
 
 /// Number of load cases per free coefficient below which a finding is grave. With so few load cases, the errors on other
 /// loads are expected to be five times those of the fit, even if the model is right.

@@ -3,19 +3,25 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::calibration::{Calibration, FactoryScores, Past};
-use crate::finding::Finding;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::{Dataset, Errors, Key};
-use crate::questions::error::AnalysisError;
-use crate::questions::errors::factory::Factory;
-use crate::questions::errors::findings::findings_of_fit;
-use crate::questions::errors::traces::{FixedTraces, TraceSet};
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::{Request, View};
-use crate::recording::Entry;
-use crate::same::Shared as _;
-use crate::scoring::MANY_SAMPLES;
+use crate::{
+    calibration::{Calibration, FactoryScores, Past},
+    finding::Finding,
+    progress::{Cancelled, Progress},
+    questions::{
+        dataset::{Dataset, Errors, Key},
+        error::AnalysisError,
+        errors::{
+            factory::Factory,
+            findings::findings_of_fit,
+            traces::{FixedTraces, TraceSet},
+        },
+        question::{Answered, Query, Work},
+        request::{Request, View},
+    },
+    recording::Entry,
+    same::Shared as _,
+    scoring::MANY_SAMPLES,
+};
 
 /// Result of fitting or applying a calibration.
 #[derive(Clone, Debug)]

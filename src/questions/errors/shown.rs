@@ -1,10 +1,13 @@
 //! Tables of the errors of a calibration.
 
-use crate::calibration::{Calibration, FactoryScores};
-use crate::report::table::{Cell, Column, Table};
-use crate::report::trace::{Shown, Trace};
-use crate::scoring::numbers::significant;
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    calibration::{Calibration, FactoryScores},
+    report::{
+        table::{Cell, Column, Table},
+        trace::{Shown, Trace},
+    },
+    scoring::{numbers::significant, score_set::ScoreSet},
+};
 
 /// Returns a table of the RMSE of each axis on one set of samples (such as the test recordings), one row per axis.
 ///

@@ -3,11 +3,13 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
-use crate::calibration::{Calibration, Past};
-use crate::features::Design;
-use crate::panicked::locked;
-use crate::recording::Recording;
-use crate::scoring::series::Values;
+use crate::{
+    calibration::{Calibration, Past},
+    features::Design,
+    panicked::locked,
+    recording::Recording,
+    scoring::series::Values,
+};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {

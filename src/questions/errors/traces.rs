@@ -5,18 +5,22 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::calibration::{Calibration, Past};
-use crate::features::{Distance, Thresholds};
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::Dataset;
-use crate::questions::errors::factory::Factory;
-use crate::questions::errors::trace_values::{Columns, Made, MadeAxis, Segment, Table};
-use crate::questions::request::View;
-use crate::recording::{Axis, Entry};
-use crate::report::trace::Trace;
-use crate::scoring::Series;
-use crate::scoring::numbers::significant;
-use crate::scoring::series::Values;
+use crate::{
+    calibration::{Calibration, Past},
+    features::{Distance, Thresholds},
+    progress::{Cancelled, Progress},
+    questions::{
+        dataset::Dataset,
+        errors::{
+            factory::Factory,
+            trace_values::{Columns, Made, MadeAxis, Segment, Table},
+        },
+        request::View,
+    },
+    recording::{Axis, Entry},
+    report::trace::Trace,
+    scoring::{Series, numbers::significant, series::Values},
+};
 
 #[derive(Clone, Debug)]
 pub struct AxisTraces {

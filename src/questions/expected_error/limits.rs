@@ -8,11 +8,13 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::{ExpectedError, Quality};
-use crate::questions::metrology::{Metrology, Quantity};
-use crate::recording::Axis;
-use crate::scoring::numbers::significant;
-use crate::small_file::{TomlError, read_toml};
+use crate::{
+    calibration::{ExpectedError, Quality},
+    questions::metrology::{Metrology, Quantity},
+    recording::Axis,
+    scoring::numbers::significant,
+    small_file::{TomlError, read_toml},
+};
 
 /// Error figure of a calibration for which the user can set a maximum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -2,17 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, ExpectedError, NoCrossValidation, Past};
-use crate::export::with_sources;
-use crate::progress::Progress;
-use crate::questions::dataset::{Dataset, Key};
-use crate::questions::error::AnalysisError;
-use crate::questions::errors::query::Analysis;
-use crate::questions::expected_error::rule::{HeldOutErrors, MIN_GROUPS, expected_from};
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::Request;
-use crate::recording::{Axis, Entry, RecordingSet, Role, first_pieces};
-use crate::same::same_where;
+use crate::{
+    calibration::{Calibration, ExpectedError, NoCrossValidation, Past},
+    export::with_sources,
+    progress::Progress,
+    questions::{
+        dataset::{Dataset, Key},
+        error::AnalysisError,
+        errors::query::Analysis,
+        expected_error::rule::{HeldOutErrors, MIN_GROUPS, expected_from},
+        question::{Answered, Query, Work},
+        request::Request,
+    },
+    recording::{Axis, Entry, RecordingSet, Role, first_pieces},
+    same::same_where,
+};
 
 /// Maximum number of held-out samples whose errors are kept in memory.
 const KEPT: usize = 200_000;

@@ -1,11 +1,12 @@
 //! Rules of the expected error: when the recordings suffice for it, its value per axis, and the conditions that the
 //! recordings do not cover.
 
-use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation};
-use crate::min_max::MinMax;
-use crate::recording::in_role;
-use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
-use crate::scoring::quantile::quantile;
+use crate::{
+    calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation},
+    min_max::MinMax,
+    recording::{Axis, Entry, GroupedBy, Recording, Role, in_role, load_ranges},
+    scoring::quantile::quantile,
+};
 
 /// Share of the held-out errors that lie within the expected error.
 const SHARE: f64 = 0.95;

@@ -1,9 +1,11 @@
 //! Tables of the expected error and of limits.
 
-use crate::calibration::{AxisExpectedError, ExpectedError, NoCrossValidation};
-use crate::questions::expected_error::limits::Checked;
-use crate::report::table::{Cell, Column, Table};
-use crate::scoring::numbers::significant;
+use crate::{
+    calibration::{AxisExpectedError, ExpectedError, NoCrossValidation},
+    questions::expected_error::limits::Checked,
+    report::table::{Cell, Column, Table},
+    scoring::numbers::significant,
+};
 
 /// Returns the table of expected errors, one row per axis. The note below the table describes the held-out samples.
 pub fn expected_error_table(of: &ExpectedError) -> Table {

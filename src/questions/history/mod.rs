@@ -4,14 +4,18 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings, Regressor};
-use crate::export::Footprint;
-use crate::progress::Progress;
-use crate::questions::error::AnalysisError;
-use crate::questions::models::training::train;
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::Request;
-use crate::scoring::numbers::significant;
+use crate::{
+    calibration::{Calibration, FitSettings, Regressor},
+    export::Footprint,
+    progress::Progress,
+    questions::{
+        error::AnalysisError,
+        models::training::train,
+        question::{Answered, Query, Work},
+        request::Request,
+    },
+    scoring::numbers::significant,
+};
 
 /// History rates to try, ascending (Hz).
 const RATES_HZ: [f64; 9] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];

@@ -1,13 +1,19 @@
 //! Cross-plots: one channel (time, gauge or load) plotted against another.
 
-use crate::progress::Progress;
-use crate::questions::loops::frame::frame_around;
-use crate::questions::loops::picture::{Drawn, drawn};
-use crate::questions::loops::request::{Channel, CrossQuestion, LookError, column_of};
-use crate::questions::loops::source::{Part, Source};
-use crate::questions::metrology::check_numbers;
-use crate::report::Trace;
-use crate::scoring::loops::Frame;
+use crate::{
+    progress::Progress,
+    questions::{
+        loops::{
+            frame::frame_around,
+            picture::{Drawn, drawn},
+            request::{Channel, CrossQuestion, LookError, column_of},
+            source::{Part, Source},
+        },
+        metrology::check_numbers,
+    },
+    report::Trace,
+    scoring::loops::Frame,
+};
 
 /// A cross-plot, ready to be drawn.
 #[derive(Clone, Debug)]

@@ -1,13 +1,17 @@
 //! Dwells (intervals of constant load), and the drift of the uncompensated and the compensated load in a dwell.
 
-use crate::questions::loops::frame::frame_around;
-use crate::questions::loops::request::{DwellQuestion, LookError, column_of};
-use crate::questions::loops::source::{Part, Source};
-use crate::questions::metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells};
-use crate::report::Trace;
-use crate::scoring::Series;
-use crate::scoring::holds::Drift;
-use crate::scoring::loops::Frame;
+use crate::{
+    questions::{
+        loops::{
+            frame::frame_around,
+            request::{DwellQuestion, LookError, column_of},
+            source::{Part, Source},
+        },
+        metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells},
+    },
+    report::Trace,
+    scoring::{Series, holds::Drift, loops::Frame},
+};
 
 const FIT_POINTS: usize = 200;
 

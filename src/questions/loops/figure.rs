@@ -2,14 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::questions::loops::cross::CrossPlot;
-use crate::questions::loops::picture::{Drawn, LoopCurve, LoopFigures, LoopPlot};
-use crate::questions::loops::request::{Channel, Up};
-use crate::questions::metrology::Reason;
-use crate::report::Trace;
-use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
-use crate::scoring::loops::Frame;
-use crate::scoring::numbers::significant;
+use crate::{
+    questions::{
+        loops::{
+            cross::CrossPlot,
+            picture::{Drawn, LoopCurve, LoopFigures, LoopPlot},
+            request::{Channel, Up},
+        },
+        metrology::Reason,
+    },
+    report::{
+        Trace,
+        figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color},
+    },
+    scoring::{loops::Frame, numbers::significant},
+};
 
 /// Minimum ratio of the load rates of the fastest and the slowest cycle. Below this ratio, a time lag and hysteresis look
 /// alike.

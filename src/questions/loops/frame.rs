@@ -1,7 +1,6 @@
 //! Visible range of a plot.
 
-use crate::min_max::MinMax;
-use crate::scoring::loops::Frame;
+use crate::{min_max::MinMax, scoring::loops::Frame};
 
 /// Maximum number of points of all rising branches, and of all falling branches, that are drawn as lines. If a plot has more
 /// points, the density of the branches is drawn. Two outputs then take no longer to draw than the traces of six axes.

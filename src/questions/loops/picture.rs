@@ -4,17 +4,21 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::min_max::MinMax;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::applied::OutputLag;
-use crate::questions::loops::frame::{MAX_POINTS, frame_around};
-use crate::questions::loops::request::{LookError, LoopQuestion, Up, column_of};
-use crate::questions::loops::source::{Part, Source};
-use crate::questions::metrology::{Basis, Cycles, MetrologySettings, Reason, check_numbers};
-use crate::recording::Axis;
-use crate::report::Trace;
-use crate::scoring::loops::{
-    Branch, Cycle, Density, Frame, Loop, Outline, Stroke, common_loads, outline,
+use crate::{
+    min_max::MinMax,
+    progress::{Cancelled, Progress},
+    questions::{
+        dataset::applied::OutputLag,
+        loops::{
+            frame::{MAX_POINTS, frame_around},
+            request::{LookError, LoopQuestion, Up, column_of},
+            source::{Part, Source},
+        },
+        metrology::{Basis, Cycles, MetrologySettings, Reason, check_numbers},
+    },
+    recording::Axis,
+    report::Trace,
+    scoring::loops::{Branch, Cycle, Density, Frame, Loop, Outline, Stroke, common_loads, outline},
 };
 
 /// Loops of one axis, ready to be drawn.

@@ -2,15 +2,20 @@
 
 use std::sync::Arc;
 
-use crate::progress::Progress;
-use crate::questions::loops::cross::CrossPlot;
-use crate::questions::loops::dwell::DwellPlot;
-use crate::questions::loops::picture::LoopPlot;
-use crate::questions::loops::request::{LookError, LookRequest, Question, Span, TableOf};
-use crate::questions::loops::source::Source;
-use crate::questions::loops::{cross, dwell, picture};
-use crate::questions::metrology::{Metrology, Run, table_by};
-use crate::questions::question::{Answered, Query, Work};
+use crate::{
+    progress::Progress,
+    questions::{
+        loops::{
+            cross::{self, CrossPlot},
+            dwell::{self, DwellPlot},
+            picture::{self, LoopPlot},
+            request::{LookError, LookRequest, Question, Span, TableOf},
+            source::Source,
+        },
+        metrology::{Metrology, Run, table_by},
+        question::{Answered, Query, Work},
+    },
+};
 
 /// Plot or table that a [`Question`] requests.
 #[derive(Clone, Debug)]

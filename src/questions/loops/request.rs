@@ -1,14 +1,18 @@
 //! Requests for loops, cross-plots, dwells and the metrology table, with the samples that they cover and the reasons why there is
 //! nothing to show.
 
-use crate::calibration::{Calibration, CalibrationError};
-use crate::progress::Cancelled;
-use crate::questions::errors::intervals::OnScreen;
-use crate::questions::metrology::{MetrologyError, MetrologySettings, Reason};
-use crate::questions::question::Unanswered;
-use crate::recording::{Axis, RecordingSet, Role};
-use crate::report::Trace;
-use crate::scoring::loops::Frame;
+use crate::{
+    calibration::{Calibration, CalibrationError},
+    progress::Cancelled,
+    questions::{
+        errors::intervals::OnScreen,
+        metrology::{MetrologyError, MetrologySettings, Reason},
+        question::Unanswered,
+    },
+    recording::{Axis, RecordingSet, Role},
+    report::Trace,
+    scoring::loops::Frame,
+};
 
 /// Quantity on the vertical axis of a loop plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,14 +1,17 @@
 //! Tables of the widths and areas of loops, and of the drift in a dwell.
 
-use crate::questions::dataset::applied::OutputLag;
-use crate::questions::loops::dwell::DwellCurve;
-use crate::questions::loops::figure::LoopView;
-use crate::questions::loops::request::Up;
-use crate::recording::Axis;
-use crate::report::table::{Cell, Column, Table};
-use crate::report::trace::Trace;
-use crate::scoring::holds::Drift;
-use crate::scoring::numbers::significant;
+use crate::{
+    questions::{
+        dataset::applied::OutputLag,
+        loops::{dwell::DwellCurve, figure::LoopView, request::Up},
+    },
+    recording::Axis,
+    report::{
+        table::{Cell, Column, Table},
+        trace::Trace,
+    },
+    scoring::{holds::Drift, numbers::significant},
+};
 
 /// Returns a sentence about the time lag of the uncompensated load, and its effect on the width of the loop.
 pub(crate) fn lag_in_words(found: &OutputLag) -> String {

@@ -3,15 +3,19 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::calibration::Calibration;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::applied::{Applied, OutputLag, UsedLoads, rows_of};
-use crate::questions::errors::intervals::OnScreen;
-use crate::questions::loops::request::{LookError, LookRequest, Span};
-use crate::questions::metrology::{Lags, MetrologySettings, Rules, Run};
-use crate::recording::{Axis, Recording, RecordingSet};
-use crate::report::Trace;
-use crate::scoring::lag::InTime;
+use crate::{
+    calibration::Calibration,
+    progress::{Cancelled, Progress},
+    questions::{
+        dataset::applied::{Applied, OutputLag, UsedLoads, rows_of},
+        errors::intervals::OnScreen,
+        loops::request::{LookError, LookRequest, Span},
+        metrology::{Lags, MetrologySettings, Rules, Run},
+    },
+    recording::{Axis, Recording, RecordingSet},
+    report::Trace,
+    scoring::lag::InTime,
+};
 
 /// Part of one recording: its index, and a range of its samples.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,27 +2,24 @@
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings};
-use crate::progress::Cancelled;
-use crate::progress::Progress;
-use crate::questions::OnScreen;
-use crate::questions::dataset::Datasets;
-use crate::questions::dataset::applied::UsedLoads;
-use crate::questions::errors::query::{Analysis, analyse};
-use crate::questions::loops::*;
-use crate::questions::metrology::{MetrologySettings, Reason};
-use crate::questions::request::Request;
-use crate::questions::request::View;
-use crate::recording::Axis;
-use crate::recording::RecordingSet;
-use crate::recording::Role;
-use crate::recording::simulated;
-use crate::recording::simulated::{Late, PLAY_NEWTONS};
-use crate::recording::{Entry, Recording, Source as Origin};
-use crate::report::figure::DOTTED;
-use crate::report::{Table, Trace};
-use crate::scoring::loops::Frame;
-use crate::scoring::loops::Stroke;
+use crate::{
+    calibration::{Calibration, FitSettings},
+    progress::{Cancelled, Progress},
+    questions::{
+        OnScreen,
+        dataset::{Datasets, applied::UsedLoads},
+        errors::query::{Analysis, analyse},
+        loops::*,
+        metrology::{MetrologySettings, Reason},
+        request::{Request, View},
+    },
+    recording::{
+        Axis, Entry, Recording, RecordingSet, Role, Source as Origin,
+        simulated::{self, Late, PLAY_NEWTONS},
+    },
+    report::{Table, Trace, figure::DOTTED},
+    scoring::loops::{Frame, Stroke},
+};
 
 /// Half-width of the play in the gauge.
 const RADIUS: f64 = 0.5;

@@ -1,14 +1,17 @@
 //! Metrology rows that need no order in time: errors of all samples, and nonlinearity and repeatability of load cases.
 
-use crate::min_max::MinMax;
-use crate::questions::metrology::figures::{Figure, Value};
-use crate::questions::metrology::loop_rows::{FEWEST_LOADS, Line};
-use crate::questions::metrology::measured::AxisView;
-use crate::questions::metrology::quantity::Quantity;
-use crate::questions::metrology::reason::Reason;
-use crate::recording::load_cases;
-use crate::scoring::metrics::root_mean;
-use crate::scoring::quantile::quantile;
+use crate::{
+    min_max::MinMax,
+    questions::metrology::{
+        figures::{Figure, Value},
+        loop_rows::{FEWEST_LOADS, Line},
+        measured::AxisView,
+        quantity::Quantity,
+        reason::Reason,
+    },
+    recording::load_cases,
+    scoring::{metrics::root_mean, quantile::quantile},
+};
 
 pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     [

@@ -3,11 +3,15 @@
 
 use rayon::prelude::*;
 
-use crate::questions::metrology::figures::{Figure, Result, Value};
-use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
-use crate::questions::metrology::quantity::Quantity;
-use crate::questions::metrology::reason::Reason;
-use crate::recording::Axis;
+use crate::{
+    questions::metrology::{
+        figures::{Figure, Result, Value},
+        measured::{Columns, Measured, OUTPUTS},
+        quantity::Quantity,
+        reason::Reason,
+    },
+    recording::Axis,
+};
 
 /// Minimum number of samples from which the slope of crosstalk is computed.
 const FEWEST_SAMPLES: usize = 10;

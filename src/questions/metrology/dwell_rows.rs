@@ -2,12 +2,16 @@
 
 use std::ops::Range;
 
-use crate::questions::metrology::figures::{Figure, Place, Result, Run, Value};
-use crate::questions::metrology::measured::{AxisRun, AxisView, Columns, Measured};
-use crate::questions::metrology::quantity::Quantity;
-use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::settings::{MetrologyError, Rules};
-use crate::scoring::holds::{Drift, Hold};
+use crate::{
+    questions::metrology::{
+        figures::{Figure, Place, Result, Run, Value},
+        measured::{AxisRun, AxisView, Columns, Measured},
+        quantity::Quantity,
+        reason::Reason,
+        settings::{MetrologyError, Rules},
+    },
+    scoring::holds::{Drift, Hold},
+};
 
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
 

@@ -4,11 +4,15 @@ use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
-use crate::calibration::AppliedLoads;
-use crate::finding::Finding;
-use crate::questions::metrology::quantity::{Definition, Quantity};
-use crate::questions::metrology::reason::Reason;
-use crate::recording::{Axis, Recording};
+use crate::{
+    calibration::AppliedLoads,
+    finding::Finding,
+    questions::metrology::{
+        quantity::{Definition, Quantity},
+        reason::Reason,
+    },
+    recording::{Axis, Recording},
+};
 
 /// One recording, with the loads that a calibration computes from it.
 ///

@@ -1,14 +1,21 @@
 //! Metrology rows from loops: hysteresis, nonlinearity, combined error, repeatability, and the time lag in the loops.
 
-use crate::min_max::MinMax;
-use crate::questions::metrology::figures::{Basis, Figure, Place, Result, Value};
-use crate::questions::metrology::measured::{AxisRun, AxisView, Lags};
-use crate::questions::metrology::quantity::Quantity;
-use crate::questions::metrology::reason::Reason;
-use crate::recording::Axis;
-use crate::scoring::lag::{WORTH_REMOVING, widths};
-use crate::scoring::loops::{
-    Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, TooFew, branches, common_loads, even_loads,
+use crate::{
+    min_max::MinMax,
+    questions::metrology::{
+        figures::{Basis, Figure, Place, Result, Value},
+        measured::{AxisRun, AxisView, Lags},
+        quantity::Quantity,
+        reason::Reason,
+    },
+    recording::Axis,
+    scoring::{
+        lag::{WORTH_REMOVING, widths},
+        loops::{
+            Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, TooFew, branches, common_loads,
+            even_loads,
+        },
+    },
 };
 
 /// Minimum number of different loads on a branch, for a line that shows nonlinearity.

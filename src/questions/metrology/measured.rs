@@ -4,16 +4,20 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::calibration::LARGEST;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::metrology::figures::{Place, Run};
-use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::settings::{
-    MetrologyError, MetrologySettings, Rules, check_per_axis,
+use crate::{
+    calibration::LARGEST,
+    progress::{Cancelled, Progress},
+    questions::metrology::{
+        figures::{Place, Run},
+        reason::Reason,
+        settings::{MetrologyError, MetrologySettings, Rules, check_per_axis},
+    },
+    recording::Axis,
+    scoring::{
+        holds::{Hold, holds},
+        lag::{Lag, LagRun, NoLag, lags},
+    },
 };
-use crate::recording::Axis;
-use crate::scoring::holds::{Hold, holds};
-use crate::scoring::lag::{Lag, LagRun, NoLag, lags};
 
 /// Number of outputs of the sensor that are compared: the uncompensated, then the compensated load.
 pub(crate) const OUTPUTS: usize = 2;

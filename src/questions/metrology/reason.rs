@@ -1,11 +1,15 @@
 //! Reasons why a metrology figure is missing, as sentences that take the place of the figure.
 
-use crate::recording::Axis;
-use crate::scoring::holds::NoTimeConstant;
-use crate::scoring::lag::NoLag;
-use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, MOST};
-use crate::scoring::numbers::significant;
-use crate::shown::counted;
+use crate::{
+    recording::Axis,
+    scoring::{
+        holds::NoTimeConstant,
+        lag::NoLag,
+        loops::{FEWEST_CYCLES, FULL_SHARE, MOST},
+        numbers::significant,
+    },
+    shown::counted,
+};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {

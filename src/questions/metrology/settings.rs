@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::progress::Cancelled;
-use crate::recording::Axis;
-use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
+use crate::{
+    progress::Cancelled,
+    recording::Axis,
+    scoring::loops::{LoadExtent, NOISE_FACTOR},
+};
 
 /// Settings of the metrology table.
 ///

@@ -1,12 +1,17 @@
 //! Tables of metrology figures.
 
-use crate::questions::metrology;
-use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
-use crate::questions::metrology::reason::Reason;
-use crate::report::table;
-use crate::report::table::{Cell, Column, Table};
-use crate::report::trace::{Shown, Trace};
-use crate::scoring::numbers::significant;
+use crate::{
+    questions::metrology::{
+        self,
+        figures::{Basis, Figure, Metrology, Row, Value},
+        reason::Reason,
+    },
+    report::{
+        table::{self, Cell, Column, Table},
+        trace::{Shown, Trace},
+    },
+    scoring::numbers::significant,
+};
 
 type Output = fn(&metrology::Cell) -> &Figure;
 

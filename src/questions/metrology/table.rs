@@ -4,24 +4,24 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::finding::{Finding, Id, Verdict};
-use crate::min_max::MinMax;
-use crate::progress::Cancelled;
-use crate::questions::metrology::case_rows::case_figures;
-use crate::questions::metrology::case_rows::error_figures;
-use crate::questions::metrology::crosstalk::{Response, crosstalk_figures, responses};
-use crate::questions::metrology::dwell_rows::dwell_figures;
-use crate::questions::metrology::figures::{Cell, Figure, Metrology, Result, Row, Run, Value};
-use crate::questions::metrology::loop_rows::LoopRows;
-use crate::questions::metrology::loop_rows::lag_figures;
-use crate::questions::metrology::measured::{Columns, Lags, Measured, OUTPUTS};
-use crate::questions::metrology::quantity::Quantity;
-use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::settings::{MetrologyError, Rules};
-use crate::recording::Axis;
-use crate::scoring::MANY_SAMPLES;
-use crate::scoring::lag::WORTH_REMOVING;
-use crate::scoring::numbers::significant;
+use crate::{
+    finding::{Finding, Id, Verdict},
+    min_max::MinMax,
+    progress::Cancelled,
+    questions::metrology::{
+        case_rows::{case_figures, error_figures},
+        crosstalk::{Response, crosstalk_figures, responses},
+        dwell_rows::dwell_figures,
+        figures::{Cell, Figure, Metrology, Result, Row, Run, Value},
+        loop_rows::{LoopRows, lag_figures},
+        measured::{Columns, Lags, Measured, OUTPUTS},
+        quantity::Quantity,
+        reason::Reason,
+        settings::{MetrologyError, Rules},
+    },
+    recording::Axis,
+    scoring::{MANY_SAMPLES, lag::WORTH_REMOVING, numbers::significant},
+};
 
 /// Ratio of the largest load to full scale, above which a finding warns that the loads exceed full scale.
 const BEYOND: f64 = 1.2;

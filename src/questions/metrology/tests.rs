@@ -1,14 +1,19 @@
 //! Known values for every row, and the reason for every missing figure.
 
-use crate::calibration::AppliedLoads;
-use crate::finding::Id;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::metrology::*;
-use crate::recording::Axis;
-use crate::recording::simulated;
-use crate::recording::simulated::{LAG_SECS, Late, PLAY_NEWTONS};
-use crate::scoring::holds::NoTimeConstant;
-use crate::scoring::loops::{LoadExtent, extents_of_set};
+use crate::{
+    calibration::AppliedLoads,
+    finding::Id,
+    progress::{Cancelled, Progress},
+    questions::metrology::*,
+    recording::{
+        Axis,
+        simulated::{self, LAG_SECS, Late, PLAY_NEWTONS},
+    },
+    scoring::{
+        holds::NoTimeConstant,
+        loops::{LoadExtent, extents_of_set},
+    },
+};
 
 /// One axis at 20 Hz: its load, and two outputs.
 struct One {

@@ -2,14 +2,20 @@
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, EpochReport};
-use crate::questions::models::best::{Best, Search, find_best};
-use crate::questions::models::comparison::{Comparison, Outcome, compare};
-use crate::questions::models::learning::TrainingStep;
-use crate::questions::models::training::train;
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::Request;
-use crate::same::same_where;
+use crate::{
+    calibration::{Calibration, EpochReport},
+    questions::{
+        models::{
+            best::{Best, Search, find_best},
+            comparison::{Comparison, Outcome, compare},
+            learning::TrainingStep,
+            training::train,
+        },
+        question::{Answered, Query, Work},
+        request::Request,
+    },
+    same::same_where,
+};
 
 /// Request to train a network or a kernel, which takes too long to be repeated at every step of a slider. A network that the
 /// user stops keeps its best epoch.

@@ -11,23 +11,28 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::calibration::{
-    Calibration, ErrorBlocks, FitSettings, Refusal, Regressor, RidgeChoice, Scores, weighed,
+use crate::{
+    calibration::{
+        Calibration, ErrorBlocks, FitSettings, Refusal, Regressor, RidgeChoice, Scores, weighed,
+    },
+    features::FeatureSettings,
+    progress::Progress,
+    questions::{
+        error::AnalysisError,
+        models::{
+            folds::NestedFolds,
+            recipes::{self, Recipe},
+            side::{Effort, Side},
+            table::{Mark, Model, ModelRow, model_table, weights},
+        },
+    },
+    recording::{RecordingSet, Role},
+    report::Table,
+    scoring::{
+        left_out::summed_by_target, metrics::root_mean, numbers::significant, score_set::ScoreSet,
+    },
+    shown::counted,
 };
-use crate::features::FeatureSettings;
-use crate::progress::Progress;
-use crate::questions::error::AnalysisError;
-use crate::questions::models::folds::NestedFolds;
-use crate::questions::models::recipes::{self, Recipe};
-use crate::questions::models::side::{Effort, Side};
-use crate::questions::models::table::{Mark, Model, ModelRow, model_table, weights};
-use crate::recording::{RecordingSet, Role};
-use crate::report::Table;
-use crate::scoring::left_out::summed_by_target;
-use crate::scoring::metrics::root_mean;
-use crate::scoring::numbers::significant;
-use crate::scoring::score_set::ScoreSet;
-use crate::shown::counted;
 
 /// Maximum number of training samples while models are compared. Recordings with more samples are decimated.
 const ENOUGH_SAMPLES: usize = 60_000;

@@ -6,19 +6,24 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::calibration::{FitSettings, Learner, Regressor};
-use crate::features::{Blocks, FeatureSettings, Polynomial};
-use crate::panicked::{caught, locked};
-use crate::progress::Progress;
-use crate::questions::error::AnalysisError;
-use crate::questions::models::best::{Best, Tried};
-use crate::questions::models::cross_validated::cross_validation_cost;
-use crate::questions::models::cross_validated::side_by_side;
-use crate::questions::models::learning::TrainingStep;
-use crate::questions::models::table::{Model, pattern};
-use crate::questions::models::training::train;
-use crate::questions::request::Request;
-use crate::recording::{RecordingSet, Role};
+use crate::{
+    calibration::{FitSettings, Learner, Regressor},
+    features::{Blocks, FeatureSettings, Polynomial},
+    panicked::{caught, locked},
+    progress::Progress,
+    questions::{
+        error::AnalysisError,
+        models::{
+            best::{Best, Tried},
+            cross_validated::{cross_validation_cost, side_by_side},
+            learning::TrainingStep,
+            table::{Model, pattern},
+            training::train,
+        },
+        request::Request,
+    },
+    recording::{RecordingSet, Role},
+};
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {

@@ -14,19 +14,25 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 
-use crate::calibration::{
-    Calibration, EpochReport, FitSettings, Learner, NetworkSettings, Piece, SHARES, best_share,
+use crate::{
+    calibration::{
+        Calibration, EpochReport, FitSettings, Learner, NetworkSettings, Piece, SHARES, best_share,
+    },
+    panicked::locked,
+    progress::Progress,
+    questions::{
+        dataset::{Dataset, Datasets},
+        error::AnalysisError,
+        expected_error::query::step_of,
+        models::learning::{Fitted, Moments, TrainingStep, fit_all},
+        request::Request,
+    },
+    recording::{Entry, Role},
+    scoring::{
+        cross_validation::{Fold, MOST_FITS, fit_without},
+        part_squares::PartSquares,
+    },
 };
-use crate::panicked::locked;
-use crate::progress::Progress;
-use crate::questions::dataset::{Dataset, Datasets};
-use crate::questions::error::AnalysisError;
-use crate::questions::expected_error::query::step_of;
-use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
-use crate::questions::request::Request;
-use crate::recording::{Entry, Role};
-use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
-use crate::scoring::part_squares::PartSquares;
 
 /// Ratio of two times: training two networks one after the other, and training both at once.
 const GAIN_OF_TWO: f64 = 1.8;

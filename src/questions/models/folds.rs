@@ -7,10 +7,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::calibration::CrossValidation;
-use crate::questions::error::AnalysisError;
-use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
-use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
+use crate::{
+    calibration::CrossValidation,
+    questions::error::AnalysisError,
+    recording::{Entry, GroupedBy, RecordingSet, Role},
+    scoring::cross_validation::{Fold, MOST_FITS, fit_without},
+};
 
 /// Number of segments of each recording, for recordings without at least two groups.
 const SEGMENTS: usize = 4;

@@ -8,20 +8,23 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
-use crate::calibration::network::{Network, Samples};
-use crate::calibration::{
-    Calibration, EpochReport, FitSettings, Learned, Learner, LinearMap, Past, Piece, PresentLoads,
-    RowsOf, learned_inputs,
+use crate::{
+    calibration::{
+        Calibration, EpochReport, FitSettings, Learned, Learner, LinearMap, Past, Piece,
+        PresentLoads, RowsOf,
+        kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows},
+        learned_inputs,
+        network::{Network, Samples},
+    },
+    features::{Design, FeatureStream},
+    progress::Progress,
+    questions::{
+        dataset::{Dataset, fit::LinearFit},
+        error::AnalysisError,
+    },
+    recording::{Entry, Recording, Role},
+    scoring::{metrics::root_mean, part_squares::PartSquares},
 };
-use crate::features::{Design, FeatureStream};
-use crate::progress::Progress;
-use crate::questions::dataset::Dataset;
-use crate::questions::dataset::fit::LinearFit;
-use crate::questions::error::AnalysisError;
-use crate::recording::{Entry, Recording, Role};
-use crate::scoring::metrics::root_mean;
-use crate::scoring::part_squares::PartSquares;
 
 /// One of this number of training groups is held out for early stopping of a network. With few groups, the last tenth of the
 /// samples is held out.

@@ -1,8 +1,10 @@
 //! Candidates of a model search. A new feature block becomes a candidate as soon as the list of feature blocks has a line for
 //! it.
 
-use crate::calibration::{Learner, Regressor};
-use crate::features::{Appends, Auxiliary, BLOCKS, Block, FixedLag};
+use crate::{
+    calibration::{Learner, Regressor},
+    features::{Appends, Auxiliary, BLOCKS, Block, FixedLag},
+};
 
 /// Candidate model whose thresholds, play radii and times are not chosen yet.
 #[derive(Clone, Debug)]

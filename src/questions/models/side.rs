@@ -3,19 +3,24 @@
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings, Regressor, RidgeChoice};
-use crate::features::{Appends, Auxiliary, BLOCKS, Block, FeatureSettings, Lists, Thresholds};
-use crate::progress::Progress;
-use crate::questions::dataset::Datasets;
-use crate::questions::error::AnalysisError;
-use crate::questions::models::cross_validated::best_shares;
-use crate::questions::models::learning::{Fitted, fit_all};
-use crate::questions::models::recipes::{Recipe, Times};
-use crate::questions::models::training::fit_and_score;
-use crate::questions::request::Request;
-use crate::questions::thresholds::study::Study;
-use crate::questions::thresholds::{Measure, ThresholdGrid};
-use crate::recording::{RecordingSet, Role};
+use crate::{
+    calibration::{Calibration, FitSettings, Regressor, RidgeChoice},
+    features::{Appends, Auxiliary, BLOCKS, Block, FeatureSettings, Lists, Thresholds},
+    progress::Progress,
+    questions::{
+        dataset::Datasets,
+        error::AnalysisError,
+        models::{
+            cross_validated::best_shares,
+            learning::{Fitted, fit_all},
+            recipes::{Recipe, Times},
+            training::fit_and_score,
+        },
+        request::Request,
+        thresholds::{Measure, ThresholdGrid, study::Study},
+    },
+    recording::{RecordingSet, Role},
+};
 
 /// Number of values that are tried for each look-back threshold: the force threshold F_th and the time threshold t_th.
 const GRID: usize = 12;

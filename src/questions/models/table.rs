@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::calibration::{Calibration, Estimator, FitSettings, NoCrossValidation, Scores};
-use crate::export::bytes_in_float;
-use crate::recording::{Axis, RecordingSet, Role};
-use crate::report::{Cell, Column, Table};
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    calibration::{Calibration, Estimator, FitSettings, NoCrossValidation, Scores},
+    export::bytes_in_float,
+    recording::{Axis, RecordingSet, Role},
+    report::{Cell, Column, Table},
+    scoring::score_set::ScoreSet,
+};
 
 /// Maximum number of samples on which the computing time per sample is measured.
 const TIMED_STEPS: usize = 2_000;

@@ -1,18 +1,25 @@
 //! Fits any regressor and scores it on samples outside the fit.
 
-use crate::calibration::{Calibration, NoCrossValidation, Regressor};
-use crate::progress::Progress;
-use crate::questions::dataset::Dataset;
-use crate::questions::error::AnalysisError;
-use crate::questions::expected_error::query::{expected_error_of_fit, groups_left_out};
-use crate::questions::expected_error::rule::HeldOutErrors;
-use crate::questions::models::cross_validated::{
-    best_shares, cross_validated, cross_validation_steps, part_shares, part_squares,
+use crate::{
+    calibration::{Calibration, NoCrossValidation, Regressor},
+    progress::Progress,
+    questions::{
+        dataset::Dataset,
+        error::AnalysisError,
+        expected_error::{
+            query::{expected_error_of_fit, groups_left_out},
+            rule::HeldOutErrors,
+        },
+        models::{
+            cross_validated::{
+                best_shares, cross_validated, cross_validation_steps, part_shares, part_squares,
+            },
+            learning::{Fitted, Moments, TrainingStep, band, fit_all},
+        },
+        request::Request,
+    },
+    scoring::{cross_validation::MOST_FITS, part_squares::PartSquares},
 };
-use crate::questions::models::learning::{Fitted, Moments, TrainingStep, band, fit_all};
-use crate::questions::request::Request;
-use crate::scoring::cross_validation::MOST_FITS;
-use crate::scoring::part_squares::PartSquares;
 
 /// Fits a calibration with the regressor of the request. Test recordings are only used for scores.
 ///

@@ -5,15 +5,16 @@ use std::time::SystemTime;
 
 use jiff::Timestamp;
 
-use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
-use crate::finding::Finding;
-use crate::questions::check::independent_loads::Sufficiency;
-use crate::questions::errors::query::RecordingResult;
-use crate::questions::expected_error::limits::Checked;
-use crate::questions::loops::LoopPlot;
-use crate::questions::metrology::Metrology;
-use crate::recording::Recording;
-use crate::report::figure::Figure;
+use crate::{
+    calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording},
+    finding::Finding,
+    questions::{
+        check::independent_loads::Sufficiency, errors::query::RecordingResult,
+        expected_error::limits::Checked, loops::LoopPlot, metrology::Metrology,
+    },
+    recording::Recording,
+    report::figure::Figure,
+};
 
 /// Contents of a report, made by [`report`](super::report).
 #[derive(Clone, Debug)]

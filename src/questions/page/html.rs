@@ -5,18 +5,20 @@ use minijinja::{Value, context};
 use super::data::{ReportData, utc};
 use super::request::sentence;
 use super::tables;
-use crate::export::filled_markup;
-use crate::finding::Face;
-use crate::questions::check::{rig_figures, sufficiency_tables};
-use crate::questions::errors::{errors, factory_note};
-use crate::questions::expected_error::{expected_error_table, limits_table};
-use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView};
-use crate::questions::metrology::{axis_figures, crosstalk};
-use crate::recording::Role;
-use crate::report::Shown;
-use crate::report::figure::Figure;
-use crate::report::{Align, Cell, Column, Table, Value as CellValue};
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    export::filled_markup,
+    finding::Face,
+    questions::{
+        check::{rig_figures, sufficiency_tables},
+        errors::{errors, factory_note},
+        expected_error::{expected_error_table, limits_table},
+        loops::{FiguresOf, Inks, LoopPlot, LoopView},
+        metrology::{axis_figures, crosstalk},
+    },
+    recording::Role,
+    report::{Align, Cell, Column, Shown, Table, Value as CellValue, figure::Figure},
+    scoring::score_set::ScoreSet,
+};
 
 const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);

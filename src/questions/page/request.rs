@@ -5,33 +5,41 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::data::{ReportCurves, ReportData, ReportErrors, ReportRecording};
-use crate::calibration::{Calibration, ExpectedError};
-use crate::export::used_recordings;
-use crate::features::Thresholds;
-use crate::finding::{Finding, Id, Verdict};
-use crate::progress::Progress;
-use crate::questions::check::query::{CheckData, sufficiency};
-use crate::questions::error::AnalysisError;
-use crate::questions::errors::intervals::OnScreen;
-use crate::questions::errors::query::{Analysis, Analyst, RecordingResult};
-use crate::questions::errors::traces::{AxisTraces, TraceSet};
-use crate::questions::expected_error::limits::{Checked, Limits, Measured};
-use crate::questions::expected_error::query::{expected_error, handed_over_with};
-use crate::questions::loops::{
-    Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, look,
+use crate::{
+    calibration::{Calibration, ExpectedError},
+    export::used_recordings,
+    features::Thresholds,
+    finding::{Finding, Id, Verdict},
+    progress::Progress,
+    questions::{
+        check::query::{CheckData, sufficiency},
+        error::AnalysisError,
+        errors::{
+            intervals::OnScreen,
+            query::{Analysis, Analyst, RecordingResult},
+            traces::{AxisTraces, TraceSet},
+        },
+        expected_error::{
+            limits::{Checked, Limits, Measured},
+            query::{expected_error, handed_over_with},
+        },
+        loops::{
+            Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, look,
+        },
+        metrology::{Metrology, MetrologySettings},
+        models::training::train,
+        request::{Request, View},
+        thresholds::{
+            Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, study::Study, threshold_curve,
+        },
+    },
+    recording::{Axis, Identity, RecordingSet, Role, ValidRange},
+    report::{
+        Trace,
+        figure::{DASHED, Figure, Line, Scale, color},
+    },
+    scoring::Series,
 };
-use crate::questions::metrology::{Metrology, MetrologySettings};
-use crate::questions::models::training::train;
-use crate::questions::request::Request;
-use crate::questions::request::View;
-use crate::questions::thresholds::study::Study;
-use crate::questions::thresholds::{
-    Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, threshold_curve,
-};
-use crate::recording::{Axis, Identity, RecordingSet, Role, ValidRange};
-use crate::report::Trace;
-use crate::report::figure::{DASHED, Figure, Line, Scale, color};
-use crate::scoring::Series;
 
 /// Numbers of values of the force threshold F_th and of the time threshold t_th, for which error curves are computed. The
 /// thresholds of the fit are added.

@@ -1,11 +1,13 @@
 //! Tables of a calibration report: the sensor, the recordings, the settings of the fit, and the calibration matrices.
 
 use super::data::{ReportData, ReportRecording};
-use crate::calibration::{Calibration, LinearMap};
-use crate::export::settings_of;
-use crate::features::Distance;
-use crate::report::{Align, Cell, Column, Table};
-use crate::scoring::numbers::significant;
+use crate::{
+    calibration::{Calibration, LinearMap},
+    export::settings_of,
+    features::Distance,
+    report::{Align, Cell, Column, Table},
+    scoring::numbers::significant,
+};
 
 /// Maximum number of features (rows) that the report shows of each calibration matrix.
 const MAX_FEATURES: usize = 400;

@@ -2,17 +2,23 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::features::Thresholds;
-use crate::finding::Finding;
-use crate::panicked::locked;
-use crate::questions::question::{Answered, Query, Work};
-use crate::questions::request::Request;
-use crate::questions::thresholds::grid::ThresholdGrid;
-use crate::questions::thresholds::map::ThresholdMap;
-use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::past_ages::PastAges;
-use crate::questions::thresholds::study::{BlockSuggestion, HistoryBlock, Study};
-use crate::scoring::mean_hysteresis::MeanHysteresis;
+use crate::{
+    features::Thresholds,
+    finding::Finding,
+    panicked::locked,
+    questions::{
+        question::{Answered, Query, Work},
+        request::Request,
+        thresholds::{
+            grid::ThresholdGrid,
+            map::ThresholdMap,
+            measure::Measure,
+            past_ages::PastAges,
+            study::{BlockSuggestion, HistoryBlock, Study},
+        },
+    },
+    scoring::mean_hysteresis::MeanHysteresis,
+};
 
 /// Number of force thresholds F_th, and of time thresholds t_th, that the map of errors tries.
 const MAP_SIDE: usize = 40;

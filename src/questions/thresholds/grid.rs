@@ -4,8 +4,10 @@
 //! Guarantees: the thresholds of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and
 //! one t_th.
 
-use crate::questions::error::AnalysisError;
-use crate::scoring::numbers::{decimals, round_step};
+use crate::{
+    questions::error::AnalysisError,
+    scoring::numbers::{decimals, round_step},
+};
 
 /// Maximum number of values of one threshold. A plot could not distinguish more values.
 pub const MAX_VALUES: usize = 2000;

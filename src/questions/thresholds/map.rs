@@ -3,14 +3,17 @@
 //!
 //! Guarantees: rows may arrive in any order. A missing row is `None`, and every function accepts missing rows.
 
-use crate::calibration::CrossValidation;
-use crate::features::{Distance, Thresholds};
-use crate::min_max::MinMax;
-use crate::questions::thresholds::grid::ThresholdGrid;
-use crate::questions::thresholds::measure::{Measure, MeasureScale};
-use crate::questions::thresholds::scorer::PointScores;
-use crate::scoring::quantile::quantile;
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    calibration::CrossValidation,
+    features::{Distance, Thresholds},
+    min_max::MinMax,
+    questions::thresholds::{
+        grid::ThresholdGrid,
+        measure::{Measure, MeasureScale},
+        scorer::PointScores,
+    },
+    scoring::{quantile::quantile, score_set::ScoreSet},
+};
 
 /// Share of the map's errors that the colour scale covers. All larger errors have the last colour.
 const SHADED_SHARE: f64 = 0.95;

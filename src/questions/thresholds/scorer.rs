@@ -1,14 +1,18 @@
 //! Computes the errors at one force threshold F_th and all time thresholds t_th from sums over the samples. No further pass
 //! over the samples is needed.
 
-use crate::calibration::{
-    AgedSums, LinearMap, NormalEquations, Ridge, RidgeChoice, Scores, Terms, fit, fit_targets,
+use crate::{
+    calibration::{
+        AgedSums, LinearMap, NormalEquations, Ridge, RidgeChoice, Scores, Terms, fit, fit_targets,
+    },
+    features::{ColumnKind, Design},
+    progress::{Cancelled, Progress},
+    questions::dataset::fit::Sums,
+    scoring::{
+        left_out::{LeftOut, summed_by_target},
+        metrics,
+    },
 };
-use crate::features::{ColumnKind, Design};
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::fit::Sums;
-use crate::scoring::left_out::{LeftOut, summed_by_target};
-use crate::scoring::metrics;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointScores {

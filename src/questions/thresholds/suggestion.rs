@@ -2,16 +2,15 @@
 
 use serde::Serialize;
 
-use crate::calibration::{CrossValidation, ErrorBlocks, NoCrossValidation, weighed};
-use crate::features::{Distance, Thresholds};
-use crate::questions::error::AnalysisError;
-use crate::questions::thresholds::map::ThresholdMap;
-use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::saved::ShownFTh;
-use crate::questions::thresholds::scorer::PointScores;
-use crate::scoring::metrics::percent_change;
-use crate::scoring::numbers::significant;
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    calibration::{CrossValidation, ErrorBlocks, NoCrossValidation, weighed},
+    features::{Distance, Thresholds},
+    questions::{
+        error::AnalysisError,
+        thresholds::{map::ThresholdMap, measure::Measure, saved::ShownFTh, scorer::PointScores},
+    },
+    scoring::{metrics::percent_change, numbers::significant, score_set::ScoreSet},
+};
 
 /// Range of one threshold in which the cross-validation error is as low as the minimum: it is nowhere above the minimum with
 /// 90 % confidence.

@@ -13,12 +13,16 @@ use std::str::FromStr;
 use jiff::civil::Date;
 use serde::{Deserialize, Serialize};
 
-use crate::min_max::MinMax;
-use crate::recording::axis::Axis;
-use crate::recording::load_cases::load_cases;
-use crate::recording::recording::Recording;
-use crate::recording::set::{Entry, RecordingSet, Role};
-use crate::recording::shared::join;
+use crate::{
+    min_max::MinMax,
+    recording::{
+        axis::Axis,
+        load_cases::load_cases,
+        recording::Recording,
+        set::{Entry, RecordingSet, Role},
+        shared::join,
+    },
+};
 
 /// Minimum number of groups for which groups that the program finds are used. With two, half of the recordings would be
 /// missing in each fit of a cross-validation.

@@ -3,8 +3,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::random::Random;
-use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch_yaw};
+use crate::{
+    random::Random,
+    recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch_yaw},
+};
 
 /// Mass of the weight in Koike et al. (2019, section 4.1.2).
 pub(super) const MASS_KG: f64 = 1.128;

@@ -7,10 +7,14 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 use strum::{Display, VariantArray};
 
-use crate::random::Random;
-use crate::recording::axis::Axis;
-use crate::recording::recording::{Recording, Source};
-use crate::recording::set::{Entry, RecordingSet, Role};
+use crate::{
+    random::Random,
+    recording::{
+        axis::Axis,
+        recording::{Recording, Source},
+        set::{Entry, RecordingSet, Role},
+    },
+};
 
 /// Simulated fault of the gauges: a time lag, hysteresis, or both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, VariantArray)]

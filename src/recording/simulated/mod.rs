@@ -18,10 +18,14 @@ pub(crate) use self::lag::{LAG_SECS, PLAY_NEWTONS};
 pub use self::lag::{Late, late, late_set};
 
 use self::arm::{MOUNTS_M, Path};
-use crate::random::Random;
-use crate::recording::axis::Axis;
-use crate::recording::recording::{Recording, Source};
-use crate::recording::set::{Entry, RecordingSet, Role};
+use crate::{
+    random::Random,
+    recording::{
+        axis::Axis,
+        recording::{Recording, Source},
+        set::{Entry, RecordingSet, Role},
+    },
+};
 
 /// Seed of the random numbers for the simulated recordings that are shown when the program starts.
 pub const DEFAULT_SEED: u64 = 2019;

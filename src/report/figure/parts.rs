@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::min_max::MinMax;
-use crate::report::figure::cloud::Cloud;
+use crate::{min_max::MinMax, report::figure::cloud::Cloud};
 
 /// Width and height of a figure that is saved as a separate file (SVG units).
 pub const STANDS_ALONE: (f64, f64) = (800.0, 600.0);

@@ -3,13 +3,18 @@
 
 use std::fmt::{self, Write as _};
 
-use crate::report::figure::cloud::CloudPicture;
-use crate::report::figure::cloud::base64;
-use crate::report::figure::color;
-use crate::report::figure::parts::{Figure, HeatMap, Line, Scale};
-use crate::scoring::loops::Frame;
-use crate::scoring::numbers::{tick_text, ticks};
-use crate::shown::for_xml;
+use crate::{
+    report::figure::{
+        cloud::{CloudPicture, base64},
+        color,
+        parts::{Figure, HeatMap, Line, Scale},
+    },
+    scoring::{
+        loops::Frame,
+        numbers::{tick_text, ticks},
+    },
+    shown::for_xml,
+};
 
 /// Margins around the plot (SVG units): left, top, right, bottom.
 const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];

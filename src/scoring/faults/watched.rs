@@ -6,11 +6,15 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
 
-use crate::min_max::MinMax;
-use crate::recording::{GaugeRange, Recording, median};
-use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
-use crate::scoring::quantile::quantile;
-use crate::scoring::straight_lines;
+use crate::{
+    min_max::MinMax,
+    recording::{GaugeRange, Recording, median},
+    scoring::{
+        faults::fault::{Channel, Fault, FaultKind},
+        quantile::quantile,
+        straight_lines,
+    },
+};
 
 /// Maximum number of samples for the fit of the expected value. They are spread evenly over the recording.
 const LOOKED_AT: usize = 4096;

@@ -12,11 +12,15 @@ use faer::linalg::solvers::SolveLstsq;
 
 use super::kind::{LagKind, Late};
 use super::{LagRun, NoLag};
-use crate::dot::dot;
-use crate::min_max::MinMax;
-use crate::recording::gap::{median_step, pause_by_step};
-use crate::recording::median::{median, white_noise as noise};
-use crate::vectorised::vectorised;
+use crate::{
+    dot::dot,
+    min_max::MinMax,
+    recording::{
+        gap::{median_step, pause_by_step},
+        median::{median, white_noise as noise},
+    },
+    vectorised::vectorised,
+};
 
 /// Radii of the play operators, as shares of half the range of their input. The first is raised to the smallest radius, and
 /// describes hysteresis that reverses at once.

@@ -10,9 +10,11 @@ use faer::Mat;
 use super::kind::LagKind;
 use super::solve::{saved_share, solved};
 use super::{Lag, LagRun};
-use crate::dot::dot;
-use crate::recording::gap::{median_step, pause_by_step};
-use crate::scoring::loops::{Loop, Loops};
+use crate::{
+    dot::dot,
+    recording::gap::{median_step, pause_by_step},
+    scoring::loops::{Loop, Loops},
+};
 
 /// Minimum share of a loop's mean width that a lag explains, from which removing the lag is worthwhile.
 pub const WORTH_REMOVING: f64 = 0.1;

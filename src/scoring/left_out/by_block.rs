@@ -8,8 +8,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::calibration::simplest_good;
-use crate::scoring::left_out::fits::LeftOut;
+use crate::{calibration::simplest_good, scoring::left_out::fits::LeftOut};
 
 /// Ridge strengths to try for each block, in descending order.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];

@@ -6,13 +6,15 @@
 
 use rayon::prelude::*;
 
-use crate::calibration::{
-    NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets, simplest_good,
+use crate::{
+    calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets, simplest_good},
+    features::ColumnKind,
+    scoring::{
+        cross_validation::RIDGE_STRENGTHS,
+        left_out::lanes::{LANES, Work},
+        metrics::root_mean,
+    },
 };
-use crate::features::ColumnKind;
-use crate::scoring::cross_validation::RIDGE_STRENGTHS;
-use crate::scoring::left_out::lanes::{LANES, Work};
-use crate::scoring::metrics::root_mean;
 
 /// Minimum number of columns for which the fits run in parallel. With fewer columns, the callers run many cross-validations
 /// in parallel.

@@ -1,9 +1,10 @@
 //! Cycles of a load, and the width of the hysteresis loop between the two branches of a cycle.
 
-use crate::min_max::MinMax;
-use crate::recording::median::white_noise;
-use crate::scoring::loops::curve::Curve;
-use crate::scoring::loops::turns::Branch;
+use crate::{
+    min_max::MinMax,
+    recording::median::white_noise,
+    scoring::loops::{curve::Curve, turns::Branch},
+};
 
 /// Number of loads at which the two branches of a loop are compared: at every hundredth of the load range that both cover.
 pub const LOADS: usize = 101;

@@ -1,7 +1,9 @@
 //! Noise and range of the load on each axis, over several recordings.
 
-use crate::recording::{Axis, Recording, RecordingSet, Role};
-use crate::scoring::loops::turns::LoadExtent;
+use crate::{
+    recording::{Axis, Recording, RecordingSet, Role},
+    scoring::loops::turns::LoadExtent,
+};
 
 /// Returns the noise and range of each axis' load in these recordings. A recording without an axis is skipped for this axis.
 pub fn extents_of<'a>(

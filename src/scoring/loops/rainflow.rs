@@ -3,8 +3,7 @@
 //! Guarantees: the counts are those of ASTM E1049 5.4.4, including the half cycles that remain (residue). A large cycle does
 //! not depend on the small cycles within it. Each sample is read about twice.
 
-use crate::min_max::MinMax;
-use crate::scoring::loops::turns::Branch;
+use crate::{min_max::MinMax, scoring::loops::turns::Branch};
 
 /// Closed cycles of one recording, and the half cycles that are left over.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,8 +5,7 @@
 
 use std::ops::Range;
 
-use crate::min_max::MinMax;
-use crate::scoring::quantile::quantile;
+use crate::{min_max::MinMax, scoring::quantile::quantile};
 
 /// Default reversal threshold, as a multiple of the noise's standard deviation. White noise of 250,000 samples spans only 9.2
 /// standard deviations.

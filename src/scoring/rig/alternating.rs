@@ -1,10 +1,12 @@
 //! Finds gauges whose values alternate from sample to sample, for example because the values of two channels are in one
 //! column.
 
-use crate::finding::{Finding, Id, Verdict};
-use crate::recording::Recording;
-use crate::scoring::numbers::percent;
-use crate::shown::first_clauses;
+use crate::{
+    finding::{Finding, Id, Verdict},
+    recording::Recording,
+    scoring::numbers::percent,
+    shown::first_clauses,
+};
 
 /// Share of samples that are turning points (greater or smaller than both neighbours) above which a gauge is reported. It is
 /// halfway between independent noise (2/3) and strict alternation (1).

@@ -5,9 +5,14 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::recording::{Axis, Recording};
-use crate::scoring::rig::fits::{self, Forward, Moments, Shape, column_means};
-use crate::scoring::rig::{Rig, Unit, chance, units};
+use crate::{
+    recording::{Axis, Recording},
+    scoring::rig::{
+        Rig, Unit, chance,
+        fits::{self, Forward, Moments, Shape, column_means},
+        units,
+    },
+};
 
 /// Maximum held-out error after the correction of a reported fault, as a share of the error before. If a fault adds a quarter
 /// to the error, its true correction leaves 1 / 1.25 = 0.8 of the error. An estimated correction leaves up to a twentieth

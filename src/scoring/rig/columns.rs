@@ -3,11 +3,15 @@
 
 use faer::Mat;
 
-use crate::finding::{Finding, Id, Verdict};
-use crate::recording::median;
-use crate::scoring::rig::Rig;
-use crate::scoring::rig::fits::{self, Forward, Moments};
-use crate::shown::first_clauses;
+use crate::{
+    finding::{Finding, Id, Verdict},
+    recording::median,
+    scoring::rig::{
+        Rig,
+        fits::{self, Forward, Moments},
+    },
+    shown::first_clauses,
+};
 
 /// Maximum residual of a column that counts as computed from the loads, as a share of its standard deviation, if several axes
 /// move. Crosstalk, nonlinearity and noise of a real gauge leave a larger residual.

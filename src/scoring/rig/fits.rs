@@ -4,8 +4,10 @@
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
 
-use crate::recording::{Axis, Recording};
-use crate::scoring::rig::Unit;
+use crate::{
+    recording::{Axis, Recording},
+    scoring::rig::Unit,
+};
 
 /// Number added to the diagonal of the normal equations of scaled columns. With it they can be solved even if a column is
 /// repeated.

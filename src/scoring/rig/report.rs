@@ -5,16 +5,21 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::calibration::Calibration;
-use crate::finding::{Finding, Id, Verdict};
-use crate::progress::{Cancelled, Progress};
-use crate::recording::Recording;
-use crate::scoring::lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags};
-use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::alternating;
-use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
-use crate::scoring::rig::{Rig, Run};
-use crate::shown::first;
+use crate::{
+    calibration::Calibration,
+    finding::{Finding, Id, Verdict},
+    progress::{Cancelled, Progress},
+    recording::Recording,
+    scoring::{
+        lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags},
+        numbers::{percent, significant},
+        rig::{
+            Rig, Run, alternating,
+            cause::{Cause, Contradiction, Where, matters},
+        },
+    },
+    shown::first,
+};
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
 const UNITS: [(f64, &str); 6] = [

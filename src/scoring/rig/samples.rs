@@ -4,14 +4,21 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use crate::finding::{Finding, Id, Verdict};
-use crate::recording::{Recording, median};
-use crate::scoring::faults::are_of_one_table;
-use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::fits::{self, Forward, Shape};
-use crate::scoring::rig::{Rig, units};
-use crate::scoring::straight_lines::bend;
-use crate::shown::{counted, first};
+use crate::{
+    finding::{Finding, Id, Verdict},
+    recording::{Recording, median},
+    scoring::{
+        faults::are_of_one_table,
+        numbers::{percent, significant},
+        rig::{
+            Rig,
+            fits::{self, Forward, Shape},
+            units,
+        },
+        straight_lines::bend,
+    },
+    shown::{counted, first},
+};
 
 use Verdict::Doubtful;
 

@@ -5,13 +5,18 @@ use std::collections::BTreeSet;
 use egui::{ComboBox, DragValue, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder};
 
-use crate::formats::text::times::TIME_SPELLINGS;
-use crate::import::inspect::ColumnReport;
-use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
-use crate::recording::Axis;
-use crate::recording::units::{FORCE_UNITS, MOMENT_UNITS};
-use crate::ui::choice::choice;
-use crate::ui::numbers::significant;
+use crate::{
+    formats::text::times::TIME_SPELLINGS,
+    import::{
+        inspect::ColumnReport,
+        map::{ColumnRole, ColumnRule, Header, TableMap},
+    },
+    recording::{
+        Axis,
+        units::{FORCE_UNITS, MOMENT_UNITS},
+    },
+    ui::{choice::choice, numbers::significant},
+};
 
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
 const SCALE: &str =

@@ -3,15 +3,14 @@
 use egui::{RichText, TextEdit};
 
 use super::ImportFields;
-use crate::engine::{ImportCommand, Importing};
-use crate::finding::Face;
-use crate::import::inspect::Inspection;
-use crate::recording::Axis;
-use crate::shown::counted;
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::status_line::busy;
+use crate::{
+    engine::{ImportCommand, Importing},
+    finding::Face,
+    import::inspect::Inspection,
+    recording::Axis,
+    shown::counted,
+    ui::{command::Out, controls::Controls as _, numbers::significant, status_line::busy},
+};
 
 pub fn foot(
     ui: &mut egui::Ui,

@@ -4,10 +4,13 @@ use egui::TextEdit;
 
 use super::columns::columns;
 use super::settings::{layout, number};
-use crate::import::inspect::Inspection;
-use crate::import::map::{ColumnMap, JoinMethod, ReferenceFile, TableMap};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
+use crate::{
+    import::{
+        inspect::Inspection,
+        map::{ColumnMap, JoinMethod, ReferenceFile, TableMap},
+    },
+    ui::{controls::Controls as _, numbers::significant},
+};
 
 pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
     let mut own_file = map.reference.is_some();

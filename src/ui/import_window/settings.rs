@@ -3,12 +3,15 @@
 
 use egui::{ComboBox, DragValue, Ui};
 
-use crate::formats::FilePart;
-use crate::formats::text::{Decimal, Delimiter, TextLayout, Thousands};
-use crate::import::map::{ColumnMap, Stamps};
-use crate::recording::Tare;
-use crate::ui::choice::choice;
-use crate::ui::controls::Controls as _;
+use crate::{
+    formats::{
+        FilePart,
+        text::{Decimal, Delimiter, TextLayout, Thousands},
+    },
+    import::map::{ColumnMap, Stamps},
+    recording::Tare,
+    ui::{choice::choice, controls::Controls as _},
+};
 
 pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {

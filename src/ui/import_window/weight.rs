@@ -3,10 +3,11 @@
 use egui::{TextEdit, Ui};
 
 use super::settings::number;
-use crate::engine::ImportCommand;
-use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
+use crate::{
+    engine::ImportCommand,
+    import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap},
+    ui::{command::Out, controls::Controls as _},
+};
 
 pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
     let mut used = map.weight.is_some();

@@ -1,9 +1,11 @@
 //! Draws the cross-plot of two channels.
 
 use super::{LoopsPane, channel_name, channel_unit};
-use crate::engine::Engine;
-use crate::questions::loops::{Channel, CrossPlot, Inks};
-use crate::ui::command::Out;
+use crate::{
+    engine::Engine,
+    questions::loops::{Channel, CrossPlot, Inks},
+    ui::command::Out,
+};
 
 pub fn show(
     ui: &mut egui::Ui,

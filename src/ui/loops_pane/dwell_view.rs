@@ -3,16 +3,16 @@
 use egui::Ui;
 
 use super::LoopsPane;
-use crate::engine::Engine;
-use crate::questions::loops::{DwellCurve, DwellPlot, Inks, drifts};
-use crate::report::figure::{Figure, Line, Scale};
-use crate::report::{Table, Trace};
-use crate::shown::counted;
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::plots::Zoom;
-use crate::ui::table;
+use crate::{
+    engine::Engine,
+    questions::loops::{DwellCurve, DwellPlot, Inks, drifts},
+    report::{
+        Table, Trace,
+        figure::{Figure, Line, Scale},
+    },
+    shown::counted,
+    ui::{command::Out, controls::Controls as _, numbers::significant, plots::Zoom, table},
+};
 
 const LIST_HEIGHT: f32 = 170.0;
 

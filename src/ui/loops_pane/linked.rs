@@ -4,17 +4,23 @@ use std::ops::Range;
 
 use egui::{Pos2, Stroke, Ui};
 
-use crate::engine::Engine;
-use crate::questions::loops::{self, LoopPlot, LoopView, Up};
-use crate::questions::{AxisTraces, Segment, TraceSet};
-use crate::recording::Recording;
-use crate::report::Trace;
-use crate::scoring::Series;
-use crate::shown::counted;
-use crate::ui::numbers::{elided, significant};
-use crate::ui::palette;
-use crate::ui::plots::Drawn;
-use crate::ui::time_view::TimeView;
+use crate::{
+    engine::Engine,
+    questions::{
+        AxisTraces, Segment, TraceSet,
+        loops::{self, LoopPlot, LoopView, Up},
+    },
+    recording::Recording,
+    report::Trace,
+    scoring::Series,
+    shown::counted,
+    ui::{
+        numbers::{elided, significant},
+        palette,
+        plots::Drawn,
+        time_view::TimeView,
+    },
+};
 
 /// Maximum distance (points) from the pointer to the nearest sample. A sample further away is not marked.
 const NEAR: f32 = 12.0;

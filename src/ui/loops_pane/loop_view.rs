@@ -3,18 +3,19 @@
 use egui::Ui;
 
 use super::{LoopsPane, linked};
-use crate::engine::Engine;
-use crate::questions::loops::{
-    FiguresOf, Inks, LoopPlot, LoopView, Span, Up, lag_in_words, loop_figures,
+use crate::{
+    engine::Engine,
+    questions::{
+        loops::{FiguresOf, Inks, LoopPlot, LoopView, Span, Up, lag_in_words, loop_figures},
+        metrology::Reason,
+    },
+    report::figure::Figure,
+    shown::counted,
+    ui::{
+        command::Out, controls::Controls as _, numbers::significant, plots, table,
+        time_view::TimeView,
+    },
 };
-use crate::questions::metrology::Reason;
-use crate::report::figure::Figure;
-use crate::shown::counted;
-use crate::ui::command::Out;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::time_view::TimeView;
-use crate::ui::{plots, table};
 
 const WIDTHS_HEIGHT: f32 = 150.0;
 

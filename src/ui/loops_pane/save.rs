@@ -1,11 +1,15 @@
 //! Saves a plot to a path that the user types: SVG with the lines as vectors, or PNG as on screen.
 
 use super::InInks;
-use crate::engine::{Action, Existing, Level};
-use crate::questions::loops::Inks;
-use crate::ui::command::{Command, ImageTo, Out};
-use crate::ui::controls::Controls as _;
-use crate::ui::picture::svg;
+use crate::{
+    engine::{Action, Existing, Level},
+    questions::loops::Inks,
+    ui::{
+        command::{Command, ImageTo, Out},
+        controls::Controls as _,
+        picture::svg,
+    },
+};
 
 /// Draws the field for the path and the button Save. `picture` is the area of the plot on screen.
 pub fn row(

@@ -1,16 +1,19 @@
 //! Plots of the model on screen, for recordings that the model was not fitted to: compensated against reference load, and
 //! error against reference load.
 
-use crate::questions::loops::query::LookAt;
-use crate::questions::loops::{
-    Channel, CrossQuestion, FiguresOf, Inks, Look, LoopQuestion, LoopView, Question, Span, TableOf,
-    Up,
+use crate::{
+    questions::loops::{
+        Channel, CrossQuestion, FiguresOf, Inks, Look, LoopQuestion, LoopView, Question, Span,
+        TableOf, Up, query::LookAt,
+    },
+    recording::Axis,
+    report::Trace,
+    ui::{
+        controls::Controls as _,
+        pane::Cx,
+        plots::{self, Zoom},
+    },
 };
-use crate::recording::Axis;
-use crate::report::Trace;
-use crate::ui::controls::Controls as _;
-use crate::ui::pane::Cx;
-use crate::ui::plots::{self, Zoom};
 
 const SMALLEST: f32 = 80.0;
 /// Names by which the two plots ask for their contents.

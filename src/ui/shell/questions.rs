@@ -4,13 +4,17 @@ use std::borrow::Cow;
 
 use egui::Context;
 
-use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
-use crate::finding::Face;
-use crate::questions::page::utc;
-use crate::shown::{file_name, first};
-use crate::ui::command::{Command, Out};
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::{elided, file_size};
+use crate::{
+    engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session},
+    finding::Face,
+    questions::page::utc,
+    shown::{file_name, first},
+    ui::{
+        command::{Command, Out},
+        controls::Controls as _,
+        numbers::{elided, file_size},
+    },
+};
 
 const WIDTH: f32 = 420.0;
 const LIST_HEIGHT: f32 = 320.0;

@@ -3,11 +3,11 @@
 
 use egui_plot::{Bar, BarChart, VLine};
 
-use crate::engine::Engine;
-use crate::questions::thresholds::PastAges;
-use crate::ui::command::Out;
-use crate::ui::numbers::significant;
-use crate::ui::{palette, plots};
+use crate::{
+    engine::Engine,
+    questions::thresholds::PastAges,
+    ui::{command::Out, numbers::significant, palette, plots},
+};
 
 pub fn ages(
     ui: &mut egui::Ui,

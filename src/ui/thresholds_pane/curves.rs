@@ -2,14 +2,14 @@
 //! threshold t_th, separately for forces and moments.
 
 use super::{measure_text, pressed};
-use crate::engine::{Edit, Engine};
-use crate::features::Thresholds;
-use crate::questions::thresholds::{Along, Measure, ShownFTh, ThresholdMap, threshold_curve};
-use crate::report::figure::{Figure, color};
-use crate::scoring::score_set::ScoreSet;
-use crate::ui::command::Out;
-use crate::ui::numbers::significant;
-use crate::ui::{palette, plots};
+use crate::{
+    engine::{Edit, Engine},
+    features::Thresholds,
+    questions::thresholds::{Along, Measure, ShownFTh, ThresholdMap, threshold_curve},
+    report::figure::{Figure, color},
+    scoring::score_set::ScoreSet,
+    ui::{command::Out, numbers::significant, palette, plots},
+};
 
 pub fn curves(ui: &mut egui::Ui, engine: &Engine, map: &ThresholdMap, height: f32, out: &mut Out) {
     let groups = [Measure::Forces, Measure::Moments].into_iter();

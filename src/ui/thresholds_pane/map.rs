@@ -7,16 +7,15 @@ use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Ui, Vec2};
 use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
-use crate::calibration::NoCrossValidation;
-use crate::engine::{Edit, Engine};
-use crate::features::Thresholds;
-use crate::questions::thresholds::{Measure, ShownFTh, ThresholdMap};
-use crate::report::figure::color::shade;
-use crate::scoring::score_set::ScoreSet;
-use crate::ui::command::Out;
-use crate::ui::numbers::significant;
-use crate::ui::palette::rgb;
-use crate::ui::plots;
+use crate::{
+    calibration::NoCrossValidation,
+    engine::{Edit, Engine},
+    features::Thresholds,
+    questions::thresholds::{Measure, ShownFTh, ThresholdMap},
+    report::figure::color::shade,
+    scoring::score_set::ScoreSet,
+    ui::{command::Out, numbers::significant, palette::rgb, plots},
+};
 
 /// The image of a map, and the inputs from which it was made: the map, the number of computed rows, the axes whose error is
 /// shown, and the set of samples.

@@ -5,14 +5,18 @@ use std::sync::Arc;
 
 use egui_plot::{LineStyle, PlotUi, VLine};
 
-use crate::engine::Engine;
-use crate::questions::{AxisTraces, TraceSet};
-use crate::report::{Cell, Column, Table};
-use crate::scoring::Series;
-use crate::ui::controls::Controls as _;
-use crate::ui::numbers::significant;
-use crate::ui::palette::{self, Trace};
-use crate::ui::status_line::busy;
+use crate::{
+    engine::Engine,
+    questions::{AxisTraces, TraceSet},
+    report::{Cell, Column, Table},
+    scoring::Series,
+    ui::{
+        controls::Controls as _,
+        numbers::significant,
+        palette::{self, Trace},
+        status_line::busy,
+    },
+};
 
 /// Maximum number of values that are summed in one frame, so that no frame waits for millions of values.
 const VALUES_PER_FRAME: usize = 400_000;

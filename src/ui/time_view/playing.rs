@@ -1,8 +1,9 @@
 //! Plays through the recording on screen at a selectable speed.
 
-use crate::questions::TraceSet;
-use crate::ui::choice::choice;
-use crate::ui::controls::Controls as _;
+use crate::{
+    questions::TraceSet,
+    ui::{choice::choice, controls::Controls as _},
+};
 
 /// Selectable speeds: seconds of the recording per second.
 const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];

@@ -9,12 +9,15 @@ use egui::epaint::Tessellator;
 use egui::{Mesh, Shape, Stroke};
 use egui_plot::{PlotBounds, PlotItem, PlotTransform};
 
-use crate::recording::Axis;
-use crate::scoring::Series;
-use crate::scoring::series::Columns;
-use crate::ui::palette::Trace;
-use crate::ui::plots::{Shapes, piece_shapes};
-use crate::ui::time_view::Kind;
+use crate::{
+    recording::Axis,
+    scoring::{Series, series::Columns},
+    ui::{
+        palette::Trace,
+        plots::{Shapes, piece_shapes},
+        time_view::Kind,
+    },
+};
 
 /// The lines that were drawn in the last frame, by axis, kind of plot (loads or errors) and load.
 pub type DrawnLines = RefCell<HashMap<(Axis, Kind, Trace), Drawn>>;

@@ -3,11 +3,14 @@
 use egui::{Align2, Color32, Stroke, Ui};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
 
-use crate::features::Thresholds;
-use crate::questions::thresholds::ShownFTh;
-use crate::questions::{AxisTraces, TraceSet};
-use crate::ui::numbers::{elided, significant};
-use crate::ui::palette::{self, Trace};
+use crate::{
+    features::Thresholds,
+    questions::{AxisTraces, TraceSet, thresholds::ShownFTh},
+    ui::{
+        numbers::{elided, significant},
+        palette::{self, Trace},
+    },
+};
 
 /// Maximum number of characters of a recording's name in the tooltip.
 const NAME_LENGTH: usize = 44;

@@ -6,19 +6,23 @@ use std::sync::Arc;
 use egui::{Color32, Ui};
 use egui_plot::{FilledArea, Plot, PlotBounds, PlotResponse, PlotUi, Span, VLine};
 
-use crate::min_max::MinMax;
-use crate::questions::check::query::FaultyRecording;
-use crate::questions::{AxisTraces, Segment, TraceSet};
-use crate::recording::Axis;
-use crate::report::figure::{self, Figure, Scale};
-use crate::scoring::Series;
-use crate::scoring::series::Columns;
-use crate::ui::command::Out;
-use crate::ui::palette::{self, Trace};
-use crate::ui::plots::{self, Asked, Drawn, VALUE_AXIS_WIDTH};
-use crate::ui::time_view::{Kind, TimeView, all_of, within};
-use crate::ui::trace_panes::drawn::{DrawnLines, piece, trace_line};
-use crate::ui::trace_panes::overlay;
+use crate::{
+    min_max::MinMax,
+    questions::{AxisTraces, Segment, TraceSet, check::query::FaultyRecording},
+    recording::Axis,
+    report::figure::{self, Figure, Scale},
+    scoring::{Series, series::Columns},
+    ui::{
+        command::Out,
+        palette::{self, Trace},
+        plots::{self, Asked, Drawn, VALUE_AXIS_WIDTH},
+        time_view::{Kind, TimeView, all_of, within},
+        trace_panes::{
+            drawn::{DrawnLines, piece, trace_line},
+            overlay,
+        },
+    },
+};
 
 /// Share of the height for the loads; the errors get the remaining height.
 const TRACES_SHARE: f32 = 0.55;

@@ -13,14 +13,18 @@ use self::test_vector::{Answered, test_vector};
 use super::c_header::C;
 use super::m_function::MATLAB;
 use super::{python, rust};
-use crate::calibration::{Calibration, Learned, Status};
-use crate::export::code::CODE;
-use crate::export::target::{Target, of_target};
-use crate::export::template::environment;
-use crate::export::text::{for_block_comment, identifier, library_name};
-use crate::features::AuxiliaryChannel;
-use crate::formats::npz::zipped;
-use crate::shown::joined;
+use crate::{
+    calibration::{Calibration, Learned, Status},
+    export::{
+        code::CODE,
+        target::{Target, of_target},
+        template::environment,
+        text::{for_block_comment, identifier, library_name},
+    },
+    features::AuxiliaryChannel,
+    formats::npz::zipped,
+    shown::joined,
+};
 
 /// Largest error that a self-test allows, as a share of full scale: in double precision, and in single precision.
 const ALLOWED: (f64, f64) = (1e-9, 2e-6);

@@ -4,8 +4,10 @@ use super::super::cells::{
 };
 use super::super::times::TimeForm;
 use super::start::{Line, first_lines, names, unbracketed};
-use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
-use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};
+use crate::formats::{
+    column_name::{ColumnName, Kind, is_known_unit},
+    text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands},
+};
 
 /// Number of first lines of a file among which the header is searched.
 const HEADER_LIMIT: usize = 60;

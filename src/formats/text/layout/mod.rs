@@ -11,8 +11,7 @@ use self::start::{first_lines, unbracketed};
 use super::ati;
 use super::cells::{Cells, is_skipped, lines};
 use super::written::{Preamble, TextLayout};
-use crate::formats::column_name::ColumnName;
-use crate::formats::columns::Sample;
+use crate::formats::{column_name::ColumnName, columns::Sample};
 
 /// Position and header of a table in its file, if the file has a given layout.
 #[derive(Clone, Debug, Default)]

@@ -2,9 +2,13 @@
 
 use std::borrow::Cow;
 
-use crate::formats::csv::unguarded;
-use crate::formats::text::cells::{Cells, is_skipped};
-use crate::formats::text::written::Delimiter;
+use crate::formats::{
+    csv::unguarded,
+    text::{
+        cells::{Cells, is_skipped},
+        written::Delimiter,
+    },
+};
 
 /// Number of first lines of a file that are inspected to find its table, not counting comments.
 const INSPECTED_LINES: usize = 200;

@@ -3,11 +3,13 @@
 use std::io;
 
 use super::MapWriter;
-use crate::calibration::Scores;
-use crate::export::FileFormat;
-use crate::formats::csv::CsvWriter;
-use crate::questions::thresholds::{Measure, ThresholdMap};
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    calibration::Scores,
+    export::FileFormat,
+    formats::csv::CsvWriter,
+    questions::thresholds::{Measure, ThresholdMap},
+    scoring::score_set::ScoreSet,
+};
 
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Delimited text",

@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 
 pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
-use crate::export::{FileFormat, Together, WriteError};
-use crate::questions::thresholds::{Measure, ThresholdMap};
+use crate::{
+    export::{FileFormat, Together, WriteError},
+    questions::thresholds::{Measure, ThresholdMap},
+};
 
 /// Writer of a threshold map in one format.
 pub struct MapWriter {

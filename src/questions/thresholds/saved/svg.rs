@@ -4,13 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use super::MapWriter;
-use crate::export::FileFormat;
-use crate::export::{Together, WriteError};
-use crate::features::{Distance, Thresholds};
-use crate::questions::thresholds::{Along, Measure, Suggestion, ThresholdMap};
-use crate::report::figure;
-use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
-use crate::scoring::score_set::ScoreSet;
+use crate::{
+    export::{FileFormat, Together, WriteError},
+    features::{Distance, Thresholds},
+    questions::thresholds::{Along, Measure, Suggestion, ThresholdMap},
+    report::figure::{self, Figure, HeatMap, Line, Scale, color},
+    scoring::score_set::ScoreSet,
+};
 
 /// Format with three files: the map of cross-validation errors, and the curves of the error against F_th (`<name>_f_th.svg`)
 /// and against t_th (`<name>_t_th.svg`) through the suggested pair.

@@ -6,18 +6,22 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use crate::calibration::{
-    ErrorBlocks, NEARLY, NoCrossValidation, RidgeChoice, Terms, past_samples, weighed,
+use crate::{
+    calibration::{
+        ErrorBlocks, NEARLY, NoCrossValidation, RidgeChoice, Terms, past_samples, weighed,
+    },
+    features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit},
+    progress::Progress,
+    questions::{
+        dataset::{
+            fit::Sums,
+            travels::{MOST_UNKNOWN, Travels},
+        },
+        error::AnalysisError,
+        thresholds::{measure::Measure, study::prepared::Study, suggestion::NoSuggestion},
+    },
+    scoring::left_out::LeftOut,
 };
-use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
-use crate::progress::Progress;
-use crate::questions::dataset::fit::Sums;
-use crate::questions::dataset::travels::{MOST_UNKNOWN, Travels};
-use crate::questions::error::AnalysisError;
-use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::study::prepared::Study;
-use crate::questions::thresholds::suggestion::NoSuggestion;
-use crate::scoring::left_out::LeftOut;
 
 /// Shortest time that is tried as a value, as a share of the sample interval.
 const SHORTEST_TIME: f64 = 0.25;

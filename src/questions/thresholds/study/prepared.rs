@@ -2,17 +2,20 @@
 
 use std::sync::Arc;
 
-use crate::calibration::{Calibration, FitSettings};
-use crate::features::Thresholds;
-use crate::finding::Finding;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::{Dataset, Key, Paths};
-use crate::questions::error::AnalysisError;
-use crate::questions::request::Request;
-use crate::questions::thresholds::measure::MeasureScale;
-use crate::questions::thresholds::past_ages::PastAges;
-use crate::recording::Role;
-use crate::scoring::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
+use crate::{
+    calibration::{Calibration, FitSettings},
+    features::Thresholds,
+    finding::Finding,
+    progress::{Cancelled, Progress},
+    questions::{
+        dataset::{Dataset, Key, Paths},
+        error::AnalysisError,
+        request::Request,
+        thresholds::{measure::MeasureScale, past_ages::PastAges},
+    },
+    recording::Role,
+    scoring::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis},
+};
 
 /// Number of histogram bins for the ages of earlier samples up to t_th. Ages above t_th have as many bins.
 const AGE_BINS: usize = 30;

@@ -1,25 +1,20 @@
 //! Studies of a part of the built-in sensor.
 
-use crate::features::{Distance, Thresholds};
-use crate::questions::error::AnalysisError;
+use crate::{
+    calibration::{FitSettings, NoCrossValidation, RidgeChoice, Scores},
+    features::{Blocks, Creep, Distance, FeatureSettings, Play, Polynomial, Thresholds},
+    progress::Progress,
+    questions::{
+        error::AnalysisError,
+        errors::query::analyse,
+        request::Request,
+        thresholds::{grid::ThresholdGrid, map::ThresholdMap, measure::Measure, study::*},
+    },
+    recording::{Entry, Recording, RecordingSet, Role, simulated},
+    scoring::score_set::ScoreSet,
+};
 use std::sync::Arc;
 use std::sync::Mutex;
-
-use crate::calibration::FitSettings;
-use crate::calibration::{NoCrossValidation, RidgeChoice, Scores};
-use crate::features::{Blocks, Creep, FeatureSettings, Play, Polynomial};
-use crate::progress::Progress;
-use crate::questions::errors::query::analyse;
-use crate::questions::request::Request;
-use crate::questions::thresholds::grid::ThresholdGrid;
-use crate::questions::thresholds::map::ThresholdMap;
-use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::study::*;
-use crate::recording::Entry;
-use crate::recording::RecordingSet;
-use crate::recording::Role;
-use crate::recording::{Recording, simulated};
-use crate::scoring::score_set::ScoreSet;
 
 /// Returns every `step`-th recording of the built-in sensor. Recordings of path 6 are test recordings.
 fn some(step: usize) -> Arc<RecordingSet> {

@@ -5,19 +5,23 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use crate::calibration::{
-    AgedSums, NoCrossValidation, Past, RidgeChoice, ThresholdAges, aged_sums,
+use crate::{
+    calibration::{AgedSums, NoCrossValidation, Past, RidgeChoice, ThresholdAges, aged_sums},
+    features::{ColumnKind, Design, Thresholds},
+    panicked::locked,
+    progress::{Cancelled, Progress},
+    questions::{
+        error::AnalysisError,
+        thresholds::{
+            grid::ThresholdGrid,
+            map::ThresholdMap,
+            scorer::{AgedRow, PointScores, Scorer},
+            study::prepared::Study,
+        },
+    },
+    recording::{Entry, Role},
+    scoring::left_out::too_short,
 };
-use crate::features::{ColumnKind, Design, Thresholds};
-use crate::panicked::locked;
-use crate::progress::{Cancelled, Progress};
-use crate::questions::error::AnalysisError;
-use crate::questions::thresholds::grid::ThresholdGrid;
-use crate::questions::thresholds::map::ThresholdMap;
-use crate::questions::thresholds::scorer::{AgedRow, PointScores, Scorer};
-use crate::questions::thresholds::study::prepared::Study;
-use crate::recording::{Entry, Role};
-use crate::scoring::left_out::too_short;
 
 /// Maximum memory for the sums of all map rows that are computed at the same time (bytes).
 const MAX_BYTES: usize = 2 << 30;
