@@ -138,6 +138,7 @@ fn main() {
     let search = Search {
         recordings: Arc::clone(&recordings),
         settings: FitSettings::default(),
+        candidates: loopscope::questions::Candidates::All,
         time_limit: Duration::from_secs(600),
         within: WITHIN,
     };

@@ -374,6 +374,7 @@ fn main() {
         let search = Search {
             recordings: Arc::new(recordings(sensor, seed * 1000 + at as u64)),
             settings: FitSettings::default(),
+            candidates: loopscope::questions::Candidates::All,
             time_limit: Duration::from_secs(600),
             within: WITHIN,
         };

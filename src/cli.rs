@@ -4,7 +4,6 @@ mod apply;
 mod best;
 mod check;
 mod choices;
-mod compare;
 mod demo;
 mod error;
 mod exports;
@@ -158,7 +157,6 @@ jobs! {
     Sensor(sensor::SensorJob),
     Report(report::ReportJob),
     Best(best::BestJob),
-    Compare(compare::CompareJob),
     Sweep(sweep::SweepJob),
     Apply(apply::ApplyJob),
     Metrology(metrology::MetrologyJob),

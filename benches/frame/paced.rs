@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use loopscope::calibration::Regressor;
 use loopscope::engine::{Action, Edit};
+use loopscope::questions::Candidates;
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::ui::{Command, Workspace};
 
@@ -115,7 +116,7 @@ fn begin(screen: &mut Screen, work: Work) {
             screen.shell.send(start);
         }
         Work::Comparison => {
-            let start = Action::ComparePaper;
+            let start = Action::FindBest(Candidates::Paper, Duration::MAX);
             screen.shell.send(start);
         }
     }

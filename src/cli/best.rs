@@ -23,8 +23,8 @@ use crate::{
     features::Range,
     progress::Progress,
     questions::{
-        AnalysisError, Best, Request, Search, WITHIN, errors::cold_start::worse_at_start,
-        find_best, train,
+        AnalysisError, Best, Candidates, Request, Search, WITHIN,
+        errors::cold_start::worse_at_start, find_best, train,
     },
     recording::identity::Identity,
     scoring::score_set::ScoreSet,
@@ -41,6 +41,10 @@ pub struct BestJob {
     /// Time limit in minutes, after which no further model is started. With a short limit, the result depends on the computer's speed.
     #[arg(long, value_name = "MIN", default_value_t = SEARCH_MINUTES, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
+    /// Try only the models of the paper of Koike et al. (2019): each regressor without and with look-back, and squares and
+    /// products. Its pattern B is --decimate 10.
+    #[arg(long)]
+    paper: bool,
     #[command(flatten)]
     common: CommonArgs,
     /// Percent by which the error of the smallest model may exceed the lowest error of all models.
@@ -79,6 +83,7 @@ impl Work for BestJob {
         let search = Search {
             settings: self.common.settings(&recordings),
             recordings: Arc::clone(&recordings),
+            candidates: if self.paper { Candidates::Paper } else { Candidates::All },
             // Longer limits count as 1e9 s (30 years), so that the sum of the present time and the limit does not overflow.
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
             within: 0.01 * self.within,

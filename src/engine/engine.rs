@@ -36,7 +36,8 @@ use crate::{
     finding::Face,
     panicked::locked,
     questions::{
-        Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
+        Analysis, Candidates, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search,
+        View,
         check::query::{FaultyRecording, FindFaults},
         errors::query::Analyse,
         loops::{LookRequest, Question},
@@ -87,9 +88,7 @@ pub enum Action {
     /// Choose the values of a feature block (such as its time constants) that minimise this cross-validation error.
     ChooseBlock(HistoryBlock, Option<Measure>),
     /// Search for the best model. After this duration, no further model is started.
-    FindBest(Duration),
-    /// Fit all models that the paper of Koike et al. (2019) compares.
-    ComparePaper,
+    FindBest(Candidates, Duration),
     /// Follow a growing file that a logger writes, and show its newest loads.
     Follow(PathBuf),
     /// Stop following the growing file.

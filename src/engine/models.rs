@@ -6,13 +6,9 @@
 use std::sync::{Arc, Weak};
 
 use crate::{
-    calibration::{Calibration, FitSettings, Regressor},
+    calibration::Calibration,
     engine::project::Project,
-    questions::{
-        Best, Candidate, Comparison, Mark, Model, ModelRow, model_table,
-        models::asked::{List, TryModels},
-        paper_candidates,
-    },
+    questions::{Best, Mark, Model, ModelRow, model_table, models::asked::TryModels},
     recording::RecordingSet,
     report::{Cell, Table},
     scoring::score_set::ScoreSet,
@@ -33,9 +29,6 @@ pub enum ModelChange {
 enum Origin {
     /// The model was fitted by a search: number of the search, and index of the model in it.
     Search(u64, usize),
-    /// The model was fitted when all models of the paper of Koike et al. (2019) were compared. Holds the number of this
-    /// comparison, counted from the start of the program, and the index of the model in it.
-    Paper(u64, usize),
     Kept,
     Present,
 }
@@ -49,9 +42,6 @@ pub struct Row {
     pub model: Model,
     /// Recommendation that the last search gives for this model.
     pub mark: Mark,
-    /// Amount of training data, named as in the paper of Koike et al. (2019); empty for models that the paper does not
-    /// compare.
-    data: String,
     origin: Origin,
     recordings: Weak<RecordingSet>,
 }
@@ -80,7 +70,7 @@ pub struct Models {
     pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
-    /// Number of the last search or comparison, and indices of those of its models that are already in the list.
+    /// Number of the last search, and indices of those of its models that are already in the list.
     taken: (u64, Vec<usize>),
 }
 
@@ -104,7 +94,6 @@ impl Models {
             is_pinned: false,
             model,
             mark: Mark::None,
-            data: String::new(),
             origin,
             recordings: Arc::downgrade(recordings),
         });
@@ -129,21 +118,16 @@ impl Models {
         }
     }
 
-    /// Adds the models that a running search or comparison has fitted so far.
+    /// Adds the models that a running search has fitted so far.
     pub(super) fn take(&mut self, asked: &TryModels, found: &Best) {
         let run = asked.run;
         if self.taken.0 != run {
             self.taken = (run, Vec::new());
-            if let List::Search(_) = asked.list {
-                self.rows.retain(|row| row.is_pinned || !matches!(row.origin, Origin::Search(..)));
-                self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
-            }
+            self.rows.retain(|row| row.is_pinned || !matches!(row.origin, Origin::Search(..)));
+            self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
         }
         for tried in &found.tried {
-            let (origin, recordings) = match &asked.list {
-                List::Search(search) => (Origin::Search(run, tried.at), &search.recordings),
-                List::Paper(paper) => (Origin::Paper(run, tried.at), &paper.recordings),
-            };
+            let origin = Origin::Search(run, tried.at);
             let known = self.rows.iter_mut().find(|row| row.origin == origin);
             let row = match known {
                 Some(row) => row,
@@ -151,46 +135,17 @@ impl Models {
                 None if self.taken.1.contains(&tried.at) => continue,
                 None => {
                     self.taken.1.push(tried.at);
-                    self.push(tried.name.clone(), origin, tried.model.clone(), recordings)
+                    self.push(
+                        tried.name.clone(),
+                        origin,
+                        tried.model.clone(),
+                        &asked.search.recordings,
+                    )
                 }
             };
-            (row.mark, row.data) = (tried.mark(), tried.data.clone());
+            row.mark = tried.mark();
         }
-        match asked.list {
-            List::Search(_) => {
-                self.remarks = found.why().into_iter().chain(found.remarks()).collect()
-            }
-            List::Paper(_) if !found.failed.is_empty() => self.remarks = found.failures().collect(),
-            List::Paper(_) => {}
-        }
-    }
-
-    /// Returns the models of the comparison in the paper of Koike et al. (2019) that are not fitted yet; `None` if there are
-    /// none. Earlier models of this comparison with other recordings or settings are removed.
-    pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Comparison> {
-        const LEARNERS: [Regressor; 3] =
-            [Regressor::Linear, Regressor::Network, Regressor::HybridNetwork];
-        // Settings that all models of the comparison share.
-        let settings = FitSettings {
-            features: Default::default(),
-            regressor: Regressor::Linear,
-            decimation: 1,
-            ..project.settings.clone()
-        };
-        let mut candidates = paper_candidates(&project.recordings, &project.settings, &LEARNERS);
-        let holds = |row: &Row, candidate: &Candidate| {
-            matches!(row.origin, Origin::Paper(..))
-                && !row.is_stale(project)
-                && row.data == candidate.pattern()
-                && row.model.settings == candidate.settings(&settings)
-        };
-        self.rows.retain(|row| {
-            let is_paper = matches!(row.origin, Origin::Paper(..));
-            !is_paper || row.is_pinned || candidates.iter().any(|own| holds(row, own))
-        });
-        candidates.retain(|own| !self.rows.iter().any(|row| holds(row, own)));
-        let recordings = Arc::clone(&project.recordings);
-        (!candidates.is_empty()).then_some(Comparison { recordings, settings, candidates })
+        self.remarks = found.why().into_iter().chain(found.remarks()).collect();
     }
 
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
@@ -228,7 +183,6 @@ impl Models {
                 false => row.mark.cell(),
             },
             name: &row.name,
-            data: &row.data,
             model: &row.model,
         });
         model_table(project.axes(), sets, rows)

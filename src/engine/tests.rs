@@ -33,7 +33,7 @@ use crate::{
     },
     progress::Progress,
     questions::{
-        Analysis, Mark, View, analyse,
+        Analysis, Candidates, Mark, View, analyse,
         loops::{Question, TableOf, query::LookAt},
         metrology::MetrologySettings,
         models::asked::Train,
@@ -1196,7 +1196,7 @@ fn numbers_of_a_block_that_were_chosen_are_a_step() {
 }
 
 fn find_best(engine: &mut Engine) {
-    engine.act(Action::FindBest(Duration::from_secs(600)));
+    engine.act(Action::FindBest(Candidates::All, Duration::from_secs(600)));
 }
 
 fn of_mark(engine: &Engine, mark: Mark) -> Vec<&Row> {
@@ -1316,48 +1316,18 @@ fn a_kept_model_can_be_used_again_with_its_training() {
 }
 
 #[test]
-fn the_comparison_of_the_paper_fits_only_missing_models() {
+fn a_search_through_the_models_of_the_paper_that_is_stopped_keeps_the_rows_that_ended() {
     let mut engine = engine_with_files();
-    let mut settings = network(2);
-    settings.regressor = Regressor::Linear;
-    edit(&mut engine, Edit::Settings(settings));
-    engine.act(Action::ComparePaper);
-    settle(&mut engine);
-    let n_rows = engine.models.rows.len();
-    assert!(n_rows >= 14, "{n_rows}");
-    engine.act(Action::ComparePaper);
-    assert!(!engine.is_trying());
-    last_notice(&engine, Level::Info, "already has a result");
-    // Without look-back, the thresholds have no effect.
-    let ids: Vec<u64> = engine.models.rows.iter().map(|row| row.id).collect();
-    let other = with_f_th(&engine, 1.5);
-    edit(&mut engine, other);
-    engine.act(Action::ComparePaper);
-    settle(&mut engine);
-    let rows = &engine.models.rows;
-    assert_eq!(rows.len(), n_rows);
-    let kept = rows.iter().filter(|row| ids.contains(&row.id));
-    assert!(kept.clone().all(|row| !row.model.settings.features.has_history()));
-    assert!(kept.count() >= 8);
-    let table = engine.models.table(engine.project(), &ScoreSet::ALL);
-    assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
-}
-
-#[test]
-fn a_comparison_that_is_stopped_keeps_the_rows_that_ended() {
-    let mut engine = engine_with_files();
-    let mut settings = network(100_000);
-    settings.regressor = Regressor::Linear;
-    edit(&mut engine, Edit::Settings(settings));
-    engine.act(Action::ComparePaper);
-    settle_until(&mut engine, "the linear models", |engine| engine.models.rows.len() > 4);
-    let table = engine.models.table(engine.project(), &[ScoreSet::Test]);
-    assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
+    engine.act(Action::FindBest(Candidates::Paper, Duration::from_secs(600)));
+    settle_until(&mut engine, "the linear models", |engine| engine.models.rows.len() >= 3);
     engine.act(Action::Cancel);
     settle(&mut engine);
-    let rows = &engine.models.rows;
     assert!(!engine.is_trying());
-    assert!(rows.iter().all(|row| row.model.settings.regressor == Regressor::Linear));
+    let rows = &engine.models.rows;
+    assert!(rows[..3].iter().all(|row| row.model.settings.regressor == Regressor::Linear));
+    assert!(rows[2].model.settings.features.has_history());
+    let table = engine.models.table(engine.project(), &ScoreSet::ALL);
+    assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
 }
 
 fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done {

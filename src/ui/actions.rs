@@ -10,6 +10,7 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 use crate::{
     engine::{Action as Do, Edit, Engine, Preferences, SEARCH_MINUTES, Theme},
     export::{FileFormat, TRACE_FORMATS},
+    questions::Candidates,
     recording::{Role, Tare, simulated::Late},
     shown::file_name,
     ui::{
@@ -350,7 +351,7 @@ pub fn models(engine: &Engine) -> Vec<Action> {
             "Find the best model",
             "Tries models and proposes the most accurate one; the pane Models lists all tried models",
             None,
-            Do::FindBest(limit),
+            Do::FindBest(Candidates::All, limit),
         )
         .only_if(any && !engine.is_trying()),
         action(

@@ -6,7 +6,7 @@ use egui::{RichText, Ui};
 
 use crate::{
     engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES},
-    questions::RELATIVE,
+    questions::{Candidates, RELATIVE},
     report::Table,
     scoring::score_set::ScoreSet,
     ui::{
@@ -115,13 +115,13 @@ impl View {
         } else {
             let ready = !engine.entries().is_empty();
             ui.add_enabled_ui(ready, |ui| {
+                let limit = Duration::from_secs_f64(60.0 * self.minutes);
                 if ui.press(
                     "Find the best",
                     "Tries models, the fastest first. Chooses their parameters from the training recordings, scores each \
                      by nested cross-validation, and proposes the most accurate model and the smallest that is nearly as accurate",
                 ) {
-                    let limit = Duration::from_secs_f64(60.0 * self.minutes);
-                    out.send(Action::FindBest(limit));
+                    out.send(Action::FindBest(Candidates::All, limit));
                 }
                 let field = egui::DragValue::new(&mut self.minutes)
                     .range(0.0..=MOST_MINUTES)
@@ -130,10 +130,11 @@ impl View {
                 let about = "Time limit of the search; afterwards no further model is started";
                 ui.explained_field("within", field, about);
                 if ui.press(
-                    "All models of Koike et al. (2019)",
-                    "Fits the models of Figures 9, 10, 12 and 13 of Koike et al. (2019): linear, network and hybrid, without and with look-back, on all samples (A) and on every tenth (B). Networks on all samples take minutes. Models that already have a result are not fitted again",
+                    "Models of Koike et al. (2019)",
+                    "Tries only the models of Koike et al. (2019): linear, kernel, network and both in two stages, without and with look-back. \
+                     Use every tenth sample (Settings) for their pattern B",
                 ) {
-                    out.send(Action::ComparePaper);
+                    out.send(Action::FindBest(Candidates::Paper, limit));
                 }
             });
         }

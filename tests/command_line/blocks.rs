@@ -146,27 +146,21 @@ fn a_training_set_too_short_for_cross_validation_is_fitted_with_a_finding() {
 }
 
 #[test]
-fn the_comparison_has_every_regressor_without_and_with_look_back() {
+fn the_models_of_the_paper_are_tried_without_and_with_look_back() {
     let workshop = Workshop::with_recordings();
-    let quick = ["--epochs", "2", "--landmarks", "10"];
-    let arguments = [&["compare", "--json", "--csv", "table.csv"], &ALL_FILES[..], &quick].concat();
+    let arguments = [&["best", "--paper", "--json"], &ALL_FILES[..]].concat();
     let output = succeed(workshop.path(), &arguments);
-    let rows: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(rows.len(), 22);
-    let linear: Vec<&Value> = rows.iter().filter(|row| row["regressor"] == "linear").collect();
-    assert_eq!(linear.len(), 6);
-    let fitted = fitted(&workshop, &[]);
-    let with_past = linear.iter().find(|row| {
-        row["decimation"] == 1 && !row["features"]["look_backs"].as_array().unwrap().is_empty()
-    });
-    assert_eq!(with_past.unwrap()["scores"], fitted["compensated"]);
-    assert_eq!(workshop.read("table.csv").lines().count(), 23);
-
-    let arguments =
-        [&["compare", "--regressors", "linear", "--decimate", "2"], &ALL_FILES[..]].concat();
-    let text = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
-    assert!(text.contains("RMSE, test") && text.contains("polynomial degree 2"), "{text}");
-    assert_eq!(text.matches("Linear").count(), 9);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let tried = report["tried"].as_array().unwrap();
+    let of = |regressor: &str| tried.iter().filter(|row| row["regressor"] == regressor).count();
+    assert_eq!(of("linear"), 3);
+    for regressor in ["kernel", "network", "hybrid-kernel", "hybrid-network"] {
+        assert_eq!(of(regressor), 2, "{regressor}");
+    }
+    let with_past =
+        tried.iter().filter(|row| row["blocks"].as_str().unwrap().contains("look-back"));
+    assert_eq!(with_past.count(), 5);
+    assert_eq!(report["ruled_out"].as_array().unwrap().len(), 0);
 }
 
 /// Appends the keys of all JSON objects in `value` to `keys`.

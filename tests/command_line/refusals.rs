@@ -275,7 +275,6 @@ fn tables_and_figures_are_overwritten_only_by_force() {
     let sweep = "sweep --train a.csv b.csv c.csv --f-th 0,2 --t-th 5";
     for (job, option, name) in [
         ("metrology a.csv", "--csv", "m.csv"),
-        ("compare --train a.csv --regressors linear --decimate 10", "--csv", "m.csv"),
         (sweep, "--csv", "m.csv"),
         (sweep, "--svg", "m.svg"),
     ] {

@@ -1,10 +1,7 @@
 //! Actions of the user. Quick actions are done at once, slow ones in the background.
 
 use super::*;
-use crate::{
-    import::inspect::Known,
-    questions::{WITHIN, models::asked::List},
-};
+use crate::{import::inspect::Known, questions::WITHIN};
 
 impl Engine {
     /// Carries out an action of the user. Slow work runs in the background.
@@ -31,20 +28,18 @@ impl Engine {
             Action::Train => self.train(),
             Action::StopTraining => self.lane::<Train>().cancel(),
             Action::ChooseBlock(block, measure) => self.choose_block(block, measure),
-            Action::FindBest(_) | Action::ComparePaper if self.is_trying() => {}
-            Action::FindBest(time_limit) => self.try_models(List::Search(Search {
-                recordings: Arc::clone(&self.project.recordings),
-                settings: self.project.settings.clone(),
-                time_limit,
-                within: WITHIN,
-            })),
-            Action::ComparePaper => match self.models.begin_paper(&self.project) {
-                Some(paper) => self.try_models(List::Paper(paper)),
-                None => self.notice(
-                    Level::Info,
-                    "The list already has a result for each model of the comparison",
-                ),
-            },
+            Action::FindBest(..) if self.is_trying() => {}
+            Action::FindBest(candidates, time_limit) => {
+                let run = self.models.next_run();
+                let search = Search {
+                    recordings: Arc::clone(&self.project.recordings),
+                    settings: self.project.settings.clone(),
+                    candidates,
+                    time_limit,
+                    within: WITHIN,
+                };
+                self.lanes.of_mut(ANYONE).ask_again(TryModels { run, search });
+            }
             Action::StopTrying => self.lane::<TryModels>().cancel(),
             Action::Follow(path) => {
                 self.following.cancel();
@@ -140,11 +135,6 @@ impl Engine {
             let request = self.request_of(Arc::clone(&self.project.recordings));
             self.lanes.of_mut(ANYONE).ask_again(ChooseBlock { block, measure, request });
         }
-    }
-
-    fn try_models(&mut self, list: List) {
-        let run = self.models.next_run();
-        self.lanes.of_mut(ANYONE).ask_again(TryModels { run, list });
     }
 
     pub(super) fn show_left(&mut self, yes: bool) {

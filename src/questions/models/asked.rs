@@ -7,7 +7,6 @@ use crate::{
     questions::{
         models::{
             best::{Best, Search, find_best},
-            comparison::{Comparison, Outcome, compare},
             learning::TrainingStep,
             training::train,
         },
@@ -77,19 +76,10 @@ impl Query for Train {
 pub struct TryModels {
     /// Number that distinguishes this request from other requests.
     pub run: u64,
-    pub list: List,
+    pub search: Search,
 }
 
-/// Models to fit and score.
-#[derive(Clone, Debug)]
-pub enum List {
-    /// Candidates of a search for the best model.
-    Search(Search),
-    /// Candidates of the comparison of regressors in the paper of Koike et al. (2019).
-    Paper(Comparison),
-}
-
-same_where!(TryModels: shared() value(run) besides(list));
+same_where!(TryModels: shared() value(run) besides(search));
 
 impl Query for TryModels {
     type Answer = Best;
@@ -97,20 +87,11 @@ impl Query for TryModels {
     const BEGUN_BY_USER: Option<&'static str> = Some("Trying models: ");
 
     fn title(&self) -> String {
-        match self.list {
-            List::Search(_) => "Finding the best model".to_owned(),
-            List::Paper(_) => "Comparing regressors".to_owned(),
-        }
+        "Finding the best model".to_owned()
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { progress, show, .. } = work;
-        match &self.list {
-            List::Search(search) => Ok(find_best(search, progress, &|best| show(best.clone()))?),
-            List::Paper(asked) => {
-                let show = |outcomes: &[Outcome]| show(asked.tried(outcomes));
-                Ok(asked.tried(&compare(asked, progress, &show)))
-            }
-        }
+        Ok(find_best(&self.search, progress, &|best| show(best.clone()))?)
     }
 }

@@ -21,7 +21,7 @@ use crate::{
         error::AnalysisError,
         models::{
             folds::NestedFolds,
-            recipes::{self, Recipe},
+            recipes::{self, Candidates, Recipe},
             side::{Effort, Side},
             table::{Mark, Model, ModelRow, model_table, weights},
         },
@@ -65,6 +65,8 @@ pub struct Search {
     /// Settings that all candidates share: offset, full scales, and the kind of load distance that is compared with the force
     /// threshold F_th.
     pub settings: FitSettings,
+    /// Models to try.
+    pub candidates: Candidates,
     /// Time after which no further candidate starts.
     pub time_limit: Duration,
     /// Maximum by which the error of the smallest proposed model exceeds the lowest error, as a share of the lowest error.
@@ -80,10 +82,6 @@ pub struct Tried {
     #[serde(skip)]
     pub at: usize,
     pub name: String,
-    /// Amount of training data as named in the paper of Koike et al. (2019), such as A; empty if it follows from the
-    /// decimation.
-    #[serde(skip)]
-    pub data: String,
     /// Description of the features; empty for the gauges alone.
     pub blocks: String,
     pub regressor: Regressor,
@@ -109,7 +107,6 @@ impl Tried {
         Self {
             at: 0,
             name: name.to_owned(),
-            data: String::new(),
             blocks,
             regressor: model.settings.regressor,
             relative: model.relative(ScoreSet::LeftOut).unwrap_or(1.0),
@@ -281,7 +278,6 @@ impl Best {
         let rows = self.tried.iter().map(|own| ModelRow {
             mark: own.mark().cell(),
             name: &own.name,
-            data: &own.data,
             model: &own.model,
         });
         Table {
@@ -396,8 +392,13 @@ pub fn find_best(
 ) -> Result<Best, AnalysisError> {
     search.settings.validate()?;
     let mut running = Running::new(search, progress)?;
-    let linear = recipes::linear(!running.whole.auxiliary.is_empty());
-    let learned = recipes::learned();
+    let (linear, learned) = match search.candidates {
+        Candidates::All => {
+            (recipes::linear(!running.whole.auxiliary.is_empty()), recipes::learned())
+        }
+        // The paper's models are few, so each of them gets the full training.
+        Candidates::Paper => (recipes::paper(running.whole.is_static()), Vec::new()),
+    };
     let (n_linear, n_learned) = (linear.len(), learned.len());
     let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most).sum();
     progress.add_total((n_linear + n_learned + most_trained + CAN_WIN.len()) as u64);
@@ -692,6 +693,7 @@ mod tests {
         let search = Search {
             recordings: Arc::new(set),
             settings: FitSettings::default(),
+            candidates: Candidates::All,
             time_limit: Duration::from_millis(1),
             within: WITHIN,
         };
@@ -722,6 +724,7 @@ mod tests {
         let search = Search {
             recordings: Arc::new(set),
             settings: FitSettings::default(),
+            candidates: Candidates::All,
             time_limit: Duration::from_secs(3600),
             within: WITHIN,
         };

@@ -2,11 +2,10 @@
 
 pub mod asked;
 pub(crate) mod best;
-pub(crate) mod comparison;
 pub(crate) mod cross_validated;
 mod folds;
 pub(crate) mod learning;
-mod recipes;
+pub(crate) mod recipes;
 mod side;
 pub(crate) mod table;
 pub(crate) mod training;

@@ -6,6 +6,16 @@ use crate::{
     features::{Appends, Auxiliary, BLOCKS, Block, FixedLag},
 };
 
+/// Lists of candidates that a search can try.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Candidates {
+    /// Every feature block alone and in pairs, with every regressor.
+    #[default]
+    All,
+    /// Models of the paper of Koike et al. (2019): linear, network, kernel and both in two stages, without and with look-back.
+    Paper,
+}
+
 /// Candidate model whose thresholds, play radii and times are not chosen yet.
 #[derive(Clone, Debug)]
 pub(super) struct Recipe {
@@ -114,6 +124,21 @@ pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
     recipes
 }
 
+/// Returns the models that the paper of Koike et al. (2019) compares, with the kernels that it cites. Load cases have no past,
+/// so `is_static` leaves out the look-back.
+pub(super) fn paper(is_static: bool) -> Vec<Recipe> {
+    let mut recipes = vec![Recipe::linear(false, &[], 0.0), Recipe::linear(false, &[], 2.0)];
+    recipes.extend((!is_static).then(|| Recipe::linear(true, &[], 0.0)));
+    for learner in LEARNERS {
+        let present = Recipe::learned(learner, &[], Times::Chosen);
+        let name = format!("{} on look-back", present.name);
+        let with_past = Recipe { name, look_back: true, ..present.clone() };
+        recipes.push(present);
+        recipes.extend((!is_static).then_some(with_past));
+    }
+    recipes
+}
+
 pub(super) fn learned() -> Vec<Recipe> {
     let pasts = pasts();
     let (alone, pairs) = (alone(&pasts), pairs(&pasts));
@@ -162,6 +187,8 @@ mod tests {
             let alone = linear.iter().find(|recipe| recipe.blocks == [*block] && !recipe.look_back);
             assert!(alone.is_some(), "{block:?}");
         }
+        assert_eq!((paper(false).len(), paper(true).len()), (11, 6));
+        assert!(paper(true).iter().all(|recipe| !recipe.look_back));
         for expected in ["Creep + play", "Linear + network on fixed lag", "Network on play"] {
             assert!(names.contains(&expected), "{names:?}");
         }

@@ -73,6 +73,10 @@ impl Side {
         }
     }
 
+    pub fn is_static(&self) -> bool {
+        self.recordings.is_static()
+    }
+
     /// Chooses the lags of the auxiliary channels by the error of a linear fit.
     pub fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
         let (mut without_lag, mut lowest) = (None, f64::INFINITY);

@@ -147,23 +147,12 @@ impl Mark {
     }
 }
 
-/// Returns the name of the amount of training data with this decimation, as in the paper of Koike et al. (2019).
-pub fn pattern(decimation: usize) -> String {
-    match decimation {
-        1 => "A".to_owned(),
-        10 => "B".to_owned(),
-        step => format!("1/{step}"),
-    }
-}
-
 /// Name of the column by which the window first sorts the list of models.
 pub const RELATIVE: &str = "relative RMSE";
 
 pub struct ModelRow<'a> {
     pub mark: Cell,
     pub name: &'a str,
-    /// Name of this amount of training data in the paper of Koike et al. (2019); empty if the paper has no name for it.
-    pub data: &'a str,
     pub model: &'a Model,
 }
 
@@ -216,11 +205,11 @@ pub fn model_table<'a>(
             "Parts of the training recordings that were left out in turn. Nested: the settings of the model were chosen anew without each part. Compare nested \
              errors only with nested errors",
         )
-        .words("data", |row| match row.data {
-            "" => pattern(row.model.settings.decimation),
-            data => data.to_owned(),
+        .words("data", |row| match row.model.settings.decimation {
+            1 => "all".to_owned(),
+            step => format!("1/{step}"),
         })
-        .about("Training data. A: all samples; B: every tenth sample; C: one load programme; 1/n: every n-th sample")
+        .about("Samples of the training recordings that were used: all, or every n-th")
         .columns(
             errors,
             |(set, axis, is_spread)| match is_spread {
