@@ -228,7 +228,12 @@ fn check_workbooks(folder: &Path) {
     assert_eq!(short.recordings[0].n_samples(), 5);
     let differ = read_parts(&path, &["Data", "Short"]).unwrap_err();
     assert!(differ.contains("have different names"), "{differ}");
-    let (recording, messages) = sound(&folder.join("dates.xlsx"));
+    check_dates(&folder.join("dates.xlsx"));
+}
+
+#[cfg(feature = "xlsx")]
+fn check_dates(path: &Path) {
+    let (recording, messages) = sound(path);
     assert_eq!(messages, "");
     // 1,709,683,200 s after 1970, UTC, it is midnight between 5 and 6 March 2024.
     assert_eq!(
@@ -236,6 +241,22 @@ fn check_workbooks(folder: &Path) {
         [-0.5, -0.375, -0.25, -0.125, 0.0].map(|t| 1_709_683_200.0 + t)
     );
     assert_eq!((recording.gauges()[1], recording.loads()[1]), (gauge(1, 0), load(1, 0)));
+}
+
+#[cfg(feature = "xlsx")]
+#[test]
+fn workbooks_of_older_and_other_programs_are_read_like_xlsx() {
+    for name in ["dates.xls", "dates.ods"] {
+        check_dates(&fixture(name));
+    }
+    // A compound file that is no workbook, and a cut workbook, are errors.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let whole = fs::read(fixture("dates.xls")).unwrap();
+    for bytes in [&b"\xd0\xcf\x11\xe0\xa1\xb1"[..], &whole[..whole.len() / 2]] {
+        fs::write(&path, bytes).unwrap();
+        assert!(error(&path).contains("workbook"), "{}", error(&path));
+    }
 }
 
 fn check_labview(folder: &Path) {
@@ -367,7 +388,6 @@ fn unsupported_formats_are_refused_with_an_alternative() {
         (&b"#ROSBAG V2.0\n"[..], "rostopic echo -b"),
         (b"TDSm\x0e\0\0\0", "nptdms"),
         (b"SQLite format 3\0", "mcap convert"),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1", "save it as .xlsx"),
         (b"ARROW1\0\0", "to_parquet"),
         (b"\x80\x04\x95\x10\0", "numpy.savez"),
         (b"MDF     4.10", "asammdf"),
@@ -379,9 +399,9 @@ fn unsupported_formats_are_refused_with_an_alternative() {
     let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
     let options =
         zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-    archive.start_file("content.xml", options).unwrap();
+    archive.start_file("xl/workbook.bin", options).unwrap();
     archive.finish().unwrap();
-    assert!(error(&path).contains("an OpenDocument file; open it in a spreadsheet program"));
+    assert!(error(&path).contains("(.xlsb); open it in a spreadsheet program"));
 }
 
 #[test]

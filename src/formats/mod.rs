@@ -14,7 +14,7 @@
 //! | `hdf5` | groups of arrays and tables of records, also MATLAB files of version 7.3; feature `hdf5` |
 //! | `parquet` | columns of numbers; feature `parquet` |
 //! | `mcap` | topics of a ROS 2 recording; feature `mcap` |
-//! | `xlsx` | sheets of a workbook; feature `xlsx` |
+//! | `xlsx` | sheets of a workbook (`.xlsx`, `.xls`, `.ods`); feature `xlsx` |
 //! | `json_lines` | lines of JSON, one object per sample |
 //! | `parts` | choice among several tables of a file |
 //! | `opened`, `columns` | common interface to text and columns: layout, header and rows |

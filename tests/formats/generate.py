@@ -1,6 +1,6 @@
 """Writes one small recording in every format, into this folder or into FOLDER: python3 generate.py [FOLDER]
 
-Needs NumPy and SciPy, and pyarrow for Parquet, mcap for MCAP, h5py for HDF5, openpyxl for workbooks. Files of a missing
+Needs NumPy and SciPy, and pyarrow for Parquet, mcap for MCAP, h5py for HDF5, openpyxl for .xlsx, xlwt and odfpy for .xls and .ods. Files of a missing
 package are skipped and listed.
 Sample k of 40 is at k / 64 s; gauge j is j + k / 4, and axis a is 10 a - k / 2. All these numbers are exact in every float type.
 """
@@ -193,6 +193,47 @@ def workbook_files():
     book.save(HERE / "dates.xlsx")
 
 
+def other_workbooks():
+    """Writes the sheet of dates.xlsx as a workbook of Excel 97 and as an OpenDocument spreadsheet."""
+    import datetime
+
+    import xlwt
+    from odf.opendocument import OpenDocumentSpreadsheet
+    from odf.table import Table, TableCell, TableRow
+    from odf.text import P
+
+    start = datetime.datetime(2024, 3, 5, 23, 59, 59, 500000)
+    times = [start + datetime.timedelta(seconds=k / 8) for k in range(N)]
+    heads = ["Zeit", "DMS 1", "Kraft z [N]"]
+    book = xlwt.Workbook()
+    sheet = book.add_sheet("Messung")
+    for column, head in enumerate(heads):
+        sheet.write(0, column, head)
+    form = xlwt.easyxf(num_format_str="yyyy-mm-dd hh:mm:ss.000")
+    for k, time in enumerate(times):
+        # xlwt writes a date to the second only, so the number of days is written with the form of a date.
+        sheet.row(k + 1).set_cell_number(0, (time - datetime.datetime(1899, 12, 30)) / datetime.timedelta(days=1), form)
+        sheet.write(k + 1, 1, GAUGES[k, 0])
+        sheet.write(k + 1, 2, LOADS[k, 0])
+    book.save(str(HERE / "dates.xls"))
+    book = OpenDocumentSpreadsheet()
+    table = Table(name="Messung")
+    row = TableRow()
+    for head in heads:
+        cell = TableCell(valuetype="string")
+        cell.addElement(P(text=head))
+        row.addElement(cell)
+    table.addElement(row)
+    for k, time in enumerate(times):
+        row = TableRow()
+        row.addElement(TableCell(valuetype="date", datevalue=time.isoformat(timespec="milliseconds")))
+        for value in (GAUGES[k, 0], LOADS[k, 0]):
+            row.addElement(TableCell(valuetype="float", value=str(value)))
+        table.addElement(row)
+    book.spreadsheet.addElement(table)
+    book.save(str(HERE / "dates.ods"))
+
+
 def labview_files():
     """Writes a file like LabVIEW's "Write To Measurement File", with decimal commas and a header for each of two segments."""
 
@@ -307,7 +348,7 @@ def mcap_files():
     write("several.mcap", CompressionType.ZSTD, others=others)
 
 
-makers = (numpy_files, json_lines, matlab_files, hdf5_files, workbook_files, labview_files, parquet_files, mcap_files)
+makers = (numpy_files, json_lines, matlab_files, hdf5_files, workbook_files, other_workbooks, labview_files, parquet_files, mcap_files)
 for make in makers:
     try:
         make()

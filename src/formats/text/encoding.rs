@@ -227,9 +227,8 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
 /// Returns the error for a file whose first bytes show that it is no text, with a way to convert it.
 fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
-    const TO_XLSX: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
     const EXPORT: &str = "export the recording as CSV";
-    const SIGNATURES: [(&[u8], &str, &str); 18] = [
+    const SIGNATURES: [(&[u8], &str, &str); 17] = [
         (b"\x1f\x8b", "a gzip archive", UNPACK),
         (
             b"PK\x03\x04",
@@ -241,7 +240,6 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
             "an HDF5 file",
             "in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
         ),
-        (b"\xd0\xcf\x11\xe0", "a spreadsheet of an old kind (.xls)", TO_XLSX),
         (b"\x28\xb5\x2f\xfd", "a Zstandard archive", UNPACK),
         (b"BZh", "a bzip2 archive", UNPACK),
         (b"\xfd7zXZ", "an xz archive", UNPACK),

@@ -6,9 +6,10 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io::{BufReader, Read, Seek};
 
-use calamine::{Data, DataRef, Reader as _, Xlsx, XlsxCellReader, XlsxError};
+use calamine::{Data, DataRef, Ods, Range, Reader, Xls, Xlsx, XlsxCellReader, XlsxError};
 use zip::ZipArchive;
 
 use super::super::column_name::is_known_unit;
@@ -17,6 +18,7 @@ use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source, SourceFile};
 use super::super::parts::{self, Part};
 use super::super::text::times::TimeForm;
+use super::Kind;
 
 const FILE: &str = "the workbook";
 /// Number of first rows of a sheet in which the first row of numbers is searched.
@@ -34,7 +36,9 @@ struct Cell<'a> {
 }
 
 /// Checks the sizes that the archive of a workbook declares, before the crate calamine allocates memory by them.
-fn check_sizes(archive: &mut ZipArchive<BufReader<SourceFile>>) -> Result<(), FileError> {
+pub(super) fn check_sizes(
+    archive: &mut ZipArchive<BufReader<SourceFile>>,
+) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
         let Ok(member) = archive.by_index_raw(index) else {
@@ -61,27 +65,79 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<SourceFile>>) -> Result<(), Fi
 
 pub(super) fn columns(
     source: &Source<'_>,
-    mut archive: ZipArchive<BufReader<SourceFile>>,
+    file: BufReader<SourceFile>,
+    kind: Kind,
 ) -> Result<Columns, FileError> {
-    check_sizes(&mut archive)?;
-    let mut workbook = Xlsx::new(archive.into_inner()).map_err(damaged)?;
     let mut budget = Budget::of_file(source.n_bytes);
     let (mut parts, mut left_out) = (Vec::new(), Vec::new());
-    for name in workbook.sheet_names() {
+    let mut take = |name: String, cells: &[Cell], budget: &mut Budget| {
         source.progress.check()?;
-        let cells = match workbook.worksheet_cells_reader(&name) {
-            Ok(reader) => cells(reader, &name, &mut budget)?,
-            Err(XlsxError::NotAWorksheet(_)) => Vec::new(),
-            Err(error) => return Err(damaged(error)),
-        };
-        match table(&cells, &name, &mut budget)? {
+        match table(cells, &name, budget)? {
             Some(columns) => parts.push(Part { name, columns }),
             None => left_out.push(format!("{name} (no table of numbers)")),
         }
+        Ok::<(), FileError>(())
+    };
+    match kind {
+        Kind::Xml => {
+            let mut workbook = Xlsx::new(file).map_err(damaged)?;
+            for name in workbook.sheet_names() {
+                let cells = match workbook.worksheet_cells_reader(&name) {
+                    Ok(reader) => cells(reader, &name, &mut budget)?,
+                    Err(XlsxError::NotAWorksheet(_)) => Vec::new(),
+                    Err(error) => return Err(damaged(error)),
+                };
+                take(name, &cells, &mut budget)?;
+            }
+        }
+        Kind::Old => sheets::<Xls<_>>(file, &mut budget, take)?,
+        Kind::OpenDocument => sheets::<Ods<_>>(file, &mut budget, take)?,
     }
     let mut columns = parts::choose(parts, source.parts)?;
     columns.left_out.extend(left_out);
     Ok(columns)
+}
+
+/// Reads the sheets of a workbook whose crate reads all of them at once.
+fn sheets<R>(
+    file: BufReader<SourceFile>,
+    budget: &mut Budget,
+    mut take: impl FnMut(String, &[Cell], &mut Budget) -> Result<(), FileError>,
+) -> Result<(), FileError>
+where
+    R: Reader<BufReader<SourceFile>, Error: Display>,
+{
+    let mut workbook = R::new(file).map_err(damaged)?;
+    for name in workbook.sheet_names() {
+        let range = workbook.worksheet_range(&name).map_err(damaged)?;
+        let cells = cells_of_range(&range, &name, budget)?;
+        take(name, &cells, budget)?;
+    }
+    Ok(())
+}
+
+fn cells_of_range<'a>(
+    range: &'a Range<Data>,
+    sheet: &str,
+    budget: &mut Budget,
+) -> Result<Vec<Cell<'a>>, FileError> {
+    let n_used = range.used_cells().count() as u64;
+    budget.take(sheet, n_used, size_of::<Cell>() as u64)?;
+    let cell = |(row, column, value): (usize, usize, &'a Data)| {
+        let value = match value {
+            Data::Empty => None,
+            Data::Int(value) => Some(DataRef::Int(*value)),
+            Data::Float(value) => Some(DataRef::Float(*value)),
+            Data::Bool(value) => Some(DataRef::Bool(*value)),
+            Data::DateTime(value) => Some(DataRef::DateTime(*value)),
+            Data::DateTimeIso(text) => Some(DataRef::DateTimeIso(text.clone())),
+            Data::DurationIso(text) => Some(DataRef::DurationIso(text.clone())),
+            Data::Error(error) => Some(DataRef::Error(error.clone())),
+            Data::String(text) => start(text).map(DataRef::SharedString),
+        }?;
+        Some(Cell { row: row as u32, column: column as u32, value })
+    };
+    Ok(range.used_cells().filter_map(cell).collect())
 }
 
 /// Returns the filled cells of a sheet, row by row from left to right.
@@ -118,7 +174,7 @@ fn start(text: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
-fn damaged(error: XlsxError) -> FileError {
+fn damaged(error: impl Display) -> FileError {
     FileError::damaged(FILE, error.to_string())
 }
 
