@@ -69,7 +69,7 @@ fn loop_pane(c: &mut Criterion, recordings: &RecordingSet, applied: &[AppliedLoa
             [1, 2].map(|output| {
                 let all = cycles.iter().map(|cycle| {
                     let column = &columns[cycle.recording];
-                    Loop::of(cycle, &column[0], &column[output])
+                    Loop::of(cycle, &column[0], |k| column[output][k])
                 });
                 Loop::mean(&all.collect::<Vec<_>>()).map(|mean| mean.area())
             })

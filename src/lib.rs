@@ -72,6 +72,7 @@
 mod about;
 pub mod calibration;
 pub mod cli;
+mod column;
 mod dot;
 pub mod engine;
 pub mod export;

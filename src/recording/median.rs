@@ -16,9 +16,18 @@ const MAX_BENDS: usize = 1 << 17;
 
 /// Returns the standard deviation of the white noise in a signal that is otherwise smooth.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
-    let step = values.len().div_ceil(MAX_BENDS).max(1);
-    let bends = values.windows(3).step_by(step);
-    let bends = bends.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
+    white_noise_by(values.len(), |k| &values[k..k + 3])
+}
+
+/// Returns the standard deviation of the white noise in a smooth signal of `n` samples. `three` returns the values of three
+/// successive samples, from the sample with this index.
+pub(crate) fn white_noise_by<V: AsRef<[f64]>>(n: usize, three: impl Fn(usize) -> V) -> f64 {
+    let step = n.div_ceil(MAX_BENDS).max(1);
+    let bends = (0..n.saturating_sub(2)).step_by(step).map(|k| {
+        let three = three(k);
+        let three = three.as_ref();
+        (three[0] - 2.0 * three[1] + three[2]).abs()
+    });
     // In a smooth signal, second differences contain only noise. The median magnitude of normal noise is 0.6745 standard
     // deviations, and the variance of a second difference is six times that of the noise.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())

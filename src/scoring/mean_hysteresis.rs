@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use crate::{
+    column::column,
     recording::Axis,
     scoring::loops::{Loop, Loops, default_reversal_threshold},
     shown::counted,
@@ -80,7 +81,7 @@ fn of_axis(
     weight: f64,
 ) -> AxisHysteresis {
     let references: Vec<Vec<f64>> =
-        runs.iter().map(|run| column(run.reference, at, n_axes)).collect();
+        runs.iter().map(|run| column(run.reference, n_axes, at).collect()).collect();
     let reversal_threshold = default_reversal_threshold(references.iter().map(Vec::as_slice));
     let loops = Loops::of(references.iter().map(Vec::as_slice), reversal_threshold);
     let cycles = loops.full_cycles();
@@ -88,11 +89,9 @@ fn of_axis(
     for of_recording in cycles.chunk_by(|a, b| a.recording == b.recording) {
         let recording = of_recording[0].recording;
         let outputs = (runs[recording].conventional)(at);
-        widths.extend(
-            of_recording.iter().map(|cycle| {
-                weight * Loop::of(cycle, &references[recording], &outputs).mean_width()
-            }),
-        );
+        widths.extend(of_recording.iter().map(|cycle| {
+            weight * Loop::of(cycle, &references[recording], |k| outputs[k]).mean_width()
+        }));
     }
     AxisHysteresis {
         axis,
@@ -100,11 +99,6 @@ fn of_axis(
         n_reversals: widths.len(),
         reversal_threshold,
     }
-}
-
-fn column(values: &[f64], at: usize, n_axes: usize) -> Vec<f64> {
-    let own = values.iter().skip(at).step_by(n_axes);
-    own.copied().collect()
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
@@ -162,7 +156,7 @@ mod tests {
         let (reference, conventional) = run(cycles);
         let run = HysteresisRun {
             reference: &reference,
-            conventional: &|at| column(&conventional, at, 2),
+            conventional: &|at| column(&conventional, 2, at).collect(),
         };
         mean_hysteresis(&[run, run], &[Axis::Fz, Axis::Mx], &weights)
     }

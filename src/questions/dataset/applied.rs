@@ -16,7 +16,7 @@ use crate::{
     report::Trace,
     scoring::{
         MANY_SAMPLES,
-        lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lags, widths},
+        lag::{InTime, Lag, LagEquations, LagRun, NoLag, WORTH_REMOVING, Widths, widths},
         loops::{LoadExtent, extents_of_set},
     },
 };
@@ -52,6 +52,9 @@ type Output = (usize, Trace);
 /// Measured time lags, by the recordings in which they were measured.
 type MeasuredLags = HashMap<(Vec<usize>, Output), Result<Lag, NoLag>>;
 
+/// Equations of the lag in some recordings, or the reason why there are none.
+type EquationsOf = (Vec<usize>, Result<LagEquations, NoLag>);
+
 /// Loads of one calibration in all recordings, for all requests about them.
 #[derive(Debug)]
 pub(crate) struct Applied {
@@ -61,6 +64,8 @@ pub(crate) struct Applied {
     pub recordings: Vec<Arc<Recording>>,
     loads: Mutex<Vec<Loads>>,
     extents: OnceLock<Vec<LoadExtent>>,
+    /// Equations of the newest measurement of a lag. They depend only on the recordings.
+    equations: Arc<Mutex<Option<EquationsOf>>>,
     lags: Mutex<MeasuredLags>,
     output_lags: Mutex<HashMap<Output, OutputLag>>,
 }
@@ -90,6 +95,7 @@ impl Applied {
             recordings: Vec::new(),
             loads: Mutex::default(),
             extents: OnceLock::new(),
+            equations: Arc::default(),
             lags: Mutex::default(),
             output_lags: Mutex::default(),
         };
@@ -113,6 +119,7 @@ impl Applied {
             }
             if is_as_before {
                 made.recordings = before.recordings.clone();
+                made.equations = Arc::clone(&before.equations);
             }
         }
         if made.recordings.len() != set.entries().len() {
@@ -241,8 +248,16 @@ impl Applied {
             };
             let rows: Vec<Vec<f64>> = recordings.par_iter().map(rows).collect();
             let runs = recordings.iter().zip(&rows).map(|(at, rows)| self.lag_run(*at, rows));
-            let mut found = lags(&runs.collect::<Vec<_>>(), progress)?;
-            found.resize(missing.len(), Err(NoLag::TooShort));
+            let runs: Vec<LagRun<'_>> = runs.collect();
+            let mut equations = waited_for(&self.equations, progress)?;
+            if equations.as_ref().is_none_or(|(own, _)| *own != recordings) {
+                *equations = Some((recordings.clone(), LagEquations::of(&runs)));
+            }
+            let (_, equations) = equations.as_ref().expect("the equations were prepared above");
+            let found = match equations {
+                Ok(equations) => equations.lags(&runs, progress)?,
+                Err(reason) => vec![Err(*reason); missing.len()],
+            };
             known.extend(missing.iter().map(key).zip(found));
         }
         Ok(outputs.iter().map(|output| known[&key(output)].clone()).collect())

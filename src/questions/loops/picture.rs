@@ -258,7 +258,7 @@ fn curves(
 }
 
 fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
-    Loop::of(cycle, &loads[cycle.recording], &outputs[cycle.recording])
+    Loop::of(cycle, &loads[cycle.recording], |k| outputs[cycle.recording][k])
 }
 
 #[derive(Clone, Debug, Default)]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::{
     calibration::Calibration,
+    column::column,
     progress::{Cancelled, Progress},
     questions::{
         dataset::applied::{Applied, OutputLag, UsedLoads, rows_of},
@@ -135,7 +136,7 @@ impl Source {
     pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
         let recording = &self.recordings()[part.recording];
         let at = recording.axes().iter().position(|own| *own == axis)?;
-        Some(column(recording.loads(), recording.axes().len(), at, &part.samples))
+        Some(part_of(recording.loads(), recording.axes().len(), at, &part.samples))
     }
 
     /// Returns the reference load of an axis, delayed by the time lag of an output; `None` if the recording has no reference
@@ -151,25 +152,26 @@ impl Source {
     pub(crate) fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
         let recording = &self.recordings()[part.recording];
         let width = recording.n_gauges();
-        (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
+        (gauge < width).then(|| part_of(recording.gauges(), width, gauge, &part.samples))
     }
 
     pub(crate) fn output(&self, part: &Part, at: usize, output: Trace) -> Vec<f64> {
         let rows = rows_of(&self.used, part.recording, output);
-        column(rows, self.calibration().axes.len(), at, &part.samples)
+        part_of(rows, self.calibration().axes.len(), at, &part.samples)
     }
 
     /// Returns a load (`output`) after its gains are fitted again to the delayed reference load.
     pub(crate) fn refitted(&self, part: &Part, output: Trace, lag: &InTime) -> Vec<f64> {
         let rows = rows_of(&self.used, part.recording, output);
         let width = self.calibration().axes.len();
-        lag.output(&rows[part.samples.start * width..part.samples.end * width])
+        let rows = &rows[part.samples.start * width..part.samples.end * width];
+        (0..part.samples.len()).map(|k| lag.output(rows, k)).collect()
     }
 }
 
-fn column(values: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
-    let column = values.iter().skip(samples.start * width + at).step_by(width);
-    column.take(samples.len()).copied().collect()
+fn part_of(rows: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
+    let rows = &rows[(samples.start * width).min(rows.len())..];
+    column(rows, width, at).take(samples.len()).collect()
 }
 
 impl Drop for Source {

@@ -66,12 +66,12 @@ impl<'a> LoopRows<'a> {
 
     fn curve(&self, recording: usize, branch: &Branch, output: usize) -> Curve {
         let run = &self.view.runs[recording];
-        Curve::of(branch, run.loads, &run.outputs[output])
+        Curve::of(branch, run.loads, |k| run.outputs[output][k])
     }
 
     fn cycle_loop(&self, cycle: &Cycle, output: usize) -> Loop {
         let run = &self.view.runs[cycle.recording];
-        Loop::of(cycle, run.loads, &run.outputs[output])
+        Loop::of(cycle, run.loads, |k| run.outputs[output][k])
     }
 
     fn largest(&self) -> Result<&Cycle> {
@@ -247,7 +247,7 @@ fn spread(ways: &[Vec<&Branch>; 2], loads: &[f64], outputs: &[f64]) -> f64 {
             return 0.0;
         }
         let curves: Vec<Curve> =
-            branches.iter().map(|branch| Curve::of(branch, loads, outputs)).collect();
+            branches.iter().map(|branch| Curve::of(branch, loads, |k| outputs[k])).collect();
         even_loads(common)
             .map(|load| curves.iter().map(|curve| curve.at(load)).collect::<MinMax>().span())
             .fold(0.0, f64::max)

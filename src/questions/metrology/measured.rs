@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::LARGEST,
+    column::column,
     progress::{Cancelled, Progress},
     questions::metrology::{
         figures::{Place, Run},
@@ -15,7 +16,7 @@ use crate::{
     recording::Axis,
     scoring::{
         holds::{Hold, holds},
-        lag::{Lag, LagRun, NoLag, lags},
+        lag::{Lag, LagEquations, LagRun, NoLag},
     },
 };
 
@@ -52,7 +53,7 @@ impl<'a> Columns<'a> {
         }
         let load = |axis: &Axis| {
             let at = run.reference_axes.iter().position(|own| own == axis)?;
-            Some(column(run.reference, run.reference_axes.len(), at))
+            Some(column(run.reference, run.reference_axes.len(), at).collect())
         };
         Ok(Self { loads: axes.iter().map(load).collect(), run })
     }
@@ -64,10 +65,6 @@ impl<'a> Columns<'a> {
     }
 }
 
-fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
-    values.iter().skip(at).step_by(width).copied().collect()
-}
-
 /// Measures the time lags of the uncompensated and the compensated load in recordings with these axes. They are measured
 /// together, because they share the slow part of the model: the states of hysteresis and creep that follow from the reference.
 ///
@@ -77,21 +74,22 @@ pub fn lags_of(runs: &[Run<'_>], axes: &[Axis], progress: &Progress) -> Result<L
     let n = axes.len();
     let usable = runs.iter().filter(|run| *run.reference_axes == *axes && !run.is_static);
     let usable: Vec<&Run<'_>> = usable.collect();
-    let rows = |run: &&Run<'_>| -> Vec<f64> {
-        let rows = run.conventional.chunks_exact(n).zip(run.compensated.chunks_exact(n));
-        rows.flat_map(|(row, other)| [row, other]).flatten().copied().collect()
+    let runs = |compensated: bool| -> Vec<LagRun<'_>> {
+        let runs = usable.iter().map(|run| LagRun {
+            times: run.times,
+            gauges: run.gauges,
+            loads: run.reference,
+            outputs: if compensated { run.compensated } else { run.conventional },
+        });
+        runs.collect()
     };
-    let rows: Vec<Vec<f64>> = usable.iter().map(rows).collect();
-    let runs = usable.iter().zip(&rows).map(|(run, rows)| LagRun {
-        times: run.times,
-        gauges: run.gauges,
-        loads: run.reference,
-        outputs: rows,
-    });
-    let mut found = lags(&runs.collect::<Vec<_>>(), progress)?;
-    found.resize(OUTPUTS * n, Err(NoLag::TooShort));
-    let second = found.split_off(n);
-    Ok([found, second])
+    let of_outputs = [false, true].map(runs);
+    let equations = match LagEquations::of(&of_outputs[0]) {
+        Ok(equations) => equations,
+        Err(reason) => return Ok(std::array::from_fn(|_| vec![Err(reason); n])),
+    };
+    let [conventional, compensated] = of_outputs.map(|runs| equations.lags(&runs, progress));
+    Ok([conventional?, compensated?])
 }
 
 #[derive(Debug)]
@@ -162,7 +160,9 @@ impl<'a> Measured<'a> {
                     index,
                     columns,
                     loads: columns.loads[at].as_deref()?,
-                    outputs: columns.outputs().map(|rows| column(rows, self.axes.len(), at)),
+                    outputs: columns
+                        .outputs()
+                        .map(|rows| column(rows, self.axes.len(), at).collect()),
                 })
             })
             .filter(|run| !run.loads.is_empty())

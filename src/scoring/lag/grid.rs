@@ -10,14 +10,15 @@ use std::ops::Range;
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
-use super::kind::{LagKind, Late};
+use super::kind::{filtered, low_pass};
 use super::{LagRun, NoLag};
 use crate::{
+    column::column,
     dot::dot,
     min_max::MinMax,
     recording::{
         gap::{median_step, pause_by_step},
-        median::{median, white_noise as noise},
+        median::{median, white_noise as noise, white_noise_by as noise_by},
     },
     vectorised::vectorised,
 };
@@ -50,6 +51,15 @@ const MOST_ROWS: usize = 8_000;
 const PARTS: usize = 8;
 /// Number of samples at each end of an interval that are not used, because play operators and creep settle there.
 const MARGIN: usize = 20;
+/// Play operators no longer depend on their first states once their input has moved by this multiple of the largest radius.
+/// Twice the radius is enough except for rounding.
+const FORGOTTEN: f64 = 2.001;
+/// A creep term no longer depends on its first state after this multiple of its time constant, because e⁻⁴⁰ of a state is
+/// less than its rounding.
+const SETTLED: f64 = 40.0;
+/// Minimum number of blocks of consecutive samples into which each recording is cut.
+const BLOCKS_A_RUN: usize = 4;
+const BLOCKS: usize = 12;
 /// Minimum ratio of a step of the load to the mean of its two neighbouring steps for it to count as a jump. Jumps are not
 /// used, because their time between two samples is unknown.
 const JUMP: f64 = 4.0;
@@ -58,19 +68,16 @@ const JUMP_IN_NOISE: f64 = 8.0;
 pub(super) const AROUND_JUMP: usize = 30;
 
 /// Rows of the regression from an interval without a gap in the sample times, or from a part of the interval.
-pub(super) struct Grid {
+#[derive(Debug)]
+pub(super) struct Part {
     pub(super) run: usize,
+    /// Samples of the recording from which the rows are computed.
+    samples: Range<usize>,
     pub(super) times: Vec<f64>,
-    /// Position of each row in its recording, from 0 (start) to 1 (end).
-    pub(super) places: Vec<f64>,
     /// True for each row that the fit uses.
     pub(super) used: Vec<bool>,
     /// Share of the jumps in the sum of the reference's squared steps, on the axis where this share is largest.
-    pub(super) jumps: f64,
-    /// Columns of the regression, in this order: loads, terms of hysteresis and curvature, terms of slow creep, a constant,
-    /// terms of quick creep.
-    pub(super) columns: Vec<Vec<f64>>,
-    pub(super) outputs: Vec<Vec<f64>>,
+    jumps: f64,
 }
 
 /// Inputs of the play operators that describe hysteresis.
@@ -82,24 +89,38 @@ pub(super) enum Drivers {
     Gauges,
 }
 
-/// Rows of the regression from all recordings.
-pub(super) struct Grids {
-    pub(super) parts: Vec<Grid>,
-    pub(super) n_axes: usize,
+/// Columns of the regression in all parts, in this order: loads, terms of hysteresis and curvature, terms of slow creep, a
+/// constant, terms of quick creep.
+#[derive(Debug)]
+pub(super) struct Columns {
+    /// Values of each part, row-major.
+    pub(super) rows: Vec<Vec<f64>>,
+    /// Number of columns.
+    pub(super) n: usize,
     /// Number of columns before the terms of quick creep.
     pub(super) n_usual: usize,
-    /// True for each column that is left out when hysteresis is described with fewer radii.
-    pub(super) finer: Vec<bool>,
+    /// Columns that are kept when hysteresis is described with fewer radii.
+    pub(super) coarse: Vec<usize>,
+}
+
+/// Rows of the regression from all recordings.
+#[derive(Debug)]
+pub(super) struct Grids {
+    pub(super) parts: Vec<Part>,
+    pub(super) n_axes: usize,
     /// Median time between samples (s).
     pub(super) step_secs: f64,
     /// Time scale of the load (s): its standard deviation divided by the root mean square of its rate.
     pub(super) slow_secs: f64,
+    /// Block of consecutive samples to which each used row belongs.
+    pub(super) blocks: Vec<usize>,
+    pub(super) n_blocks: usize,
+    window: Window,
 }
 
 /// Interval of a recording without pause.
 struct Piece<'a> {
     run: usize,
-    n_run: usize,
     samples: Range<usize>,
     times: &'a [f64],
     loads: Vec<Vec<f64>>,
@@ -107,12 +128,14 @@ struct Piece<'a> {
 }
 
 impl Grids {
-    pub(super) fn of(runs: &[LagRun<'_>], driven_by: Drivers) -> Result<Self, NoLag> {
+    /// Returns the rows, and their columns for each input of the play operators that is worth trying.
+    pub(super) fn of(runs: &[LagRun<'_>]) -> Result<(Self, Vec<Columns>), NoLag> {
         let n_axes = runs.first().map_or(0, |run| run.n_axes());
-        let steps = runs.iter().filter_map(|run| median_step(run.times));
-        let step_secs = median(steps).ok_or(NoLag::TooShort)?;
+        let steps: Vec<Option<f64>> = runs.iter().map(|run| median_step(run.times)).collect();
+        let step_secs = median(steps.iter().flatten().copied()).ok_or(NoLag::TooShort)?;
+        let whole = runs.iter().zip(steps).enumerate();
         let whole: Vec<Piece<'_>> =
-            runs.iter().enumerate().flat_map(|(at, run)| pieces(at, run)).collect();
+            whole.flat_map(|(at, (run, step))| pieces(at, run, step)).collect();
         let half = half_width(&whole);
         let hop = (half / 3).max(1);
         let n: usize = whole.iter().map(|piece| piece.times.len()).sum();
@@ -124,26 +147,82 @@ impl Grids {
             return Err(NoLag::TooShort);
         }
         let window = Window::new(half, hop);
-        let drivers = drivers(&pieces, n_axes, driven_by);
         let slow_secs = slow_secs(&pieces, &window).ok_or(NoLag::ConstantLoad)?;
         let longest = pieces.iter().map(|piece| piece.secs()).fold(0.0, f64::max);
         let mut creep = CREEP.map(|factor| factor * slow_secs).to_vec();
         creep.retain(|tau| *tau < 0.5 * longest);
-        let creep = [&creep[..], &[QUICK_CREEP * slow_secs]];
-        let scale: Vec<_> = drivers.iter().map(|driver| range_and_noise(&pieces, driver)).collect();
-        let parts: Vec<Grid> = (pieces.iter())
-            .flat_map(|piece| {
-                piece.grids(&piece.parts(share, shortest), &window, &drivers, &scale, creep)
-            })
+        let n_slow = creep.len() * n_axes;
+        creep.push(QUICK_CREEP * slow_secs);
+        let of_pieces: Vec<Vec<Range<usize>>> =
+            pieces.iter().map(|piece| piece.parts(share, shortest)).collect();
+        let parts: Vec<Part> = (pieces.iter().zip(&of_pieces))
+            .flat_map(|(piece, parts)| parts.iter().map(|part| piece.part(part, &window)))
             .collect();
+        // Loads and creep are the same for all inputs of the play operators.
+        let loads: Vec<Thinned> = thinned(&pieces, &of_pieces, &window, |piece, parts| {
+            let loads = |part: &Range<usize>| -> Vec<Vec<f64>> {
+                piece.loads.iter().map(|own| own[part.clone()].to_vec()).collect()
+            };
+            parts.iter().map(loads).collect()
+        });
+        let crept: Vec<Thinned> =
+            thinned(&pieces, &of_pieces, &window, |piece, parts| piece.crept(&creep, parts));
         let per_driver = RADII.len() + 2;
-        let finer = |column: usize| {
-            let at = column.checked_sub(n_axes).filter(|at| *at < drivers.len() * per_driver);
-            at.map(|at| at % per_driver).is_some_and(|at| at < RADII.len() && at % 2 == 1)
-        };
-        let finer = (0..parts[0].columns.len()).map(finer).collect();
-        let n_usual = parts[0].columns.len() - n_axes;
-        Ok(Self { parts, n_axes, n_usual, finer, step_secs, slow_secs })
+        let inputs = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
+        let columns = inputs.iter().map(|input| {
+            let drivers = drivers(&pieces, n_axes, *input);
+            let scale: Vec<_> = drivers.iter().map(|own| range_and_noise(&pieces, own)).collect();
+            let driven: Vec<Thinned> = thinned(&pieces, &of_pieces, &window, |piece, parts| {
+                piece.hysteresis(&drivers, &scale, &window, parts)
+            });
+            let n_driven = drivers.len() * per_driver;
+            let is_finer = |column: usize| {
+                let at = column.checked_sub(n_axes).filter(|at| *at < n_driven);
+                at.map(|at| at % per_driver).is_some_and(|at| at < RADII.len() && at % 2 == 1)
+            };
+            let n_usual = n_axes + n_driven + n_slow + 1;
+            let rows = parts.iter().enumerate().map(|(at, part)| {
+                let constant = vec![1.0; part.times.len()];
+                let (slow, quick) = crept[at].split_at(n_slow);
+                let columns = loads[at].iter().chain(&driven[at]).chain(slow);
+                let columns: Vec<&Vec<f64>> = columns.chain([&constant]).chain(quick).collect();
+                let mut rows = Vec::with_capacity(columns.len() * constant.len());
+                (0..constant.len()).for_each(|row| rows.extend(columns.iter().map(|own| own[row])));
+                rows
+            });
+            Columns {
+                rows: rows.collect(),
+                n: n_usual + n_axes,
+                n_usual,
+                coarse: (0..n_usual).filter(|column| !is_finer(*column)).collect(),
+            }
+        });
+        let columns = columns.collect();
+        let n_runs = parts.iter().map(|part| part.run).max().map_or(1, |last| last + 1);
+        let per_run = BLOCKS.div_ceil(n_runs).max(BLOCKS_A_RUN);
+        let blocks = parts.iter().flat_map(|part| {
+            let place = |row: usize| {
+                (part.samples.start + window.half + row * window.hop) as f64
+                    / runs[part.run].times.len() as f64
+            };
+            let rows = (0..part.times.len()).filter(|row| part.used[*row]);
+            rows.map(move |row| part.run * per_run + (place(row) * per_run as f64) as usize)
+        });
+        let blocks = blocks.collect();
+        let n_blocks = n_runs * per_run;
+        Ok((Self { blocks, n_blocks, parts, n_axes, step_secs, slow_secs, window }, columns))
+    }
+
+    /// Returns an output in the used rows.
+    pub(super) fn output(&self, runs: &[LagRun<'_>], output: usize) -> Vec<f64> {
+        let rows = self.parts.iter().flat_map(|part| {
+            let run = &runs[part.run];
+            let n = run.n_outputs();
+            let rows = &run.outputs[part.samples.start * n..part.samples.end * n];
+            let values: Vec<f64> = column(rows, n, output).collect();
+            part.kept(self.window.thinned(&values))
+        });
+        rows.collect()
     }
 
     /// Returns true if the reference load jumps anywhere in the rows.
@@ -159,10 +238,31 @@ impl Grids {
     }
 }
 
+impl Part {
+    /// Returns the values of the used rows.
+    pub(super) fn kept(&self, values: Vec<f64>) -> impl Iterator<Item = f64> {
+        values.into_iter().zip(&self.used).filter(|(_, used)| **used).map(|(value, _)| value)
+    }
+}
+
+/// Columns of one part, smoothed and thinned.
+type Thinned = Vec<Vec<f64>>;
+
+/// Returns columns of all parts, smoothed and thinned. `of` returns the columns of each part of an interval.
+fn thinned<'a>(
+    pieces: &[Piece<'a>],
+    parts: &[Vec<Range<usize>>],
+    window: &Window,
+    of: impl Fn(&Piece<'a>, &[Range<usize>]) -> Vec<Vec<Vec<f64>>>,
+) -> Vec<Thinned> {
+    let of_parts = pieces.iter().zip(parts).flat_map(|(piece, parts)| of(piece, parts));
+    of_parts.map(|columns| columns.iter().map(|own| window.thinned(own)).collect()).collect()
+}
+
 impl Drivers {
     /// Returns the inputs of the play operators that are worth trying: gauge strains only if there are several axes and few
     /// gauges.
-    pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
+    fn sensible(run: &LagRun<'_>) -> &'static [Self] {
         match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
             true => &[Self::Axes, Self::Gauges],
             false => &[Self::Axes],
@@ -192,79 +292,83 @@ impl Piece<'_> {
     }
 
     /// Returns the strain of a gauge: the sum of the loads, each multiplied by the factor of its axis in `driver`.
-    fn strain(&self, driver: &[f64]) -> Vec<f64> {
-        let mut strain = vec![0.0; self.times.len()];
+    fn strain(&self, driver: &[f64], samples: Range<usize>) -> Vec<f64> {
+        let mut strain = vec![0.0; samples.len()];
         for (share, load) in driver.iter().zip(&self.loads) {
+            let load = &load[samples.clone()];
             strain.iter_mut().zip(load).for_each(|(strain, load)| *strain += share * load);
         }
         strain
     }
 
-    /// Returns the rows of each part. Play operators and creep are computed from the start of the interval.
-    fn grids(
+    /// Returns the terms of hysteresis and curvature in each part: for each driver the outputs of the play operators, the
+    /// squares and the cubes.
+    fn hysteresis(
         &self,
-        parts: &[Range<usize>],
-        window: &Window,
         drivers: &[Vec<f64>],
         scale: &[(MinMax, f64)],
-        [slow, quick]: [&[f64]; 2],
-    ) -> Vec<Grid> {
-        let mut grids: Vec<Grid> = parts.iter().map(|part| self.bare_grid(part, window)).collect();
-        let mut push = |column: &dyn Fn(usize, Range<usize>) -> Vec<f64>| {
-            for (at, (grid, part)) in grids.iter_mut().zip(parts).enumerate() {
-                grid.columns.push(window.thinned(&column(at, part.clone())));
-            }
-        };
-        self.loads.iter().for_each(|load| push(&|_, part| load[part].to_vec()));
+        window: &Window,
+        parts: &[Range<usize>],
+    ) -> Vec<Vec<Vec<f64>>> {
+        let mut columns = vec![Vec::new(); parts.len()];
         for (driver, (MinMax { min, max }, noise)) in drivers.iter().zip(scale) {
             let (half, middle) = (0.5 * (max - min), 0.5 * (max + min));
-            let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
             // Only noisy strains are smoothed, because smoothing lowers the peaks at which play operators reverse.
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
-            let strain = if is_noisy { window.smoothed(&strain) } else { strain };
+            let strain = |samples: Range<usize>| -> Vec<f64> {
+                self.strain(driver, samples).iter().map(|own| own - middle).collect()
+            };
+            let smoothed = |samples| window.smoothed(self.times.len(), samples, strain);
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
-            let beside = beside_play(&strain, RADII.map(|radius| floor.max(radius * half)), parts);
-            (0..RADII.len()).for_each(|radius| push(&|at, _| beside[at][radius].clone()));
-            for power in [2, 3] {
-                push(&|_, part| strain[part].iter().map(|own| own.powi(power)).collect());
+            let radii = RADII.map(|radius| floor.max(radius * half));
+            let beside = if is_noisy {
+                beside_play(smoothed, radii, parts)
+            } else {
+                beside_play(strain, radii, parts)
+            };
+            for (columns, (strain, beside)) in columns.iter_mut().zip(beside) {
+                columns.extend(beside);
+                columns
+                    .extend([2, 3].map(|power| strain.iter().map(|own| own.powi(power)).collect()));
             }
         }
-        for (is_quick, taus) in [(false, slow), (true, quick)] {
-            if is_quick {
-                push(&|_, part| vec![1.0; part.len()]);
-            }
-            for tau in taus {
-                let late = Late::of(LagKind::FirstOrder, self.times, *tau);
-                for load in &self.loads {
-                    let crept = late.of_values(load);
-                    push(&|_, part| crept[part].to_vec());
-                }
-            }
-        }
-        grids
+        columns
     }
 
-    /// Returns the times, positions and outputs of a part of the interval, still without columns.
-    fn bare_grid(&self, part: &Range<usize>, window: &Window) -> Grid {
-        let n_outputs = self.data.n_outputs();
-        let start = self.samples.start + part.start;
-        let output = |at: usize| {
-            let rows = self.data.outputs.chunks_exact(n_outputs).skip(start).take(part.len());
-            window.thinned(&rows.map(|row| row[at]).collect::<Vec<_>>())
-        };
-        let times = window.thinned(&self.times[part.clone()]);
-        let place =
-            |row: usize| (start + window.half + row * window.hop) as f64 / self.n_run as f64;
-        let (used, jumps) = self.used(part, window, times.len());
-        Grid {
-            run: self.run,
-            places: (0..times.len()).map(place).collect(),
-            used,
-            jumps,
-            columns: Vec::new(),
-            outputs: (0..n_outputs).map(output).collect(),
-            times,
+    /// Returns the terms of creep in each part: for each time constant, the load of each axis after a low-pass.
+    fn crept(&self, taus: &[f64], parts: &[Range<usize>]) -> Vec<Vec<Vec<f64>>> {
+        let mut columns = vec![Vec::new(); parts.len()];
+        for tau in taus {
+            let mut done = 0;
+            let mut states: Vec<(f64, f64)> =
+                self.loads.iter().map(|load| (load[0], load[0])).collect();
+            for (columns, part) in columns.iter_mut().zip(parts) {
+                let settled = self.times[part.start] - SETTLED * tau;
+                let from = self.times.partition_point(|time| *time < settled);
+                if from > done {
+                    done = from;
+                    states = self.loads.iter().map(|load| (load[from], load[from])).collect();
+                }
+                let before = &self.times[done.saturating_sub(1)..];
+                let weights: Vec<[f64; 3]> =
+                    low_pass(before[0], &self.times[done..part.end], *tau).collect();
+                for (load, state) in self.loads.iter().zip(&mut states) {
+                    let mut crept = filtered(state, weights.iter().copied(), &load[done..part.end]);
+                    columns.push(crept.split_off(part.start - done));
+                }
+                done = part.end;
+            }
         }
+        columns
+    }
+
+    /// Returns a part of the interval.
+    fn part(&self, part: &Range<usize>, window: &Window) -> Part {
+        let start = self.samples.start;
+        let times = window.thinned(&self.times[part.clone()]);
+        let (used, jumps) = self.used(part, window, times.len());
+        let samples = start + part.start..start + part.end;
+        Part { run: self.run, samples, used, jumps, times }
     }
 
     /// Returns true for each row that is away from ends and jumps, and the share of jumps in the sum of the reference's
@@ -301,6 +405,7 @@ impl Piece<'_> {
 }
 
 /// Symmetric smoothing window (raised cosine), and the number of samples from one row to the next.
+#[derive(Debug)]
 pub(super) struct Window {
     half: usize,
     hop: usize,
@@ -321,59 +426,91 @@ impl Window {
     }
 
     fn mean(&self, values: &[f64]) -> f64 {
-        dot(&self.weights, values)
+        const LANES: usize = 8;
+        let (weights, values) = (self.weights.as_chunks::<LANES>(), values.as_chunks::<LANES>());
+        let mut sums = [0.0; LANES];
+        for (weights, values) in weights.0.iter().zip(values.0) {
+            for ((sum, weight), value) in sums.iter_mut().zip(weights).zip(values) {
+                *sum += weight * value;
+            }
+        }
+        sums.iter().sum::<f64>() + dot(weights.1, values.1)
     }
 
     fn thinned(&self, values: &[f64]) -> Vec<f64> {
         values.windows(2 * self.half + 1).step_by(self.hop).map(|own| self.mean(own)).collect()
     }
 
-    /// Smooths a signal without thinning. Beyond its two ends, the signal is continued by point reflection at the end point.
-    fn smoothed(&self, values: &[f64]) -> Vec<f64> {
-        let last = values.len() - 1;
-        let before = (1..=self.half).rev().map(|k| 2.0 * values[0] - values[k.min(last)]);
-        let after = (1..=self.half).map(|k| 2.0 * values[last] - values[last.saturating_sub(k)]);
-        let padded: Vec<f64> = before.chain(values.iter().copied()).chain(after).collect();
+    /// Smooths the samples of a signal without thinning. The signal has `n` samples; `values` returns those in a range.
+    /// Beyond its two ends, it is continued by point reflection at the end point.
+    fn smoothed(
+        &self,
+        n: usize,
+        samples: Range<usize>,
+        values: impl Fn(Range<usize>) -> Vec<f64>,
+    ) -> Vec<f64> {
+        let last = n - 1;
+        let from = samples.start.saturating_sub(self.half);
+        let to = n.min(samples.end + self.half);
+        let known = values(from..to);
+        let at = |k: usize| known[k.min(last) - from];
+        let n_before = self.half - (samples.start - from);
+        let n_after = self.half - (to - samples.end);
+        let before = (1..=n_before).rev().map(|k| 2.0 * at(0) - at(k));
+        let after = (1..=n_after).map(|k| 2.0 * at(last) - at(last.saturating_sub(k)));
+        let padded: Vec<f64> = before.chain(known.iter().copied()).chain(after).collect();
         padded.windows(2 * self.half + 1).map(|own| self.mean(own)).collect()
     }
 }
 
-/// Returns for each part and each radius the load minus the output of a play operator that starts at the first load. The parts
-/// must be in order and must not overlap.
+/// Returns the strain in each part, and for each radius the strain minus the output of a play operator. `strain` returns the
+/// strain in a range of samples. The parts must be in order and must not overlap.
 fn beside_play<const N: usize>(
-    load: &[f64],
+    strain: impl Fn(Range<usize>) -> Vec<f64>,
     radii: [f64; N],
     parts: &[Range<usize>],
-) -> Vec<[Vec<f64>; N]> {
-    let mut beside: Vec<[Vec<f64>; N]> =
-        parts.iter().map(|part| [(); N].map(|()| Vec::with_capacity(part.len()))).collect();
-    let mut states = [load[0]; N];
-    let mut next = 0;
-    vectorised(
-        #[inline(always)]
-        || {
-            for (part, beside) in parts.iter().zip(&mut beside) {
-                for (k, load) in load[..part.end].iter().enumerate().skip(next) {
+) -> Vec<(Vec<f64>, [Vec<f64>; N])> {
+    let forgotten = FORGOTTEN * radii.iter().copied().fold(0.0, f64::max);
+    let mut known: Option<[f64; N]> = None;
+    let mut done = 0;
+    let of_part = |part: &Range<usize>| {
+        let mut length = part.len();
+        let (from, mut strains) = loop {
+            let from = part.start.saturating_sub(length).max(done);
+            let strains = strain(from..part.end);
+            let before: MinMax = strains[..part.start - from].iter().collect();
+            if from == done || before.span() >= forgotten {
+                break (from, strains);
+            }
+            length *= 4;
+        };
+        let mut states = known.filter(|_| from == done).unwrap_or([strains[0]; N]);
+        let mut beside = [(); N].map(|()| Vec::with_capacity(part.len()));
+        vectorised(
+            #[inline(always)]
+            || {
+                for (k, strain) in strains.iter().enumerate() {
                     for (state, radius) in states.iter_mut().zip(&radii) {
-                        *state = state.max(load - radius).min(load + radius);
+                        *state = state.max(strain - radius).min(strain + radius);
                     }
-                    if k >= part.start {
+                    if from + k >= part.start {
                         for (beside, state) in beside.iter_mut().zip(&states) {
-                            beside.push(load - state);
+                            beside.push(strain - state);
                         }
                     }
                 }
-                next = part.end;
-            }
-        },
-    );
-    beside
+            },
+        );
+        (known, done) = (Some(states), part.end);
+        (strains.split_off(part.start - from), beside)
+    };
+    parts.iter().map(of_part).collect()
 }
 
 /// Cuts a recording into intervals where samples are missing or times repeat.
-fn pieces<'a>(run: usize, data: &'a LagRun<'a>) -> Vec<Piece<'a>> {
+fn pieces<'a>(run: usize, data: &'a LagRun<'a>, step_secs: Option<f64>) -> Vec<Piece<'a>> {
     let times = data.times;
-    let pause = median_step(times).map_or(0.0, pause_by_step);
+    let pause = step_secs.map_or(0.0, pause_by_step);
     let is_cut = |k: &usize| {
         let step = times[*k] - times[*k - 1];
         step > pause || step <= 0.0
@@ -383,13 +520,9 @@ fn pieces<'a>(run: usize, data: &'a LagRun<'a>) -> Vec<Piece<'a>> {
     let ends = cuts.iter().copied().chain([times.len()]);
     let n_axes = data.n_axes();
     let piece = |(start, end): (usize, usize)| {
-        let load = |axis: usize| {
-            let rows = data.loads[start * n_axes..end * n_axes].chunks_exact(n_axes);
-            rows.map(|row| row[axis]).collect()
-        };
+        let load = |axis| column(&data.loads[start * n_axes..end * n_axes], n_axes, axis).collect();
         Piece {
             run,
-            n_run: times.len(),
             samples: start..end,
             times: &times[start..end],
             loads: (0..n_axes).map(load).collect(),
@@ -484,8 +617,18 @@ fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
     (0..n_gauges).map(strain).collect()
 }
 
+/// Returns the range and the noise of the strain that a driver describes.
 fn range_and_noise(pieces: &[Piece<'_>], driver: &[f64]) -> (MinMax, f64) {
-    let strains: Vec<Vec<f64>> = pieces.iter().map(|piece| piece.strain(driver)).collect();
-    let noise = median(strains.iter().map(|strain| noise(strain))).unwrap_or(0.0);
-    (strains.iter().flatten().collect(), noise)
+    const BLOCK: usize = 4096;
+    let range = pieces.iter().flat_map(|piece| {
+        let n = piece.times.len();
+        let starts = (0..n).step_by(BLOCK);
+        starts.map(move |start| -> MinMax {
+            piece.strain(driver, start..n.min(start + BLOCK)).iter().collect()
+        })
+    });
+    let noise = median(
+        pieces.iter().map(|piece| noise_by(piece.times.len(), |k| piece.strain(driver, k..k + 3))),
+    );
+    (range.collect(), noise.unwrap_or(0.0))
 }

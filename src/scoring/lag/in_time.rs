@@ -11,8 +11,9 @@ use super::kind::LagKind;
 use super::solve::{saved_share, solved};
 use super::{Lag, LagRun};
 use crate::{
+    column::column,
     dot::dot,
-    recording::gap::{median_step, pause_by_step},
+    recording::gap::steps_of_a_pause,
     scoring::loops::{Loop, Loops},
 };
 
@@ -70,16 +71,25 @@ impl Widths {
 impl InTime {
     /// Fits the correction that removes `lag` from the output of the axis with the index `axis`.
     pub fn of(lag: &Lag, axis: usize, runs: &[LagRun<'_>]) -> Self {
-        Self::by(lag.kind, lag.seconds, axis, runs).0
+        Self::by(lag.kind, lag.seconds, axis, &axis_loads(axis, runs), runs).0
     }
 
     /// Fits the correction. Also returns the delayed or filtered reference of the axis in each of `runs`.
-    fn by(kind: LagKind, seconds: f64, axis: usize, runs: &[LagRun<'_>]) -> (Self, Vec<Vec<f64>>) {
+    /// `loads` are the references with the lag, see [`axis_loads`].
+    fn by(
+        kind: LagKind,
+        seconds: f64,
+        axis: usize,
+        loads: &[AxisLoads],
+        runs: &[LagRun<'_>],
+    ) -> (Self, Vec<Vec<f64>>) {
         let mut own = Self { kind, seconds, weights: Vec::new() };
         let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
         let n: usize = runs.iter().map(|run| run.times.len()).sum();
         let hop = (n / MOST_ROWS).max(1);
-        let references: Vec<Vec<f64>> = runs.iter().map(|run| own.axis(axis, run)).collect();
+        let references = loads.iter().zip(runs);
+        let references: Vec<Vec<f64>> =
+            references.map(|((loads, pause), run)| own.delayed(run.times, loads, *pause)).collect();
         let places: Vec<(usize, usize)> = (runs.iter().enumerate())
             .flat_map(|(at, run)| (0..run.times.len()).step_by(hop).map(move |k| (at, k)))
             .collect();
@@ -95,15 +105,13 @@ impl InTime {
         (own, references)
     }
 
-    fn axis(&self, axis: usize, run: &LagRun<'_>) -> Vec<f64> {
-        let loads = run.loads.iter().skip(axis).step_by(run.n_axes());
-        self.reference(run.times, &loads.copied().collect::<Vec<_>>())
-    }
-
     /// Returns the reference load, delayed or filtered until it is as late as the output. Intervals between pauses in the
     /// recording are treated separately.
     pub fn reference(&self, times: &[f64], loads: &[f64]) -> Vec<f64> {
-        let pause = median_step(times).map_or(f64::INFINITY, pause_by_step);
+        self.delayed(times, loads, steps_of_a_pause(times))
+    }
+
+    fn delayed(&self, times: &[f64], loads: &[f64], pause: f64) -> Vec<f64> {
         let mut late = Vec::with_capacity(loads.len());
         let mut from = 0;
         for to in 1..=times.len() {
@@ -115,13 +123,24 @@ impl InTime {
         late
     }
 
-    /// Returns the corrected output of the axis: the fitted constant, plus the outputs of all axes times their fitted gains.
-    /// `outputs` is row-major with one output per axis.
-    pub fn output(&self, outputs: &[f64]) -> Vec<f64> {
+    /// Returns the corrected output of the axis at one sample: the fitted constant, plus the outputs of all axes times their
+    /// fitted gains. `outputs` is row-major with one output per axis.
+    pub fn output(&self, outputs: &[f64], sample: usize) -> f64 {
         let (constant, gains) =
             self.weights.split_last().expect("the weights of the outputs end with a constant");
-        outputs.chunks_exact(gains.len()).map(|row| constant + dot(row, gains)).collect()
+        constant + dot(gains, &outputs[sample * gains.len()..])
     }
+}
+
+/// Reference load of one axis in a recording, and the shortest pause in this recording (s).
+type AxisLoads = (Vec<f64>, f64);
+
+fn axis_loads(axis: usize, runs: &[LagRun<'_>]) -> Vec<AxisLoads> {
+    let of_run = |run: &LagRun<'_>| {
+        let loads = column(run.loads, run.n_axes(), axis);
+        (loads.collect(), steps_of_a_pause(run.times))
+    };
+    runs.iter().map(of_run).collect()
 }
 
 /// Returns the sizes of the mean loop of an output, with the lag and after its removal. Without a mean loop, they are the
@@ -132,16 +151,18 @@ pub fn widths(
     runs: &[LagRun<'_>],
     reversal_threshold: f64,
 ) -> Option<Widths> {
+    let in_time = axis_loads(axis, runs);
     let figures = |seconds: f64| -> Option<[f64; 3]> {
-        let (in_time, loads) = InTime::by(lag.kind, seconds, axis, runs);
-        let outputs: Vec<Vec<f64>> = runs.iter().map(|run| in_time.output(run.outputs)).collect();
+        let (in_time, loads) = InTime::by(lag.kind, seconds, axis, &in_time, runs);
         let loops = Loops::of(loads.iter().map(Vec::as_slice), reversal_threshold);
         let cycles = loops
             .mean_cycles(loads.iter().flatten().collect())
             .ok()
             .or_else(|| Some(vec![loops.largest()?]))?;
-        let shape =
-            cycles.iter().map(|own| Loop::of(own, &loads[own.recording], &outputs[own.recording]));
+        let shape = cycles.iter().map(|cycle| {
+            let outputs = runs[cycle.recording].outputs;
+            Loop::of(cycle, &loads[cycle.recording], |k| in_time.output(outputs, k))
+        });
         let one = Loop::mean(&shape.collect::<Vec<_>>())?;
         Some([one.largest_width(), one.mean_width(), one.area()])
     };

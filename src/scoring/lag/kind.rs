@@ -36,36 +36,63 @@ impl LagKind {
             Self::Delay => {
                 delay(times, seconds).map(|weights| interpolated(&weights, values)).collect()
             }
-            Self::FirstOrder => filtered(low_pass(times, seconds), values),
-        }
-    }
-}
-
-/// Weights that delay or filter signals. They hold for all signals with the same sample times.
-pub(super) enum Late {
-    Not,
-    /// For each sample time: index of the first of up to four samples that are interpolated, and their weights.
-    Delay(Vec<(usize, [f64; 4])>),
-    /// For each sample time: weights of the filter's previous result, of the previous sample and of the present sample.
-    LowPass(Vec<[f64; 3]>),
-}
-
-impl Late {
-    pub(super) fn of(kind: LagKind, times: &[f64], seconds: f64) -> Self {
-        match kind {
-            _ if seconds == 0.0 => Self::Not,
-            LagKind::Delay => Self::Delay(delay(times, seconds).collect()),
-            LagKind::FirstOrder => Self::LowPass(low_pass(times, seconds).collect()),
-        }
-    }
-
-    pub(super) fn of_values(&self, values: &[f64]) -> Vec<f64> {
-        match self {
-            Self::Not => values.to_vec(),
-            Self::Delay(weights) => {
-                weights.iter().map(|weights| interpolated(weights, values)).collect()
+            Self::FirstOrder => {
+                let weights = low_pass(times[0], times, seconds);
+                filtered(&mut (values[0], values[0]), weights, values)
             }
-            Self::LowPass(weights) => filtered(weights.iter().copied(), values),
+        }
+    }
+}
+
+/// Appends rows of several signals, late by `seconds`, to `late`. `rows` is row-major with one row for each time. Only the
+/// first `n` signals, and only the rows with `used`, are appended.
+pub(super) fn add_late_rows(
+    kind: LagKind,
+    seconds: f64,
+    (times, used): (&[f64], &[bool]),
+    (rows, n): (&[f64], usize),
+    late: &mut Vec<f64>,
+) {
+    let width = rows.len() / times.len();
+    let row = |k: usize| &rows[k * width..k * width + n];
+    let used = || used.iter().copied();
+    if seconds == 0.0 {
+        let all = used().enumerate().filter(|(_, used)| *used);
+        return all.for_each(|(k, _)| late.extend_from_slice(row(k)));
+    }
+    match kind {
+        LagKind::Delay => {
+            for ((first, weights), used) in delay(times, seconds).zip(used()) {
+                if used && first + 4 <= times.len() {
+                    let near = &rows[first * width..(first + 4) * width];
+                    let [a, b, c, d] = [0, 1, 2, 3].map(|at| &near[at * width..at * width + n]);
+                    let signals = a.iter().zip(b).zip(c).zip(d);
+                    late.extend(signals.map(|(((a, b), c), d)| {
+                        weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d
+                    }));
+                } else if used {
+                    let near = || weights.iter().zip(first..times.len());
+                    late.extend(
+                        (0..n).map(|at| -> f64 {
+                            near().map(|(weight, k)| weight * row(k)[at]).sum()
+                        }),
+                    );
+                }
+            }
+        }
+        LagKind::FirstOrder => {
+            let (mut states, mut before) = (row(0).to_vec(), row(0));
+            let weights = low_pass(times[0], times, seconds);
+            for ((k, [kept, start, end]), used) in weights.enumerate().zip(used()) {
+                let own = row(k);
+                for ((state, before), own) in states.iter_mut().zip(before).zip(own) {
+                    *state = kept * *state + start * before + end * own;
+                }
+                before = own;
+                if used {
+                    late.extend_from_slice(&states);
+                }
+            }
         }
     }
 }
@@ -77,12 +104,17 @@ fn interpolated((first, weights): &(usize, [f64; 4]), values: &[f64]) -> f64 {
     }
 }
 
-fn filtered(weights: impl Iterator<Item = [f64; 3]>, values: &[f64]) -> Vec<f64> {
-    let (mut state, mut before) = (values[0], values[0]);
+/// Filters values by a low-pass with these weights: of the filter's previous result, of the previous value and of the present
+/// value. The state is the previous result and the previous value.
+pub(super) fn filtered(
+    (state, before): &mut (f64, f64),
+    weights: impl Iterator<Item = [f64; 3]>,
+    values: &[f64],
+) -> Vec<f64> {
     let step = |([kept, start, end], value): ([f64; 3], &f64)| {
-        state = kept * state + start * before + end * value;
-        before = *value;
-        state
+        *state = kept * *state + start * *before + end * value;
+        *before = *value;
+        *state
     };
     weights.zip(values).map(step).collect()
 }
@@ -107,23 +139,30 @@ fn delay(times: &[f64], seconds: f64) -> impl Iterator<Item = (usize, [f64; 4])>
 /// first weighted sample. The interpolation is cubic if two samples with different times lie on each side, else linear.
 fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
     let around = next.checked_sub(2).filter(|_| next + 1 < times.len());
-    if let Some(first) = around {
-        let t = &times[first..first + 4];
-        if t.windows(2).all(|pair| pair[1] > pair[0]) {
-            let weight = |i: usize| -> f64 {
-                let others = (0..4).filter(|j| *j != i);
-                others.map(|j| (wanted - t[j]) / (t[i] - t[j])).product()
-            };
-            return (first, std::array::from_fn(weight));
-        }
+    if let Some(first) = around
+        && let Some([a, b, c, d]) = times.get(first..first + 4)
+        && a < b
+        && b < c
+        && c < d
+    {
+        // Lagrange's polynomials, each with one division.
+        let [wa, wb, wc, wd] = [a, b, c, d].map(|time| wanted - time);
+        let above = [wb * wc * wd, wa * wc * wd, wa * wb * wd, wa * wb * wc];
+        let below = [
+            (a - b) * (a - c) * (a - d),
+            (b - a) * (b - c) * (b - d),
+            (c - a) * (c - b) * (c - d),
+            (d - a) * (d - b) * (d - c),
+        ];
+        return (first, std::array::from_fn(|at| above[at] / below[at]));
     }
     let (before, after) = (times[next - 1], times[next]);
     let share = if after > before { (wanted - before) / (after - before) } else { 1.0 };
     (next - 1, [1.0 - share, share, 0.0, 0.0])
 }
 
-fn low_pass(times: &[f64], tau: f64) -> impl Iterator<Item = [f64; 3]> {
-    let mut before = times[0];
+/// Returns the weights of a low-pass at these times; see [`filtered`]. `before` is the time of the previous sample.
+pub(super) fn low_pass(mut before: f64, times: &[f64], tau: f64) -> impl Iterator<Item = [f64; 3]> {
     times.iter().map(move |time| {
         let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {

@@ -29,8 +29,8 @@ pub use kind::LagKind;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use self::grid::{Drivers, Grids};
-use self::solve::{Fitted, fitted};
+use self::grid::Grids;
+use self::solve::{Fit, Fitted, Model};
 use crate::progress::{Cancelled, Progress};
 
 /// Minimum share of the output's squared rate of change that terms without a lag leave unexplained. With a smaller share, lag
@@ -146,22 +146,95 @@ pub enum NoLag {
     NotFound,
 }
 
+/// Equations of the lag in some recordings. They depend on the reference loads and the gauges, but not on the outputs, so all
+/// outputs share them.
+#[derive(Debug)]
+pub struct LagEquations {
+    grids: Grids,
+    /// Equations for each possible input of the play operators.
+    models: Vec<Model>,
+}
+
+impl LagEquations {
+    /// Prepares the equations. The outputs of the recordings are not used.
+    pub fn of(runs: &[LagRun<'_>]) -> Result<Self, NoLag> {
+        let (grids, columns) = Grids::of(runs)?;
+        let models = columns.into_par_iter().map(|columns| Model::of(&grids, columns)).collect();
+        Ok(Self { grids, models })
+    }
+
+    /// Measures the lag of each output of the recordings behind the reference load. The recordings are those of the
+    /// equations.
+    pub fn lags(
+        &self,
+        runs: &[LagRun<'_>],
+        progress: &Progress,
+    ) -> Result<Vec<Result<Lag, NoLag>>, Cancelled> {
+        let of_output = |output: usize| {
+            progress.check()?;
+            Ok(self.lag(runs, output))
+        };
+        (0..runs.first().map_or(0, LagRun::n_outputs)).into_par_iter().map(of_output).collect()
+    }
+
+    fn lag(&self, runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
+        let grids = &self.grids;
+        let output = &grids.output(runs, output);
+        let delays = self.models.iter().map(|model| {
+            let fit = Fit { grids, model, output };
+            let delay = fit.fitted(LagKind::Delay, 0.0);
+            (fit, delay)
+        });
+        let left = |delay: &Option<Fitted>| {
+            delay.as_ref().map_or(f64::INFINITY, |delay| delay.block_squares.iter().sum())
+        };
+        let best = delays.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
+        let (fit, delay) = best.expect("the play operators have at least one possible input");
+        let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
+        let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
+        if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {
+            return Err(instead(NoLag::OneRate));
+        }
+        // A low-pass is tried only if the delay is at least one sample. A shorter delay looks like a low-pass, and a time
+        // constant cannot be negative.
+        let is_open = delay.as_ref().is_none_or(|delay| delay.seconds >= grids.step_secs);
+        let first = is_open.then(|| fit.fitted(LagKind::FirstOrder, start)).flatten();
+        let (kind, kind_is_known, found) =
+            chosen(delay, first, grids.step_secs).ok_or(instead(NoLag::NotFound))?;
+        let uncertainty_secs = 2.0 * found.standard_error_secs;
+        if found.is_creep && found.seconds.abs() > uncertainty_secs {
+            return Err(instead(NoLag::Creep));
+        }
+        if found.own_share < LEAST_SHARE {
+            return Err(instead(NoLag::OneRate));
+        }
+        let is_bounded = uncertainty_secs <= MOST_SAMPLES * grids.step_secs
+            || uncertainty_secs <= MOST_SHARE * found.seconds.abs();
+        if !is_bounded {
+            return Err(instead(NoLag::Uncertain { uncertainty_secs }));
+        }
+        Ok(Lag {
+            kind,
+            kind_is_known,
+            seconds: found.seconds,
+            samples: found.seconds / grids.step_secs,
+            standard_error_secs: found.standard_error_secs,
+            is_steady: grids.slow_secs > STEADY * grids.step_secs,
+            explained_error_share: found.explained_error_share,
+        })
+    }
+}
+
 /// Measures the lag of each output behind the reference load. All recordings `runs` must have the same axes, gauges and
 /// outputs.
 pub fn lags(
     runs: &[LagRun<'_>],
     progress: &Progress,
 ) -> Result<Vec<Result<Lag, NoLag>>, Cancelled> {
-    let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
-    let grids = match grids_of(runs) {
-        Ok(grids) => grids,
-        Err(reason) => return Ok(vec![Err(reason); n_outputs]),
-    };
-    let of_output = |output: usize| {
-        progress.check()?;
-        Ok(lag(&grids, output))
-    };
-    (0..n_outputs).into_par_iter().map(of_output).collect()
+    match LagEquations::of(runs) {
+        Ok(equations) => equations.lags(runs, progress),
+        Err(reason) => Ok(vec![Err(reason); runs.first().map_or(0, LagRun::n_outputs)]),
+    }
 }
 
 /// Measures the lag of one output behind the reference load, in each recording of `runs` separately.
@@ -172,54 +245,7 @@ pub fn lag_by_run(runs: &[LagRun<'_>], output: usize) -> Vec<Result<Lag, NoLag>>
 /// Measures the lag of one output behind the reference load, in all recordings together. Returns [`NoLag`] if they do not
 /// determine it.
 pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
-    lag(&grids_of(runs)?, output)
-}
-
-/// Returns one set of fit columns for each possible input of the play operators: the loads or the gauges' strain.
-fn grids_of(runs: &[LagRun<'_>]) -> Result<Vec<Grids>, NoLag> {
-    let drivers = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
-    drivers.iter().map(|drivers| Grids::of(runs, *drivers)).collect()
-}
-
-fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
-    let delays = grids.iter().map(|own| (own, fitted(own, output, LagKind::Delay, 0.0)));
-    let left = |delay: &Option<Fitted>| {
-        delay.as_ref().map_or(f64::INFINITY, |delay| delay.block_squares.iter().sum())
-    };
-    let best = delays.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
-    let (grids, delay) = best.expect("the play operators have at least one possible input");
-    let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
-    let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
-    if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {
-        return Err(instead(NoLag::OneRate));
-    }
-    // A low-pass is tried only if the delay is at least one sample. A shorter delay looks like a low-pass, and a time
-    // constant cannot be negative.
-    let is_open = delay.as_ref().is_none_or(|delay| delay.seconds >= grids.step_secs);
-    let first = is_open.then(|| fitted(grids, output, LagKind::FirstOrder, start)).flatten();
-    let (kind, kind_is_known, found) =
-        chosen(delay, first, grids.step_secs).ok_or(instead(NoLag::NotFound))?;
-    let uncertainty_secs = 2.0 * found.standard_error_secs;
-    if found.is_creep && found.seconds.abs() > uncertainty_secs {
-        return Err(instead(NoLag::Creep));
-    }
-    if found.own_share < LEAST_SHARE {
-        return Err(instead(NoLag::OneRate));
-    }
-    let is_bounded = uncertainty_secs <= MOST_SAMPLES * grids.step_secs
-        || uncertainty_secs <= MOST_SHARE * found.seconds.abs();
-    if !is_bounded {
-        return Err(instead(NoLag::Uncertain { uncertainty_secs }));
-    }
-    Ok(Lag {
-        kind,
-        kind_is_known,
-        seconds: found.seconds,
-        samples: found.seconds / grids.step_secs,
-        standard_error_secs: found.standard_error_secs,
-        is_steady: grids.slow_secs > STEADY * grids.step_secs,
-        explained_error_share: solve::explained_error_share(grids, output, kind, found.seconds),
-    })
+    LagEquations::of(runs)?.lag(runs, output)
 }
 
 /// Returns the lag of the kind with the smaller residual, and true if the other kind is significantly worse. Without a

@@ -22,14 +22,13 @@ pub struct Curve {
 
 impl Curve {
     /// Averages the samples of a branch, except those of smaller cycles within it. Panics if `loads` lacks samples of the
-    /// branch, or if `loads` and `outputs` differ in length.
-    pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
-        assert_eq!(loads.len(), outputs.len(), "loads and outputs have the same length");
+    /// branch. `output_of` returns the output of a sample.
+    pub fn of(branch: &Branch, loads: &[f64], output_of: impl Fn(usize) -> f64) -> Self {
         let mut cells = [(0.0, 0.0, 0.0); CELLS];
         let per_load = CELLS as f64 / branch.span();
         let (mut lowest, mut highest) = (branch.samples.start, branch.samples.start);
         for k in branch.kept() {
-            let (load, output) = (loads[k], outputs[k]);
+            let (load, output) = (loads[k], output_of(k));
             if load < loads[lowest] {
                 lowest = k;
             }
@@ -47,7 +46,7 @@ impl Curve {
             .filter(|(count, ..)| *count > 0.0)
             .map(|(count, load, output)| (load / count, output / count))
             .collect();
-        let ends = [lowest, highest].map(|k| (loads[k], outputs[k]));
+        let ends = [lowest, highest].map(|k| (loads[k], output_of(k)));
         let mut knots = vec![ends[0]];
         // An average is dropped if its load equals, except for rounding, that of an end of the branch.
         let least_gap = 1e-9 * branch.span();
@@ -101,8 +100,7 @@ mod tests {
     use crate::scoring::loops::turns::branches;
 
     fn curve(loads: &[f64], output: impl Fn(f64) -> f64) -> Curve {
-        let outputs: Vec<f64> = loads.iter().map(|load| output(*load)).collect();
-        Curve::of(&branches(loads, 0.3)[0], loads, &outputs)
+        Curve::of(&branches(loads, 0.3)[0], loads, |k| output(loads[k]))
     }
 
     /// The load rises from 0 to 10 and repeatedly falls by 0.2; a straight line stays straight.

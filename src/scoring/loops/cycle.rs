@@ -54,12 +54,12 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// Returns the loop of an output over a cycle. Panics if the cycle lies outside `loads`, or if `loads` and `outputs`
-    /// differ in length.
-    pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
+    /// Returns the loop of an output over a cycle. `output` returns the output of a sample. Panics if the cycle lies outside
+    /// `loads`.
+    pub fn of(cycle: &Cycle, loads: &[f64], output: impl Fn(usize) -> f64) -> Self {
         let range = cycle.loads();
         let on = |branch: &Branch| {
-            let curve = Curve::of(branch, loads, outputs);
+            let curve = Curve::of(branch, loads, &output);
             even_loads(range).map(|load| curve.at(load)).collect()
         };
         Self { range, rising: on(cycle.rising()), falling: on(cycle.falling()) }
@@ -198,7 +198,8 @@ mod tests {
         for (radius, steps) in [(0.1, 2000), (0.25, 333), (0.04, 150)] {
             let loads = triangle(3, steps);
             let found = Loops::of([&loads[..]], 0.05);
-            let one = Loop::of(&found.largest().unwrap(), &loads, &play(&loads, radius));
+            let output = play(&loads, radius);
+            let one = Loop::of(&found.largest().unwrap(), &loads, |k| output[k]);
             let area = 4.0 * radius * (1.0 - radius);
             assert!((one.largest_width() / (2.0 * radius) - 1.0).abs() < 0.01);
             assert!((one.area() / area - 1.0).abs() < 0.01, "{}", one.area());
@@ -215,7 +216,7 @@ mod tests {
             let noisy: Vec<f64> =
                 play(&loads, radius).iter().map(|own| own + 0.01 * random.normal()).collect();
             let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
-            let one = Loop::of(&cycle, &loads, &noisy);
+            let one = Loop::of(&cycle, &loads, |k| noisy[k]);
             assert!((one.largest_width() - 2.0 * radius).abs() < 0.006, "{}", one.largest_width());
             let mean = 2.0 * radius * (1.0 - radius); // mean width of the parallelogram
             assert!((one.mean_width() - mean).abs() < 0.003, "{}", one.mean_width());
@@ -230,7 +231,7 @@ mod tests {
         let found = Loops::of([&loads[..]], 0.05);
         assert_eq!(found.branches()[0].len(), 4);
         let output: Vec<f64> = loads.iter().map(|load| 5.0 + 2.0 * load).collect();
-        let one = Loop::of(&found.largest().unwrap(), &loads, &output);
+        let one = Loop::of(&found.largest().unwrap(), &loads, |k| output[k]);
         assert!(one.largest_width() < 1e-9);
     }
 
@@ -243,7 +244,7 @@ mod tests {
             .map(|(load, lagging)| 2.0 * load - lagging)
             .collect();
         let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
-        let one = Loop::of(&cycle, &loads, &leading);
+        let one = Loop::of(&cycle, &loads, |k| leading[k]);
         assert!(one.work() < 0.0 && (one.area() + one.work()).abs() < 1e-12);
         assert!((one.largest_width() - 0.2).abs() < 1e-3);
     }
