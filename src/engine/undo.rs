@@ -57,7 +57,9 @@ impl History {
         let mut counted: HashSet<_> = recordings(now).iter().map(Arc::as_ptr).collect();
         let earlier = self.before.iter().flat_map(recordings);
         let other = earlier.filter(|own| counted.insert(Arc::as_ptr(own)));
-        let width = |own: &Recording| 1 + own.n_gauges() + own.axes().len();
+        let width = |own: &Recording| {
+            1 + own.n_gauges() + own.axes().len() + own.auxiliary().len() + own.others().len()
+        };
         other.map(|own| own.n_samples() * width(&own)).sum()
     }
 

@@ -1,5 +1,6 @@
-//! Auxiliary channels: quantities that influence the gauges, such as temperature, supply voltage and humidity. All values are
-//! finite. A segment of a recording uses the values of the recording without a copy.
+//! Auxiliary channels: quantities that influence the gauges, such as temperature, supply voltage and humidity. All their values
+//! are finite. Channels that are only shown have a table of the same kind, in which values may be NaN. A segment of a recording
+//! uses the values of the recording without a copy.
 
 use std::ops::Range;
 

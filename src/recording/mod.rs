@@ -29,7 +29,7 @@ pub use left_out::ValidRange;
 pub(crate) use left_out::{GaugeRange, Judged, LeftOut};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
-pub use recording::{Recording, Source};
+pub use recording::{Missing, Recording, Source};
 pub(crate) use recording::{RecordingError, load_ranges};
 pub(crate) use set::Layout;
 pub use set::groups::Groups;

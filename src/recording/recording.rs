@@ -1,7 +1,7 @@
 //! One uninterrupted run of a sensor.
 //!
-//! Guarantees, checked by the constructor: there is at least one sample and one gauge, numbers are finite, times never go
-//! back, and axes are in the order of [`Axis`] without repeats.
+//! Guarantees, checked by the constructor: there is at least one sample, numbers are finite, times never go back, and axes are
+//! in the order of [`Axis`] without repeats. Gauges, reference load and times may each be missing.
 
 use crate::{
     min_max::MinMax,
@@ -40,19 +40,40 @@ impl Source {
     }
 }
 
-/// One uninterrupted run: times (s), gauge readings in the unit of the logger, and the reference load (N, N·m) if it is
-/// known.
+/// What puts the samples of a recording in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    /// Measured times.
+    Times,
+    /// Rows of the file. The times only count the rows.
+    Rows,
+    /// Nothing: all samples were taken under one constant load. The times only count the samples.
+    Case,
+}
+
+/// What a calibration still needs from the recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+pub enum Missing {
+    /// No recording has a gauge.
+    #[error("no gauge yet: which channels are the gauges?")]
+    Gauges,
+    /// No recording with gauges has a reference load.
+    #[error("no load yet: which channel is the reference?")]
+    Load,
+}
+
+/// One uninterrupted run: times (s), gauge readings in the unit of the logger, and the reference load (N, N·m). Each of the
+/// three may be missing.
 ///
 /// In the paper of Koike et al. (2019), the loads of one sample are L in Eq. 1, and its gauge readings are S in Eq. 2.
 ///
-/// **Shapes** gauges and loads have one row for each sample, with `n_gauges` and `n_axes` columns. Without a reference,
-/// `n_axes` is 0.
+/// **Shapes** gauges and loads have one row for each sample, with `n_gauges` and `n_axes` columns. Without gauges,
+/// `n_gauges` is 0, and without a reference, `n_axes` is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     name: String,
     source: Source,
-    /// True if the samples were taken under one constant load and have no times. `times` then only counts the rows.
-    is_static: bool,
+    order: Order,
     times: Shared,
     gauge_names: Vec<String>,
     gauge_units: Vec<String>,
@@ -60,6 +81,8 @@ pub struct Recording {
     axes: Vec<Axis>,
     loads: Ranged,
     pub(crate) auxiliary: AuxiliaryTable,
+    /// Channels that are only shown. No fit uses them, and their values may be NaN.
+    others: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
     /// Whole seconds that were subtracted from the times in the file. [`Self::clock_time`] adds them again.
@@ -80,8 +103,6 @@ pub struct Recording {
 pub enum RecordingError {
     #[error("{name}: no samples")]
     NoSamples { name: String },
-    #[error("{name}: the recording has no gauge channels")]
-    NoGauges { name: String },
     #[error("{name}: there are {actual} {what} values, but {expected} are needed")]
     Shape { name: String, what: &'static str, expected: usize, actual: usize },
     #[error(
@@ -126,9 +147,6 @@ impl Recording {
         if n == 0 {
             return Err(RecordingError::NoSamples { name });
         }
-        if gauge_names.is_empty() {
-            return Err(RecordingError::NoGauges { name });
-        }
         check(&name, "time", [n, 1], &times)?;
         check(&name, "gauge", [n, gauge_names.len()], &gauges)?;
         check(&name, "load", [n, axes.len()], &loads)?;
@@ -148,9 +166,10 @@ impl Recording {
             run: None,
             group: None,
             auxiliary: AuxiliaryTable::default(),
+            others: AuxiliaryTable::default(),
             name,
             source,
-            is_static: false,
+            order: Order::Times,
             times: times.into(),
             gauge_units: vec![String::new(); gauge_names.len()],
             gauges: Ranged::new(gauges, gauge_names.len()),
@@ -182,6 +201,19 @@ impl Recording {
         Ok(self)
     }
 
+    /// Returns the recording with channels that are only shown, such as a displacement, and their units; an unknown unit is
+    /// empty. `values` has one row for each sample; a missing value is NaN. Returns [`RecordingError`] if a value is missing.
+    pub fn with_others(
+        mut self,
+        names: Vec<String>,
+        units: Vec<String>,
+        values: Vec<f64>,
+    ) -> Result<Self, RecordingError> {
+        check_shape(&self.name, "other channel", [self.n_samples(), names.len()], &values)?;
+        self.others = AuxiliaryTable::new(names, units, values);
+        Ok(self)
+    }
+
     /// Returns the recording with only the named auxiliary channels, in this order. The error is the first name that is not a
     /// channel.
     pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
@@ -197,6 +229,11 @@ impl Recording {
         &self.auxiliary
     }
 
+    /// Returns the channels that are only shown. No fit uses them, and their values may be NaN.
+    pub fn others(&self) -> &AuxiliaryTable {
+        &self.others
+    }
+
     pub(crate) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
         self.gauges.subtract(offsets);
         self.tare = Some(tare);
@@ -206,11 +243,14 @@ impl Recording {
         self
     }
 
-    /// Returns the recording as samples without times that were all taken under one load.
-    pub fn without_times(mut self) -> Self {
-        self.is_static = true;
-        self.rate_hz = None;
-        self
+    /// Returns the recording as samples without times that were all taken under one load. Its times must count the samples.
+    pub fn without_times(self) -> Self {
+        Self { order: Order::Case, rate_hz: None, ..self }
+    }
+
+    /// Returns the recording as samples without times, in the order of the rows of a file. Its times must count the rows.
+    pub fn in_row_order(self) -> Self {
+        Self { order: Order::Rows, rate_hz: None, ..self }
     }
 
     /// Joins several recordings without times to one recording. Panics if there is no recording.
@@ -223,17 +263,32 @@ impl Recording {
         let gauges = Ranged::new(all(Self::gauges), first.n_gauges());
         let loads = Ranged::new(all(Self::loads), first.axes.len());
         let auxiliary = all(|case| case.auxiliary.values()).into();
+        let others = all(|case| case.others.values()).into();
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
         let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
         let stem = first.source.path().and_then(Path::file_stem);
         let name = stem.map_or(first.name.clone(), |stem| stem.to_string_lossy().into_owned());
-        let auxiliary = first.auxiliary.with_values(auxiliary);
-        first.with_samples(name, times.into(), gauges, loads, auxiliary)
+        let tables = [first.auxiliary.with_values(auxiliary), first.others.with_values(others)];
+        first.with_samples(name, times.into(), gauges, loads, tables)
     }
 
-    /// Returns true if the samples have no times. The recording then has no loops, dwells or earlier samples for a look-back.
+    /// Returns true if the samples have no times. The recording then has no dwells, and no earlier samples for a look-back.
     pub fn is_static(&self) -> bool {
-        self.is_static
+        self.order != Order::Times
+    }
+
+    /// Returns true if all samples were taken under one load, and have no order. The recording then has no loops either.
+    pub fn is_load_case(&self) -> bool {
+        self.order == Order::Case
+    }
+
+    /// Returns what a calibration needs and this recording does not have.
+    pub fn missing(&self) -> Option<Missing> {
+        match (self.n_gauges(), self.has_reference()) {
+            (0, _) => Some(Missing::Gauges),
+            (_, false) => Some(Missing::Load),
+            _ => None,
+        }
     }
 
     pub(crate) fn tared_by(&self, gauge: usize) -> f64 {
@@ -308,7 +363,7 @@ impl Recording {
         &self.gauge_units
     }
 
-    /// Returns the number of gauge channels, at least one.
+    /// Returns the number of gauge channels, which may be zero.
     pub fn n_gauges(&self) -> usize {
         self.gauge_names.len()
     }
@@ -359,9 +414,9 @@ impl Recording {
     }
 
     /// Returns every `step`-th sample from the first, as in pattern B of Koike et al. (2019, section 4.2.2). With a step of 0
-    /// or 1, or for samples without times, all samples are returned.
+    /// or 1, or for samples under one load without times, all samples are returned.
     pub fn decimated(&self, step: usize) -> Self {
-        if self.is_static || step <= 1 {
+        if self.is_load_case() || step <= 1 {
             return self.clone();
         }
         let kept: Vec<_> = (0..self.n_samples()).step_by(step).map(|k| k..k + 1).collect();
@@ -370,10 +425,10 @@ impl Recording {
         kept
     }
 
-    /// Splits the recording in time. The first part has `⌊fraction · n⌋` of the `n` samples. `None` for samples without
-    /// times, or if a part would be empty. A look-back never takes earlier samples from beyond the cut.
+    /// Splits the recording in time. The first part has `⌊fraction · n⌋` of the `n` samples. `None` for samples under one
+    /// load without times, or if a part would be empty. A look-back never takes earlier samples from beyond the cut.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
-        if self.is_static() {
+        if self.is_load_case() {
             return None;
         }
         let n = self.n_samples();
@@ -415,7 +470,7 @@ impl Recording {
         for range in samples.iter().chain([&(self.n_samples()..self.n_samples())]) {
             let follows = |part: &Vec<Range<usize>>| {
                 let before = part[part.len() - 1].end - 1;
-                self.is_static || times[next] - times[before] <= gap_secs
+                self.is_static() || times[next] - times[before] <= gap_secs
             };
             let kept = next..range.start;
             if !kept.is_empty() {
@@ -442,7 +497,8 @@ impl Recording {
     fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
         let times = self.times.rows(ranges, 1);
         let (gauges, loads) = (self.gauges.rows(ranges), self.loads.rows(ranges));
-        self.with_samples(name, times, gauges, loads, self.auxiliary.rows(ranges))
+        let tables = [&self.auxiliary, &self.others].map(|table| table.rows(ranges));
+        self.with_samples(name, times, gauges, loads, tables)
     }
 
     fn with_samples(
@@ -451,7 +507,7 @@ impl Recording {
         times: Shared,
         gauges: Ranged,
         loads: Ranged,
-        auxiliary: AuxiliaryTable,
+        [auxiliary, others]: [AuxiliaryTable; 2],
     ) -> Self {
         Self {
             name,
@@ -460,6 +516,7 @@ impl Recording {
             gauges,
             loads,
             auxiliary,
+            others,
             ..self.clone()
         }
     }
@@ -471,14 +528,26 @@ fn check(
     [n, width]: [usize; 2],
     values: &[f64],
 ) -> Result<(), RecordingError> {
-    let (name, expected, actual) = (name.to_owned(), n * width, values.len());
-    if actual != expected {
-        return Err(RecordingError::Shape { name, what, expected, actual });
-    }
+    check_shape(name, what, [n, width], values)?;
     match first_not_finite(values) {
-        Some(at) => Err(RecordingError::NotFinite { name, what, sample: at / width }),
+        Some(at) => {
+            Err(RecordingError::NotFinite { name: name.to_owned(), what, sample: at / width })
+        }
         None => Ok(()),
     }
+}
+
+fn check_shape(
+    name: &str,
+    what: &'static str,
+    [n, width]: [usize; 2],
+    values: &[f64],
+) -> Result<(), RecordingError> {
+    let (expected, actual) = (n * width, values.len());
+    if actual == expected {
+        return Ok(());
+    }
+    Err(RecordingError::Shape { name: name.to_owned(), what, expected, actual })
 }
 
 fn first_not_finite(values: &[f64]) -> Option<usize> {
@@ -555,6 +624,36 @@ mod tests {
             vec![0.0; 2],
         );
         assert!(matches!(twice, Err(RecordingError::AxisOrder { .. })));
+    }
+
+    #[test]
+    fn gauges_reference_and_times_may_be_missing() {
+        let with = |gauges: &[&str], axes: &[Axis]| {
+            let gauges = gauges.iter().map(|&gauge| gauge.to_owned()).collect::<Vec<_>>();
+            let (n_gauges, n_axes) = (gauges.len(), axes.len());
+            let times = vec![0.0, 1.0, 2.0];
+            let (readings, loads) = (vec![1.0; 3 * n_gauges], vec![1.0; 3 * n_axes]);
+            Recording::new("a", Source::Simulated, times, gauges, readings, axes.to_vec(), loads)
+                .unwrap()
+        };
+        assert_eq!(with(&[], &[]).missing(), Some(Missing::Gauges));
+        assert_eq!(with(&[], &[Axis::Fz]).missing(), Some(Missing::Gauges));
+        assert_eq!(with(&["S1"], &[]).missing(), Some(Missing::Load));
+        assert_eq!(with(&["S1"], &[Axis::Fz]).missing(), None);
+        let others = || (vec!["x".to_owned(), "y".to_owned()], vec![String::new(); 2]);
+        let values = vec![0.0, 1.0, 2.0, f64::NAN, 4.0, 5.0];
+        let rows = with(&[], &[]).with_others(others().0, others().1, values).unwrap();
+        let rows = rows.in_row_order();
+        assert!(rows.is_static() && !rows.is_load_case() && rows.rate_hz().is_none());
+        let (first, rest) = rows.split(0.4).unwrap();
+        assert_eq!(
+            (first.others().values(), rest.others().at(1)),
+            (&[0.0, 1.0][..], &[4.0, 5.0][..])
+        );
+        assert_eq!(rows.decimated(2).others().values(), [0.0, 1.0, 4.0, 5.0]);
+        assert!(rows.clone().without_times().split(0.4).is_none());
+        let short = rows.with_others(others().0, others().1, vec![0.0; 5]);
+        assert!(matches!(short, Err(RecordingError::Shape { .. })));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The loaded recordings and their roles.
 //!
-//! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order. A recording without a
-//! reference may be loaded, but is neither fitted nor scored.
+//! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order. A recording without gauges
+//! or without a reference may be loaded, but is neither fitted nor scored.
 
 pub(super) mod groups;
 
@@ -14,7 +14,7 @@ use crate::{
     recording::{
         axis::Axis,
         median::median,
-        recording::{Recording, RecordingError},
+        recording::{Missing, Recording, RecordingError},
         tare::Tare,
     },
     shown::listed,
@@ -63,16 +63,16 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Creates an entry with the role that the recording's name gives ([`Role::of_name`]). Without a reference load, the role
-    /// is off.
+    /// Creates an entry with the role that the recording's name gives ([`Role::of_name`]). Without gauges or without a
+    /// reference load, the role is off.
     pub fn with_default_role(recording: Recording) -> Self {
         let role = Role::of_name(recording.name());
         Self::new(recording, role)
     }
 
-    /// Creates an entry with this role. Without a reference load, the role is off.
+    /// Creates an entry with this role. Without gauges or without a reference load, the role is off.
     pub fn new(recording: Recording, role: Role) -> Self {
-        let role = if recording.has_reference() { role } else { Role::Off };
+        let role = if recording.missing().is_none() { role } else { Role::Off };
         let group = recording.group().map(str::to_owned);
         Self { recording: Arc::new(recording), role, group }
     }
@@ -113,6 +113,13 @@ impl RecordingSet {
     /// Returns the recordings in the order of loading.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
+    }
+
+    /// Returns what a calibration needs and no recording has. `None` if a recording can be fitted, or if there is no
+    /// recording.
+    pub fn missing(&self) -> Option<Missing> {
+        let mut missing = self.entries.iter().map(|entry| entry.recording.missing());
+        missing.clone().all(|missing| missing.is_some()).then(|| missing.next())?.flatten()
     }
 
     /// Returns the number of samples in all recordings with this role.
@@ -177,10 +184,10 @@ impl RecordingSet {
         Ok(())
     }
 
-    /// Sets the role of a recording. A recording without a reference keeps the role "off". An unknown index changes nothing.
+    /// Sets the role of a recording. A recording without gauges or without a reference keeps the role "off". An unknown index changes nothing.
     pub fn set_role(&mut self, index: usize, role: Role) {
         if let Some(entry) = self.entries.get_mut(index)
-            && entry.recording.has_reference()
+            && entry.recording.missing().is_none()
         {
             entry.role = role;
         }
@@ -216,8 +223,7 @@ impl RecordingSet {
     }
 
     /// Splits each training or test recording in time: the first part trains, the second part tests. Recordings that are off
-    /// or too short stay unchanged. Samples without times are not split in time: all samples under one load get the same
-    /// role.
+    /// or too short stay unchanged. Load cases without times are not split: all samples under one load get the same role.
     pub fn split(&self, fraction: f64) -> Self {
         let cases = if self.is_static() { self.groups().of } else { Vec::new() };
         // The loads for training are spread evenly over all loads, because tables often list loads in increasing order.
@@ -229,7 +235,7 @@ impl RecordingSet {
             if entry.role == Role::Off {
                 return vec![entry.clone()];
             }
-            if entry.recording.is_static() {
+            if entry.recording.is_load_case() {
                 let role = if trains(cases[at]) { Role::Train } else { Role::Test };
                 return vec![Entry { role, ..entry.clone() }];
             }

@@ -92,7 +92,7 @@ impl Ranged {
     }
 
     pub fn subtract(&mut self, offsets: &[f64]) {
-        for row in self.values.make_mut().chunks_exact_mut(offsets.len()) {
+        for row in self.values.make_mut().chunks_exact_mut(offsets.len().max(1)) {
             let values = row.iter_mut().zip(offsets);
             values.for_each(|(value, offset)| *value -= offset);
         }

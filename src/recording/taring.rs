@@ -47,6 +47,10 @@ impl Recording {
         if self.is_static() {
             return Err(RecordingError::NoTimes { name: self.name().to_owned() });
         }
+        if self.n_gauges() == 0 {
+            let (name, why) = (self.name().to_owned(), "it has no gauges");
+            return Err(RecordingError::NeverUnloaded { name, why });
+        }
         let times = self.times();
         let Range { start, end } = match tare {
             Tare::Auto => first_quiet_unloaded(&self)?,

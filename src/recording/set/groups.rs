@@ -253,7 +253,7 @@ impl RecordingSet {
         let is_set = training.iter().any(|&at| entries[at].group.is_some());
         if !is_set
             && !training.is_empty()
-            && training.iter().all(|&at| entries[at].recording.is_static())
+            && training.iter().all(|&at| entries[at].recording.is_load_case())
         {
             let keys = load_case_keys(entries);
             let lone = lone(&keys);
@@ -342,7 +342,7 @@ impl RecordingSet {
 
 /// Returns the load case of each recording without times, as its group. A load case has the name of its first recording.
 fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
-    let is_one = |entry: &Entry| entry.recording.is_static() && entry.recording.has_reference();
+    let is_one = |entry: &Entry| entry.recording.is_load_case() && entry.recording.has_reference();
     let axes = entries.iter().find(|entry| is_one(entry));
     let axes = axes.map_or(&[][..], |entry| entry.recording.axes());
     let loads = entries.iter().filter(|entry| is_one(entry));
