@@ -21,13 +21,14 @@ const AXES: [(&str, f64); 6] =
 /// Number of waves that make up the load of an axis.
 const WAVES: usize = 5;
 /// Jobs with their arguments; FILE stands for the recording, PAGE for a file to write.
-const JOBS: [(&str, &str); 7] = [
+const JOBS: [(&str, &str); 8] = [
     ("fit", "fit --train FILE"),
     ("fit without look-back", "fit --train FILE --look-back none"),
     ("check", "check FILE"),
     ("metrology", "metrology FILE"),
     ("sweep of 16 pairs", "sweep --train FILE --f-th 1:4:1 --t-th 2,5,10,15"),
     ("report", "report --train FILE --out PAGE --force"),
+    ("best", "best --train FILE"),
     ("NumPy", ""),
 ];
 /// The least that a fit without look-back does: reads the file, fits the gauges by least squares, and computes the RMSE.

@@ -20,12 +20,13 @@ use crate::{
     finding::Face,
     progress::Progress,
     questions::{
-        Request, analyse,
+        Request,
         loops::TableOf,
         metrology::{
             Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, lags_of,
             table_by,
         },
+        train,
     },
     recording::{Recording, Role, simulated},
     report::Shown,
@@ -157,7 +158,7 @@ impl MetrologyJob {
             .collect();
         let extents = extents_of_set(&set, &set.layout().axes);
         let request = Request::fit(Arc::new(set), settings);
-        let calibration = analyse(&request, &run.progress)?.calibration;
+        let calibration = Arc::new(train(&request, &run.progress, &mut |_| {})?);
         let rule = calibration.describe();
         Ok(Subject { calibration, recordings, extents, origin: format!("{on} ({rule})") })
     }

@@ -14,7 +14,7 @@ use super::kind::{filtered, low_pass};
 use super::{LagRun, NoLag};
 use crate::{
     column::column,
-    dot::dot,
+    dot::{dot, dot_of_long},
     min_max::MinMax,
     recording::{
         gap::{median_step, pause_by_step},
@@ -426,15 +426,7 @@ impl Window {
     }
 
     fn mean(&self, values: &[f64]) -> f64 {
-        const LANES: usize = 8;
-        let (weights, values) = (self.weights.as_chunks::<LANES>(), values.as_chunks::<LANES>());
-        let mut sums = [0.0; LANES];
-        for (weights, values) in weights.0.iter().zip(values.0) {
-            for ((sum, weight), value) in sums.iter_mut().zip(weights).zip(values) {
-                *sum += weight * value;
-            }
-        }
-        sums.iter().sum::<f64>() + dot(weights.1, values.1)
+        dot_of_long(&self.weights, values)
     }
 
     fn thinned(&self, values: &[f64]) -> Vec<f64> {

@@ -5,7 +5,7 @@ use faer::{Accum, Mat, MatRef, Par, Side};
 
 use super::grid::{AROUND_JUMP, Columns, Grids};
 use super::kind::{LagKind, add_late_rows};
-use crate::dot::dot;
+use crate::dot::{dot, dot_of_long};
 
 /// Minimum eigenvalue of the scaled normal matrix, as a share of its largest eigenvalue. Coefficients along directions with
 /// smaller eigenvalues are set to zero.
@@ -170,8 +170,10 @@ impl Fit<'_> {
         };
         let mut whole = Vec::with_capacity(self.output.len());
         for (part, rows) in grids.parts.iter().zip(&columns.rows) {
-            let model: Vec<f64> =
-                rows.chunks_exact(columns.n).map(|row| dot(row, &gains)).collect();
+            let model: Vec<f64> = rows
+                .chunks_exact(columns.n)
+                .map(|row| dot_of_long(&row[..gains.len()], &gains))
+                .collect();
             let [before, after] = [from, to].map(|lag| kind.late(&part.times, &model, lag));
             let slopes = before.iter().zip(&after);
             let slopes: Vec<f64> = slopes.map(|(a, b)| (b - a) / (to - from)).collect();
@@ -223,7 +225,11 @@ impl System {
 
     fn residual(&self, solver: &Solver, y: &[f64]) -> Vec<f64> {
         let gains = self.solve(solver, y);
-        self.rows.chunks_exact(self.width).zip(y).map(|(row, y)| y - dot(row, &gains)).collect()
+        self.rows
+            .chunks_exact(self.width)
+            .zip(y)
+            .map(|(row, y)| y - dot_of_long(row, &gains))
+            .collect()
     }
 }
 
