@@ -28,7 +28,7 @@ pub use identity::Item;
 pub use left_out::ValidRange;
 pub(crate) use left_out::{GaugeRange, Judged, LeftOut};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
-pub(crate) use median::median;
+pub(crate) use median::{median, white_noise};
 pub use recording::{Missing, Recording, Source};
 pub(crate) use recording::{RecordingError, load_ranges};
 pub(crate) use set::Layout;
