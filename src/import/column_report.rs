@@ -203,14 +203,7 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
     let column = |index: usize| {
         let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
         let filled = || cells().filter(|cell| !cell.is_blank());
-        let value = |cell: Cell<'_>| {
-            let value = match cell {
-                Cell::Number(value) => Some(value),
-                Cell::Since(since, value) => Some(since as f64 + value),
-                Cell::Text(cell) => text.number(cell).map(|(value, _)| value),
-            };
-            value.filter(|value| value.is_finite() && !is_overload(*value))
-        };
+        let value = |cell: Cell<'_>| value_of(cell, text);
         let numbers: Vec<f64> = filled().filter_map(value).collect();
         let form = form_of_column(rows, index);
         let content = if filled().next().is_none() {
@@ -261,6 +254,16 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
         }
     };
     (0..n_columns).map(column).collect()
+}
+
+/// Returns the number in a cell.
+pub(super) fn value_of(cell: Cell<'_>, text: &TextLayout) -> Option<f64> {
+    let value = match cell {
+        Cell::Number(value) => Some(value),
+        Cell::Since(since, value) => Some(since as f64 + value),
+        Cell::Text(cell) => text.number(cell).map(|(value, _)| value),
+    };
+    value.filter(|value| value.is_finite() && !is_overload(*value))
 }
 
 fn written<'a>(rows: &[Vec<Cell<'a>>], index: usize) -> Option<Vec<&'a [u8]>> {

@@ -56,6 +56,8 @@ pub struct Loaded {
     pub questions: Vec<Question>,
     /// Loads that have no unit and are read in N or N·m.
     pub without_unit: Vec<String>,
+    /// False if roles follow from values, so that a map which the user chose for a similar file is better.
+    pub(super) is_certain: bool,
 }
 
 impl Loaded {
@@ -118,13 +120,6 @@ impl<'a> Reading<'a> {
             sides.check_skipped(path)?;
         }
         Ok(Loaded { map: map.map(|map| Box::new(map.clone())), ..sides.joined()? })
-    }
-
-    /// Returns true if the names of the columns of a file give their roles.
-    pub fn knows_names(&self, path: &Path) -> Result<bool, ReadError> {
-        let start = Self { limit_bytes: Some(BLOCK_BYTES as u64), ..*self };
-        let start = start.open(path, &[])?;
-        Ok(mapped(path, &start, None, None)?.is_certain)
     }
 
     pub fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
@@ -259,14 +254,17 @@ pub(super) fn mapped(
     let header = Header::of(&head);
     for column in &mut columns {
         let rule = whole.table.rule(&header, column.number - 1);
-        let is_proposed = proposal.rules.iter().any(|(_, own)| *own == rule);
-        if !is_proposed && (rule.is, &rule.unit) != (column.is, &column.unit) {
+        let is_given = map.table.columns.iter().any(|own| own.is == rule.is);
+        if rule.is != column.is || is_given && rule.unit != column.unit {
             column.take(&rule, Reason::Given);
         }
     }
     let open = proposal.questions.iter().filter_map(|own| own.still_open(&whole, &columns));
     let questions = open.collect();
-    Ok(Mapped { map: whole, columns, questions, notes: proposal.notes, ..Mapped::default() })
+    let is_bare = |own: &&ColumnReport| own.is.is_load() && own.unit.is_none();
+    let without_unit = columns.iter().filter(is_bare).map(|own| own.name.clone()).collect();
+    let notes = proposal.notes;
+    Ok(Mapped { map: whole, columns, questions, without_unit, notes, is_certain: true })
 }
 
 /// Returns warnings about parts of the file that are missing or are not read.
@@ -312,7 +310,7 @@ impl Sides {
     /// Assigns a reference load to each gauge sample, and divides the samples into recordings.
     pub fn joined(self) -> Result<Loaded, ReadError> {
         let Self { mut gauges, reference, mapped } = self;
-        let Mapped { map, columns, questions, without_unit, .. } = mapped;
+        let Mapped { map, columns, questions, without_unit, is_certain, .. } = mapped;
         let is_static = gauges.plan.is_static;
         let path = gauges.path.clone();
         let mut of_reference = Vec::new();
@@ -346,6 +344,7 @@ impl Sides {
             roles: Box::new(map),
             questions,
             without_unit,
+            is_certain,
         })
     }
 }

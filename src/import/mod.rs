@@ -59,6 +59,8 @@ pub(crate) use warning::Cause;
 #[cfg(test)]
 mod bad_input_tests;
 #[cfg(test)]
+mod kinds_tests;
+#[cfg(test)]
 mod load_tests;
 #[cfg(test)]
 mod logger_tests;

@@ -34,10 +34,16 @@ pub fn read(
     let (at, map, remembered) = (path.to_owned(), map.cloned(), remembered.to_vec());
     abandonable(path, progress, move |progress| {
         let reading = Reading::whole(progress);
-        if map.is_none() && !remembered.is_empty() && !reading.knows_names(&at)? {
-            let fitting = map_for(&at, &remembered, progress)?;
-            return reading.load(&at, fitting);
+        let read = reading.load(&at, map.as_ref());
+        let is_unsure = match &read {
+            Ok(loaded) => !loaded.is_certain,
+            Err(error) => error.wants_a_map(),
+        };
+        if map.is_none() && !remembered.is_empty() && is_unsure {
+            if let Some(map) = map_for(&at, &remembered, progress)? {
+                return reading.load(&at, Some(map));
+            }
         }
-        reading.load(&at, map.as_ref())
+        read
     })
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::column_report::value_of;
 pub use super::column_report::{ColumnReport, Content, Reason};
 pub use super::question::Question;
 
@@ -19,15 +20,16 @@ use super::two_clocks::{self, Table};
 use crate::{
     finding::Finding,
     formats::{
-        Cell, FilePart, Opened, Sample,
-        text::{Encoding, TextLayout},
+        Cell, FileError, FilePart, Opened, Part, Sample,
+        text::{Encoding, Head, TextLayout, lines},
     },
     import::{
         clock_offset::{self, ClockOffset},
-        error::ReadError,
+        error::{ReadError, of_file},
         join::Series,
         map::{ColumnMap, TableMap},
     },
+    min_max::MinMax,
     progress::Progress,
     recording::{Axis, Recording},
 };
@@ -183,6 +185,11 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
         table.columns = columns;
     }
     let is_sample = opened.read_bytes < table.file_bytes;
+    if let (false, Some(head)) = (is_sample, opened.head(&map.table.text)) {
+        progress.add_total(opened.read_bytes);
+        whole_ranges(opened, &head, &map.table.text, &mut table.columns, progress)
+            .map_err(of_file(path))?;
+    }
     let check = match error {
         Some(error) => Check { is_sample, error: Some(error.to_string()), ..Check::default() },
         None => check(path, &reading, &map, [is_sample, may_skip_rows])?,
@@ -218,6 +225,52 @@ fn is_for(opened: &Opened, table: &TableMap) -> bool {
     }
     let columns = reports(table, &head, &opened.sample(&table.text, &head));
     opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::cells_fit_role)
+}
+
+/// Replaces the ranges of the columns, which are those of a sample, by the ranges over all rows.
+fn whole_ranges(
+    opened: Opened,
+    head: &Head,
+    text: &TextLayout,
+    columns: &mut [ColumnReport],
+    progress: &Progress,
+) -> Result<(), FileError> {
+    fn with_row<'a>(
+        ranges: &mut Vec<MinMax>,
+        row: impl Iterator<Item = Cell<'a>>,
+        text: &TextLayout,
+    ) {
+        for (index, cell) in row.enumerate() {
+            if index == ranges.len() {
+                ranges.push(MinMax::NONE);
+            }
+            if let Some(value) = value_of(cell, text) {
+                ranges[index] = ranges[index].with(value);
+            }
+        }
+    }
+    let parse = |part: Part<'_>| {
+        let mut ranges = Vec::new();
+        match part {
+            Part::Lines(block) => lines(block)
+                .filter_map(|line| text.row(line))
+                .for_each(|row| with_row(&mut ranges, row, text)),
+            Part::Rows(columns, rows) => {
+                rows.for_each(|row| with_row(&mut ranges, columns.row(row), text));
+            }
+        }
+        ranges
+    };
+    opened.read(head, progress, parse, |parts, _| {
+        for ranges in parts {
+            for (column, range) in columns.iter_mut().zip(ranges) {
+                if column.min.is_some() && range.min <= range.max {
+                    column.min = column.min.map(|min| min.min(range.min));
+                    column.max = column.max.map(|max| max.max(range.max));
+                }
+            }
+        }
+    })
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
