@@ -57,7 +57,7 @@ pub struct Loaded {
     /// Loads that have no unit and are read in N or N·m.
     pub without_unit: Vec<String>,
     /// False if roles follow from values, so that a map which the user chose for a similar file is better.
-    pub(super) is_certain: bool,
+    pub(crate) is_certain: bool,
 }
 
 impl Loaded {
