@@ -180,7 +180,7 @@ fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     };
     let recording = |(&(case, group), own): (&(usize, &str), &Vec<usize>)| {
         let values = [
-            (0..own.len()).map(|row| row as f64).collect(),
+            own.iter().map(|row| *row as f64).collect(),
             picked(own, &rows.gauges, plan.gauge_names.len()),
             picked(own, &rows.loads, plan.axes.len()),
             picked(own, &rows.auxiliary, plan.auxiliary_names.len()),

@@ -3,6 +3,7 @@
 
 mod auxiliary;
 mod axis;
+mod channel;
 mod full_scale;
 pub(crate) mod gap;
 pub(crate) mod identity;
@@ -22,6 +23,7 @@ pub(crate) mod units;
 
 pub(crate) use auxiliary::{AuxiliaryTable, places, span};
 pub use axis::Axis;
+pub use channel::Channel;
 pub(crate) use full_scale::full_scale_of;
 pub(crate) use identity::Identity;
 pub use identity::Item;
