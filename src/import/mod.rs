@@ -19,6 +19,7 @@
 //! | `column_report` | description of each column: name, unit, values, role |
 //! | `abandonable` | reading on threads that can be abandoned |
 //! | [`inspect`] | description of a file before it is loaded |
+//! | `set_role` | another role for one channel of a file |
 //! | `error`, `warning`, `named_column` | messages to the user |
 
 mod abandonable;
@@ -42,6 +43,7 @@ mod proposal;
 mod question;
 mod read;
 mod rows;
+mod set_role;
 mod timeline;
 mod two_clocks;
 mod warning;
@@ -53,6 +55,7 @@ pub(crate) use estimate::estimate_weight;
 pub(crate) use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;
 pub use read::read;
+pub(crate) use set_role::{ChannelRole, with_role};
 #[cfg(test)]
 pub(crate) use warning::Cause;
 

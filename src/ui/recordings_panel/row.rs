@@ -77,10 +77,10 @@ pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
         ("Off", Role::Off, "Used neither by the fit nor for scores"),
     ];
     let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |role| role.0);
-    if !entry.recording.has_reference() {
-        ui.weak("–").on_hover_text(
-            "This recording has no reference load. A calibration can be applied to the recording, but neither fitted nor scored",
-        );
+    if let Some(missing) = entry.recording.missing() {
+        ui.weak("–").on_hover_text(format!(
+            "Neither fitted nor scored: {missing} The roles of the channels are in the pane Channels"
+        ));
         return;
     }
     ui.menu_button(label, |ui| {
