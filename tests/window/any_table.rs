@@ -139,8 +139,8 @@ fn roles_of_a_file_without_a_header_are_chosen_on_what_one_sees() {
         .unwrap();
     }
     let mut drop = Counted::dropped("clocks.dat", &text);
-    let before = state(&drop.window).project().clone();
-    let load = before.recordings.entries()[0].recording.clone();
+    let before = state(&drop.window).project().maps.clone();
+    let load = state(&drop.window).project().recordings.entries()[0].recording.clone();
     let name = recording::Channel::all(&load)
         .find(|channel| {
             *channel != recording::Channel::Time
@@ -159,6 +159,7 @@ fn roles_of_a_file_without_a_header_are_chosen_on_what_one_sees() {
     shell.send(Action::Undo);
     settle(&mut drop.window);
     assert_eq!(state(&drop.window).project().axes(), []);
+    assert_eq!(state(&drop.window).project().maps, before);
     let shell = drop.window.state_mut().as_mut().unwrap();
     shell.send(Action::Redo);
     settle(&mut drop.window);

@@ -145,6 +145,12 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
     }
     context_menu(&response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
+        let about = "Shows the channels of this recording, and the menus of their roles";
+        if ui.press("Channels and their roles", about) {
+            out.send(Action::Show(questions::View::One(at)));
+            out.send(Command::ShowPane(channels_pane::PANE));
+            ui.close();
+        }
         ui.separator();
         group_menu(ui, engine, at, &mut fields.group, out);
         first
