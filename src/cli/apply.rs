@@ -10,7 +10,7 @@ use clap::{Arg, Args, Command};
 use super::error::{JobError, usage};
 use super::inputs::Files;
 use super::live;
-use super::reading::{Rated, ReadArgs};
+use super::reading::{Needs, Rated, ReadArgs};
 use super::run::{Run, Work, examples, make_directory};
 use super::traces::TraceArgs;
 use super::values::{named_file, number_in, one_of};
@@ -107,7 +107,7 @@ impl Work for ApplyJob {
     fn files(&self) -> Files<'_> {
         Files { recordings: &self.files, ..Files::default() }
             .reading([&self.calibration])
-            .reading(&self.read.columns)
+            .reading(self.read.columns_file())
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
@@ -138,7 +138,7 @@ impl ApplyJob {
         let rated = Rated { by_axis: calibration.rated_loads(), ..Rated::default() };
         let mut all = Vec::new();
         for (at, input) in run.inputs.recordings.iter().enumerate() {
-            let recordings = self.read.read(run, slice::from_ref(input), &rated, |_| Ok(()))?;
+            let recordings = self.read.read(run, slice::from_ref(input), &rated, Needs::Nothing)?;
             let Some(first) = recordings.first() else { continue };
             if !names_gauges {
                 name_gauges(&mut calibration, first.gauge_names());

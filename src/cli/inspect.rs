@@ -17,7 +17,6 @@ use crate::{
     import::{
         estimate_weight,
         inspect::{Check, Inspection, Known, TableReport, inspect},
-        map::ColumnRole,
         pose::WeightEstimate,
     },
     recording::Axis,
@@ -76,7 +75,7 @@ impl Work for InspectJob {
             return run.print(self.json, &estimate, |out| print_weight(&estimate, out));
         }
         let known = map.map_or(Known::Nothing, |map| Known::Map(Box::new(map)));
-        let (mut all, mut count) = (Vec::new(), 0);
+        let (mut all, mut count, mut n_open) = (Vec::new(), 0, 0);
         for (at, input) in inputs.iter().enumerate() {
             let found = inspect(&input.path, known.clone(), &run.progress).map(Some);
             let found = found.map_err(|error| self.read.unread(input, error));
@@ -89,6 +88,7 @@ impl Work for InspectJob {
                     return Err(error);
                 }
             }
+            n_open += usize::from(inspection.answer.is_some());
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
             // The assumed gap length (longest time between samples that is no pause) is written to the map, so that the user
             // can change it.
@@ -118,6 +118,9 @@ impl Work for InspectJob {
         // With --write-map, unusable files are no error, because the map is written for the user to correct.
         if count > 0 && self.write_map.is_none() {
             failed(format!("{count} of {of} files would not be loaded"))
+        } else if n_open > 0 && self.write_map.is_none() {
+            let why = "need an answer about the load before a calibration";
+            Err(JobError::NotMet(format!("{n_open} of {of} files {why}")))
         } else {
             Ok(())
         }
@@ -133,17 +136,12 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     writeln!(out)?;
     print_check(&inspection.check, out)?;
     for question in &inspection.questions {
-        writeln!(out, "open question: {}", message(question))?;
+        writeln!(out, "open question: {}", message(&question.text(&inspection.table.columns)))?;
     }
-    if !inspection.questions.is_empty() {
-        let roles: Vec<&str> = ColumnRole::all().map(ColumnRole::name).collect();
-        writeln!(
-            out,
-            "Answer with a column map: --write-map MAP.json writes the proposal, in which \"is\" is the role of a column: {}",
-            roles.join(", ")
-        )?;
+    match &inspection.answer {
+        Some(answer) => writeln!(out, "answer, for example: --columns \"{}\"", message(answer)),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
@@ -201,6 +199,7 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
         .words("name", |column| start(&column.name))
         .words("role", |column| start(&column.is.to_string()))
         .words("unit", |column| start(column.unit.as_deref().unwrap_or_default()))
+        .words("because of", |column| column.why.words().to_owned())
         .words("first values", |column| start(&column.first.join("  ")))
         .words("range", |column| match (column.min, column.max) {
             (Some(min), Some(max)) => format!("{} to {}", number(min), number(max)),
@@ -252,7 +251,9 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         if let Some(more) = and_more(check.recordings.len(), LISTED) {
             writeln!(out, "  {more}")?;
         }
-        writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
+        let gauges = check.gauges.join(" ");
+        let gauges = if gauges.is_empty() { "none" } else { &gauges };
+        writeln!(out, "  gauges: {}", message(&gauges))?;
         let axes = Axis::symbols(&check.axes);
         let axes = if axes.is_empty() { "none".to_owned() } else { axes.join(" ") };
         writeln!(out, "  reference: {axes}")?;

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::error::JobError;
 use super::inputs::Files;
-use super::reading::{Rated, ReadArgs};
+use super::reading::{Needs, Rated, ReadArgs};
 use super::recordings::MeasuringArgs;
 use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
@@ -93,7 +93,7 @@ impl Work for MetrologyJob {
             test: self.calibration.is_none().then_some(&[]),
             ..Files::default()
         }
-        .reading(self.calibration.iter().chain(&self.read.columns))
+        .reading(self.calibration.iter().chain(self.read.columns_file()))
         .writing(&self.csv, self.force)
     }
 
@@ -121,7 +121,7 @@ impl MetrologyJob {
         notes.iter().for_each(|note| run.say.note(note));
         let rated =
             Rated { full_scale: self.full_scale.clone(), by_axis: calibration.rated_loads() };
-        let recordings = self.read.read(run, &run.inputs.recordings, &rated, |_| Ok(()))?;
+        let recordings = self.read.read(run, &run.inputs.recordings, &rated, Needs::Nothing)?;
         Ok(Subject {
             extents: extents_of(recordings.iter(), &calibration.axes),
             calibration: Arc::new(calibration),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::TypedValueParser;
 
 use super::error::{JobError, failed, usage};
 use super::inputs::Input;
@@ -14,13 +15,17 @@ use crate::{
     export::read_with_notes,
     features::Range,
     finding::Finding,
-    import::{self, map::ColumnMap},
+    import::{
+        self, Loaded,
+        map::{ColumnMap, ColumnRole},
+    },
     progress::Progress,
     recording::{
-        Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange, identity::rate,
+        Axis, Entry, GaugeRange, Missing, Recording, RecordingSet, Role, Tare, ValidRange,
+        identity::rate,
     },
     scoring::faults::{Faults, faults, faults_of},
-    shown::and_more,
+    shown::{and_more, listed},
 };
 
 /// Maximum number of faulty recordings of one file that are reported one by one. Further ones are only counted.
@@ -50,9 +55,10 @@ impl Rated {
 /// Arguments of all jobs that read recordings.
 #[derive(Clone, Debug, Args)]
 pub struct ReadArgs {
-    /// Column map (JSON) with the role of each column, for files whose column names do not give it. `inspect --write-map` writes one.
-    #[arg(long, value_name = "MAP.json", value_parser = named_file())]
-    pub columns: Option<PathBuf>,
+    /// Roles of columns, for files whose columns do not show them: COLUMN=ROLE UNIT, separated by commas, such as "Mass_kg=Fz kgf,
+    /// Reading=gauge", or a column map (JSON), as `inspect --write-map` writes it. All other columns keep their proposed roles.
+    #[arg(long, value_name = "MAP.json|COLUMN=ROLE,…", value_parser = columns())]
+    pub columns: Option<Columns>,
     /// Tare each recording by the mean of its gauges in an interval: FROM:TO in seconds from its start, or "auto" for the first
     /// half second without load. A calibration fitted to tared recordings needs tared gauges on the robot, too.
     #[arg(long, value_name = "auto|FROM:TO")]
@@ -114,7 +120,31 @@ fn gauge_range(text: &str) -> Result<GaugeRange, String> {
     all.map(GaugeRange::Each)
 }
 
+/// Roles of columns as given by `--columns`.
+#[derive(Clone, Debug)]
+pub enum Columns {
+    File(PathBuf),
+    Typed(Box<ColumnMap>),
+}
+
+fn columns() -> impl TypedValueParser<Value = Columns> {
+    named_file().try_map(|path| match path.to_str() {
+        Some(text) if text.contains('=') && !path.exists() => {
+            ColumnMap::typed(text).map(|map| Columns::Typed(Box::new(map)))
+        }
+        _ => Ok(Columns::File(path)),
+    })
+}
+
 impl ReadArgs {
+    /// Returns the file with the column map, if there is one.
+    pub fn columns_file(&self) -> Option<&PathBuf> {
+        match &self.columns {
+            Some(Columns::File(path)) => Some(path),
+            _ => None,
+        }
+    }
+
     /// Returns the limits beyond which a sample counts as faulty, with these rated loads.
     pub fn range(&self, rated: Vec<Option<f64>>) -> ValidRange {
         ValidRange {
@@ -125,7 +155,11 @@ impl ReadArgs {
     }
 
     pub fn map(&self) -> Result<Option<ColumnMap>, JobError> {
-        Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
+        Ok(match &self.columns {
+            Some(Columns::File(path)) => Some(ColumnMap::read(path)?),
+            Some(Columns::Typed(map)) => Some((**map).clone()),
+            None => None,
+        })
     }
 
     /// Returns the error for a file that cannot be read. If it is a calibration or a session, the error says so.
@@ -165,7 +199,7 @@ impl ReadArgs {
         for (inputs, role) in
             [(&run.inputs.recordings, Role::Train), (&run.inputs.test, Role::Test)]
         {
-            let read = self.read(run, inputs, rated, has_reference)?;
+            let read = self.read(run, inputs, rated, Needs::GaugesAndLoad)?;
             all.extend(read.into_iter().map(|recording| Entry::new(recording, role)));
         }
         if self.keep_going {
@@ -184,33 +218,44 @@ impl ReadArgs {
         }
     }
 
-    /// Reads recordings, calls `check` on each of them, and prints warnings on standard error. Equal warnings about
-    /// several files are joined.
+    /// Reads recordings, and prints warnings on standard error. Equal warnings about several files are joined. If a file lacks
+    /// what the job needs, or leaves a question about it open, the error names the shortest answer.
     pub fn read(
         &self,
         run: &Run,
         inputs: &[Input],
         rated: &Rated,
-        check: fn(&Recording) -> Result<(), String>,
+        needs: Needs,
     ) -> Result<Vec<Recording>, JobError> {
         let map = self.map()?;
         let (mut all, mut warnings) = (Vec::new(), Vec::new());
+        let mut without_unit: Vec<String> = Vec::new();
         let read = inputs.iter().try_for_each(|input| {
             let path = &input.path;
             let mut read = || {
                 let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
                 let loaded = loaded.map_err(|error| self.unread(input, error))?;
+                if needs == Needs::GaugesAndLoad {
+                    let open = open_question(path, &loaded);
+                    open.map_or(Ok(()), |why| Err(self.refused(input, JobError::Usage(why))))?;
+                    let is_new = |name: &String| !without_unit.contains(name);
+                    let new = loaded.without_unit.iter().filter(|name| is_new(name));
+                    let new: Vec<String> = new.cloned().collect();
+                    without_unit.extend(new);
+                }
                 warnings.extend(loaded.warnings);
-                let checked = loaded.recordings.iter().try_for_each(check);
-                checked.map_err(|why| {
-                    self.refused(input, JobError::other(format!("{}: {why}", path.display())))
-                })?;
                 self.prepared(run, loaded.recordings, rated)
             };
             all.extend(self.or_left_out(run, read())?);
             Ok(())
         });
         Finding::by_file(warnings).into_iter().for_each(|found| run.say.finding(found));
+        if !without_unit.is_empty() {
+            run.say.note(format_args!(
+                "no unit in the file, so forces are read in N and moments in N·m: {}",
+                listed(&without_unit)
+            ));
+        }
         read.map(|()| all)
     }
 
@@ -299,11 +344,38 @@ impl ReadArgs {
     }
 }
 
-fn has_reference(recording: &Recording) -> Result<(), String> {
-    recording.has_reference().then_some(()).ok_or_else(|| {
-        "there is no reference load to fit; name its columns Fx, Fy and so on, or use a column map"
-            .to_owned()
-    })
+/// What a job needs of each recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    Nothing,
+    GaugesAndLoad,
+}
+
+/// Returns the question about gauges or load that a file leaves open, with the shortest answer.
+fn open_question(path: &Path, loaded: &Loaded) -> Option<String> {
+    let asked = |question: &str, answer: &str| {
+        Some(format!("{}: {question} Answer with --columns \"{answer}\"", path.display()))
+    };
+    if let Some(answer) = loaded.answer() {
+        let about = loaded.questions.iter().filter(|question| question.is_about_load());
+        let about: Vec<String> = about.map(|question| question.text(&loaded.columns)).collect();
+        return asked(&about.join(" "), &answer);
+    }
+    let missing = loaded.recordings.iter().find_map(Recording::missing)?;
+    let key = |is: &[ColumnRole]| {
+        let found = loaded.columns.iter().rev().find(|column| is.contains(&column.is));
+        found.map_or_else(|| "COLUMN".to_owned(), |column| column.key(&loaded.columns))
+    };
+    match missing {
+        Missing::Gauges => asked(
+            "there is no gauge column. Which columns are the gauges?",
+            &format!("{}=gauge", key(&[ColumnRole::Channel, ColumnRole::Auxiliary])),
+        ),
+        Missing::Load => asked(
+            "there is no reference load to fit. Which column is it?",
+            &format!("{}=Fz N", key(&[ColumnRole::Channel, ColumnRole::Gauge])),
+        ),
+    }
 }
 
 /// Returns an error if the file is a calibration or a session.

@@ -54,7 +54,7 @@ impl RecordingArgs {
             test: self.split.is_none().then_some(&self.test[..]),
             ..Files::default()
         }
-        .reading(&self.read.columns)
+        .reading(self.read.columns_file())
     }
 
     pub fn read(&self, run: &Run, rated: &Rated) -> Result<RecordingSet, JobError> {

@@ -26,7 +26,7 @@ use crate::{
         query::{Background, Lane, LaneEvent, Notify, Running},
         recovery::{LeftSession, Recovery, Unsaved, drop_left},
         saving::{Doubt, Existing, FileContent, Output, Unwritten},
-        session::{OpenedSession, Session, SessionPart, add_parts, trained_beside},
+        session::{OpenedSession, Session, SessionPart, add_parts, read_again, trained_beside},
         task::{Done, Task},
         tasks::{Files, InTurn, Tasks},
         undo::History,
@@ -34,6 +34,7 @@ use crate::{
     export::known_target,
     features::Thresholds,
     finding::Face,
+    import::ChannelRole,
     panicked::locked,
     questions::{
         Analysis, Candidates, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search,
@@ -73,6 +74,8 @@ pub enum Action {
     OpenBuiltIn(Option<Late>),
     /// Tare the recordings with these indices.
     Tare(Vec<usize>, Tare),
+    /// Give a channel of the recordings another role. Their files are read again.
+    SetRole(ChannelRole),
     /// Remove the faulty samples (such as clipped or overloaded ones) from all recordings.
     LeaveOutFaulty,
     /// Write this content to the file at this path.
@@ -423,12 +426,15 @@ impl Engine {
     }
 
     fn follow(&mut self) {
-        // Without recordings there is nothing to analyse. When the last recording is closed, all computed results are
-        // removed.
+        // Without recordings, gauges or a load there is nothing to analyse. When the last of them is gone, all computed results
+        // are removed.
         let asked = self.lane::<Analyse>().asked();
-        if !self.entries().is_empty() {
+        if !self.entries().is_empty() && self.project.missing().is_none() {
             self.ask(Analyse(self.request()));
-        } else if asked.is_some_and(|asked| !asked.0.recordings.entries().is_empty()) {
+        } else if asked.is_some_and(|asked| {
+            let set = &asked.0.recordings;
+            !set.entries().is_empty() && set.missing().is_none()
+        }) {
             self.lanes.forget(|lane| !lane.is_begun_by_user());
             self.ask(Analyse(self.request()));
         }

@@ -9,7 +9,7 @@ use crate::{
         session::{OpenedSession, Session},
     },
     export::{names_gauges, read_with_notes, target_for},
-    finding::{Advice, Face, Finding, Id},
+    finding::{Advice, Face},
     import::{self, Loaded, ReadError, map::ColumnMap},
     progress::Progress,
     questions::question::Unanswered,
@@ -97,13 +97,7 @@ fn open_recordings(
     progress: &Progress,
 ) -> Result<Opened, ReadError> {
     match import::read(path, map, remembered, progress) {
-        Ok(loaded) => {
-            let asks = |warning: &Finding| warning.id == Id::UnnamedLoads;
-            match map.is_none() && loaded.warnings.iter().any(asks) {
-                true => Ok(Opened::WantsMap),
-                false => Ok(Opened::Recordings(loaded)),
-            }
-        }
+        Ok(loaded) => Ok(Opened::Recordings(loaded)),
         Err(error) if map.is_none() && error.wants_a_map() => {
             log::info!("{error}");
             Ok(Opened::WantsMap)

@@ -16,8 +16,8 @@ use crate::{
     import::map::ColumnMap,
     questions::{BlockSuggestion, Datasets, Request, View, metrology::MetrologySettings},
     recording::{
-        Axis, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
-        ValidRange, identity::rate, load_ranges,
+        Axis, Entry, GaugeRange, Identity, Judged, Missing, Recording, RecordingSet, Role, Source,
+        Tare, ValidRange, identity::rate, load_ranges,
     },
     same::same_where,
     scoring::numbers::round_step,
@@ -270,14 +270,21 @@ impl Project {
         Ok(())
     }
 
-    /// Returns the document `other` of an undo step, but with the view and the column maps of this document. Undo does not
-    /// change these.
+    /// Returns the document `other` of an undo step, but with the view of this document, and with its column maps of files
+    /// that are not open in `other`.
     pub fn with_edits_of(&self, other: Self) -> Self {
-        Self {
-            view: self.view.within(other.recordings.entries().len()),
-            maps: self.maps.clone(),
-            ..other
+        let mut maps = self.maps.clone();
+        for path in other.files() {
+            maps.remove(path);
+            maps.extend(other.maps.get(path).map(|map| (path.to_owned(), map.clone())));
         }
+        Self { view: self.view.within(other.recordings.entries().len()), maps, ..other }
+    }
+
+    /// Returns what the recordings lack for a calibration, or for the calibration that is applied to them.
+    pub fn missing(&self) -> Option<Missing> {
+        let missing = self.recordings.missing();
+        missing.filter(|missing| self.applied.is_none() || *missing == Missing::Gauges)
     }
 
     fn begin_anew(&mut self) {
@@ -493,7 +500,7 @@ impl Project {
 
     /// If the recordings have no force axis, makes the look-backs measure the distance of two samples over all axes, in
     /// shares of full scale.
-    fn choose_distance(&mut self) {
+    pub(super) fn choose_distance(&mut self) {
         let axes = &self.recordings.layout().axes;
         let features = &mut self.settings.features;
         if !axes.is_empty() && features.distance.effective(axes) != features.distance {

@@ -182,7 +182,10 @@ impl Session {
             let by_map = by_map.or_else(|| recording.group().map(str::to_owned));
             let group = entry.group.clone().filter(|_| entry.group != by_map);
             file.groups.extend(group.map(|group| (name.clone(), group)));
-            file.roles.insert(name, entry.role);
+            // A recording that lacks gauges or a load is off. If it gets them, it has its default role.
+            if recording.missing().is_none() {
+                file.roles.insert(name, entry.role);
+            }
         }
         // Missing files stay in the saved session, so that they can still be found later.
         files.extend(project.lost.iter().cloned());
@@ -359,6 +362,29 @@ impl OpenedSession {
         }
         (project, notices)
     }
+}
+
+/// Replaces the recordings of a document by those of the same files, which were read again by other column maps. Roles, groups
+/// and the split stay. Returns the messages of [`add_parts`].
+pub fn read_again(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> {
+    let (view, before) = (project.view, project.axes().to_vec());
+    let has_default = project.settings.features.look_backs == [project.default_thresholds()];
+    let fraction = project.split.take().map(|split| split.fraction);
+    project.recordings = Arc::default();
+    let notices = add_parts(project, parts);
+    if *project.axes() != before {
+        project.settings.full_scale.clear();
+        project.measuring.reversal_thresholds.clear();
+        project.choose_distance();
+    }
+    if has_default {
+        project.settings.features.look_backs = vec![project.default_thresholds()];
+    }
+    // Recordings that now lack a load cannot be split. They stay whole.
+    let split = fraction.map(|fraction| project.edit(Edit::Split(fraction)));
+    log::debug!("the split after reading again: {split:?}");
+    project.view = view.within(project.recordings.entries().len());
+    notices
 }
 
 /// Adds the recordings of a session's files to a document, with their saved roles and groups. Returns messages about

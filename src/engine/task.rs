@@ -14,7 +14,7 @@ use crate::{
     },
     export::{TargetError, check_targets},
     finding::{Advice, Face},
-    import::{self, map::ColumnMap, pose::WeightEstimate},
+    import::{self, ChannelRole, map::ColumnMap, pose::WeightEstimate, with_role},
     progress::Progress,
     questions::{
         Model,
@@ -43,6 +43,8 @@ pub enum Done {
     Opened(Vec<OpenedFile>),
     /// Recordings before and after taring or removing faulty samples, with warnings.
     Changed(Arc<RecordingSet>, RecordingSet, Vec<String>),
+    /// Recordings to be replaced, and their files, read again by other column maps.
+    ReadAgain(Arc<RecordingSet>, Vec<SessionPart>),
     /// Recordings to be replaced, and the simulated recordings of the built-in sensor that replace them.
     Simulated(Arc<RecordingSet>, RecordingSet),
     /// Content, and the files to which it was or was not written.
@@ -90,6 +92,33 @@ impl Task {
         Self::new("Leaving out faulty samples", move |_| {
             let others = left_out(&recordings, &range).map_err(Unanswered::Because)?;
             Ok(Done::Changed(Arc::clone(&recordings), others, Vec::new()))
+        })
+    }
+
+    /// Reads the files of the recordings again, with another role for one channel. `files` describes how they were read.
+    pub fn set_role(
+        recordings: Arc<RecordingSet>,
+        files: Vec<SessionFile>,
+        asked: ChannelRole,
+    ) -> Self {
+        Self::new("Reading again", move |progress| {
+            let read = |file: &SessionFile| {
+                let (path, columns) = (&file.absolute, &file.columns);
+                let other = with_role(path, columns.as_ref(), &asked, progress);
+                let columns = other.map_err(because)?.or_else(|| columns.clone());
+                let part = SessionPart::at(
+                    &SessionFile { columns, ..file.clone() },
+                    path.clone(),
+                    progress,
+                );
+                progress.check()?;
+                match part.loaded {
+                    Some(Err(reason)) => Err(Unanswered::Because(reason)),
+                    _ => Ok(part),
+                }
+            };
+            let parts = files.iter().map(read).collect::<Result<_, Unanswered>>()?;
+            Ok(Done::ReadAgain(Arc::clone(&recordings), parts))
         })
     }
 

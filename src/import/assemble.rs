@@ -120,8 +120,49 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
+/// Maximum number of rows of a table that is read as load cases. A longer table is probably a log.
+const LOAD_CASE_ROWS: usize = 2000;
+/// Minimum mean number of rows from one turn of the load to the next, for the order of the rows to mean something.
+const ROWS_TO_A_TURN: usize = 4;
+
+/// Returns the recordings of rows without times. A table of load cases gives one recording for each load. Any other table is one
+/// recording, in the order of its rows.
+pub(super) fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadError> {
+    let rows = &table.rows;
+    if !table.plan.axes.is_empty()
+        && !table.plan.gauge_names.is_empty()
+        && rows.times.len() <= LOAD_CASE_ROWS
+        && !goes_up_and_down(&rows.loads, table.plan.axes.len())
+    {
+        return Ok(load_cases(table));
+    }
+    let Table { path, plan, mut rows, .. } = table;
+    note_constant_gauges(&plan, &mut rows);
+    let cause = Cause::RowOrder { n_rows: rows.times.len() };
+    rows.findings.note(plan.line, cause);
+    rows.times = (0..rows.times.len()).map(|row| row as f64).collect();
+    let cuts = timeline::Cuts::of_rows(rows.group_changes());
+    if cuts.starts.len() >= RECORDING_LIMIT {
+        let (count, column) =
+            (cuts.starts.len(), plan.column(plan.group_column().unwrap_or_default()));
+        let too_many = TableError::TooManyRecordings { count, column };
+        return Err(at(&path, rows.line_of(cuts.starts[0]))(too_many));
+    }
+    let findings = std::mem::take(&mut rows.findings);
+    let recordings = cut(&path, &plan, rows, &cuts);
+    Ok((recordings.into_iter().map(Recording::in_row_order).collect(), findings))
+}
+
+/// Returns true if the load on a single axis goes up and down, so that the order of the rows tells the branch.
+fn goes_up_and_down(loads: &[f64], n_axes: usize) -> bool {
+    let steps: Vec<bool> =
+        loads.windows(2).filter(|pair| pair[0] != pair[1]).map(|pair| pair[1] > pair[0]).collect();
+    let n_turns = steps.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    n_axes == 1 && n_turns > 0 && steps.len() >= ROWS_TO_A_TURN * n_turns
+}
+
 /// Returns one recording without times for each load case: all rows with the same load.
-pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
+fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
     let of = recording::load_cases(&rows.loads, &plan.axes);
@@ -139,10 +180,11 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     };
     let recording = |(&(case, group), own): (&(usize, &str), &Vec<usize>)| {
         let values = [
-            (0..own.len()).map(|row| row as f64).collect(),
+            own.iter().map(|row| *row as f64).collect(),
             picked(own, &rows.gauges, plan.gauge_names.len()),
             picked(own, &rows.loads, plan.axes.len()),
             picked(own, &rows.auxiliary, plan.auxiliary_names.len()),
+            picked(own, &rows.channels, plan.channel_names.len()),
         ];
         let group = plan.group_name(group);
         let mut name = format!("{stem} case {}", case + 1);
@@ -225,7 +267,7 @@ fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<R
     let mut held = held_by_part(plan, &rows, &cuts.starts);
     let starts = [&[0][..], &cuts.starts].concat();
     let part = |(at, start): (usize, &usize)| {
-        let [times, gauges, auxiliary, loads, _] = rows.lists().map(|(width, values)| {
+        let [times, gauges, auxiliary, loads, channels, _] = rows.lists().map(|(width, values)| {
             let mut part = match start {
                 0 => std::mem::take(values),
                 _ => values.split_off(start * width),
@@ -238,7 +280,7 @@ fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<R
             1 => stem.to_string(),
             _ => format!("{stem} #{}", at + 1),
         };
-        let mut part = recording(name, path, plan, [times, gauges, loads, auxiliary]);
+        let mut part = recording(name, path, plan, [times, gauges, loads, auxiliary, channels]);
         part.auxiliary.held = std::mem::take(&mut held[at]);
         part.group = plan.group_name(rows.group_of(*start));
         (part.gap_secs, part.zero_secs) = (Some(cuts.gap_secs), rows.zero_secs);
@@ -271,7 +313,7 @@ fn recording(
     name: String,
     path: &Path,
     plan: &Plan,
-    [times, gauges, loads, auxiliary]: [Vec<f64>; 4],
+    [times, gauges, loads, auxiliary, channels]: [Vec<f64>; 5],
 ) -> Recording {
     let source = Source::File(path.to_owned());
     let (gauge_names, axes) = (plan.gauge_names.clone(), plan.axes.clone());
@@ -281,6 +323,8 @@ fn recording(
         .with_gauge_units(plan.gauge_units.clone())
         .with_auxiliary(names, units, auxiliary)
         .expect("missing values were replaced by the last ones, so each row has a number for each auxiliary channel")
+        .with_others(plan.channel_names.clone(), plan.channel_units.clone(), channels)
+        .expect("each row has a value for each channel")
 }
 
 #[cfg(test)]

@@ -1,12 +1,17 @@
-//! Describes the content of each column of a file, for the window in which the user chooses the roles of the columns.
+//! Description of each column of a table: its name, its unit, its values, and the role that follows from them. All faces of the
+//! program show and use this description.
 
 use serde::Serialize;
 
-use super::names::form_of_column;
 use super::rows::is_overload;
 use crate::{
-    formats::{Cell, Opened, Sample, text::Head},
+    formats::{
+        Cell, Sample,
+        column_name::ColumnName,
+        text::{Head, TextLayout, times::TimeForm},
+    },
     import::map::{ColumnRole, ColumnRule, Header, TableMap},
+    recording::median,
 };
 
 const SHOWN_VALUES: usize = 3;
@@ -17,9 +22,54 @@ const CLOCK_STEPS_PERCENT: usize = 60;
 const RESTARTS_PERCENT: usize = 1;
 /// Minimum number of rows from which a time column is recognised.
 const FEWEST_CLOCK_ROWS: usize = 3;
+/// Minimum share (%) of steps that are near the median step, for the steps of a column to count as even.
+const EVEN_STEPS_PERCENT: usize = 75;
+/// Minimum share (%) of rows in which a time column has a value.
+const FILLED_PERCENT: usize = 50;
 
-/// Properties of a column, from rows at the start and rows spread over the file.
+/// Reason for the proposed role of a column.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// A column map gives the role.
+    Given,
+    /// The name, or name and unit, say what the column is.
+    Name,
+    /// The unit says what the column is.
+    Unit,
+    /// The values run like a clock.
+    Clock,
+    /// The values count rows, cycles or frames.
+    Counter,
+    /// The values change, and nothing says that the column is something else than a gauge.
+    Moves,
+    /// Nothing in a calibration uses the column; it is only shown.
+    Shown,
+    /// The column holds no numbers, or always the same one.
+    #[default]
+    Nothing,
+}
+
+impl Reason {
+    /// Returns the reason in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Given => "the column map",
+            Self::Name => "its name",
+            Self::Unit => "its unit",
+            Self::Clock => "values like a clock",
+            Self::Counter => "values that count",
+            Self::Moves => "values that change",
+            Self::Shown => "no use in a fit",
+            Self::Nothing => "no numbers that change",
+        }
+    }
+}
+
+/// Column of a table: its name, its unit, properties of its values, and the role that follows from them. The values are from
+/// rows at the start and rows spread over the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the names are the documentation")]
 pub struct ColumnReport {
     /// Number of the column, counted from 1.
     pub number: usize,
@@ -39,9 +89,37 @@ pub struct ColumnReport {
     /// True if the numbers or dates increase in most rows and hardly ever decrease, like a time.
     pub runs_like_clock: bool,
     pub is: ColumnRole,
+    /// Reason for the role.
+    pub why: Reason,
+    /// What the name says.
+    #[serde(skip)]
+    pub(super) named: ColumnName,
+    /// Notation of the values, if they are dates or times of day.
+    #[serde(skip)]
+    pub(super) form: Option<TimeForm>,
+    /// True if most steps between the values are equal.
+    #[serde(skip)]
+    pub(super) is_even: bool,
+    /// True if all values are whole numbers.
+    #[serde(skip)]
+    pub(super) is_whole: bool,
+    /// True if the values never decrease, or never increase.
+    #[serde(skip)]
+    pub(super) is_monotone: bool,
+    /// Number of different values in the sample.
+    #[serde(skip)]
+    pub(super) n_different: usize,
+    /// True if most rows have a value.
+    #[serde(skip)]
+    pub(super) is_filled: bool,
 }
 
 impl ColumnReport {
+    /// Returns true if the values are numbers, not all of which are the same.
+    pub(super) fn moves(&self) -> bool {
+        self.content == Content::Numbers && self.min < self.max
+    }
+
     /// Returns true if the column may be a count of rows, poses or repetitions: its numbers are whole and increase by 0 or 1
     /// from row to row.
     pub(super) fn counts_rows(&self) -> bool {
@@ -55,7 +133,11 @@ impl ColumnReport {
 
     pub(super) fn cells_fit_role(&self) -> bool {
         match self.is {
-            ColumnRole::Ignore | ColumnRole::Group | ColumnRole::Status | ColumnRole::Mount => true,
+            ColumnRole::Ignore
+            | ColumnRole::Group
+            | ColumnRole::Status
+            | ColumnRole::Mount
+            | ColumnRole::Channel => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
             // If the gauges are sampled faster than the reference, the time of the reference repeats in most rows, so it need
@@ -76,6 +158,7 @@ impl ColumnReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum Content {
     Numbers,
     Times,
@@ -84,7 +167,7 @@ pub enum Content {
 }
 
 impl Content {
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.into()
     }
 }
@@ -92,91 +175,147 @@ impl Content {
 /// Maximum number of values in the small plot of a column.
 const OUTLINE_VALUES: usize = 90;
 
+/// Returns the columns of a table with the roles that a column map gives them.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
+    let mut columns = described(&table.text, head, sample);
+    let header = Header::of(head);
+    let rules = table.columns.iter().rev();
+    for (index, rule) in rules.filter_map(|rule| Some((header.index(&rule.column).ok()?, rule))) {
+        if let Some(column) = columns.get_mut(index) {
+            column.take(rule, Reason::Given);
+        }
+    }
+    columns
+}
+
+impl ColumnReport {
+    pub(super) fn take(&mut self, rule: &ColumnRule, why: Reason) {
+        (self.is, self.why) = (rule.is, why);
+        self.unit = rule.unit.clone().or(self.unit.take());
+    }
+}
+
+/// Returns the columns of a table without roles.
+pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);
-    let header = Header::of(head);
-    let mut rules: Vec<Option<&ColumnRule>> = vec![None; n_columns];
-    for rule in &table.columns {
-        if let Some(slot) = header.index(&rule.column).ok().and_then(|index| rules.get_mut(index)) {
-            slot.get_or_insert(rule);
+    let names = if text.header { &head.names } else { &head.names_in_comment };
+    let column = |index: usize| {
+        let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
+        let filled = || cells().filter(|cell| !cell.is_blank());
+        let value = |cell: Cell<'_>| value_of(cell, text);
+        let numbers: Vec<f64> = filled().filter_map(value).collect();
+        let form = form_of_column(rows, index);
+        let content = if filled().next().is_none() {
+            Content::Nothing
+        } else if numbers.len() * 2 > filled().count() {
+            Content::Numbers
+        } else if form.is_some() {
+            Content::Times
+        } else {
+            Content::Text
+        };
+        let time = |cell: Cell<'_>| match (content, form) {
+            (Content::Times, Some(form)) => form.secs(cell.written()?),
+            _ => value(cell),
+        };
+        let places = sample.places().map(|place| -> Vec<f64> {
+            let cells = place.iter().filter_map(|row| row.get(index).copied());
+            cells.filter_map(time).collect()
+        });
+        let steps = Steps::of(places);
+        let mut different: Vec<u64> = numbers.iter().map(|value| value.to_bits()).collect();
+        different.sort_unstable();
+        different.dedup();
+        let named = ColumnName::parse(names.get(index).map_or("", String::as_str));
+        ColumnReport {
+            number: index + 1,
+            header: head.names.get(index).cloned().unwrap_or_default(),
+            name: head.name(index).map_or_else(String::new, |name| name.name),
+            unit: named.unit.clone().or_else(|| head.unit(index)),
+            content,
+            first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
+            outline: (numbers.iter())
+                .step_by(numbers.len().div_ceil(OUTLINE_VALUES).max(1))
+                .map(|value| *value as f32)
+                .collect(),
+            min: numbers.iter().copied().reduce(f64::min),
+            max: numbers.iter().copied().reduce(f64::max),
+            runs_like_clock: steps.run_like_clock(),
+            is: ColumnRole::Ignore,
+            why: Reason::Nothing,
+            named,
+            form,
+            is_even: steps.are_even(),
+            is_whole: numbers.iter().all(|value| value.fract() == 0.0),
+            is_monotone: steps.n_back == 0 || steps.up.is_empty(),
+            n_different: different.len(),
+            is_filled: filled().count() * 100 >= rows.len() * FILLED_PERCENT,
         }
-    }
-    (0..n_columns)
-        .map(|index| {
-            let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
-            let filled = || cells().filter(|cell| !cell.is_empty());
-            let value = |cell: Cell<'_>| {
-                let value = match cell {
-                    Cell::Number(value) => Some(value),
-                    Cell::Since(since, value) => Some(since as f64 + value),
-                    Cell::Text(text) => table.text.number(text).map(|(value, _)| value),
-                };
-                value.filter(|value| value.is_finite() && !is_overload(*value))
-            };
-            let numbers: Vec<f64> = filled().filter_map(value).collect();
-            let form = form_of_column(rows, index);
-            let content = if filled().next().is_none() {
-                Content::Nothing
-            } else if numbers.len() * 2 > filled().count() {
-                Content::Numbers
-            } else if form.is_some() {
-                Content::Times
-            } else {
-                Content::Text
-            };
-            let time = |cell: Cell<'_>| match (content, form) {
-                (Content::Times, Some(form)) => form.secs(cell.written()?),
-                _ => value(cell),
-            };
-            let times = sample.places().map(|place| -> Vec<f64> {
-                let cells = place.iter().filter_map(|row| row.get(index).copied());
-                cells.filter_map(time).collect()
-            });
-            let rule = rules[index];
-            ColumnReport {
-                number: index + 1,
-                header: head.names.get(index).cloned().unwrap_or_default(),
-                name: head.name(index).map_or_else(String::new, |name| name.name),
-                unit: rule.and_then(|rule| rule.unit.clone()).or_else(|| head.unit(index)),
-                content,
-                first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
-                outline: (numbers.iter())
-                    .step_by(numbers.len().div_ceil(OUTLINE_VALUES).max(1))
-                    .map(|value| *value as f32)
-                    .collect(),
-                min: numbers.iter().copied().reduce(f64::min),
-                max: numbers.iter().copied().reduce(f64::max),
-                runs_like_clock: runs_like_clock(times),
-                is: rule.map_or(ColumnRole::Ignore, |rule| rule.is),
-            }
-        })
-        .collect()
-}
-
-/// Returns true if numbers increase from row to row in most rows and hardly ever decrease, as a time does. The rows come from
-/// several places of a file.
-fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
-    let (mut n_up, mut n_back, mut n_steps) = (0, 0, 0);
-    for times in places {
-        for step in times.windows(2).map(|pair| pair[1] - pair[0]) {
-            n_up += usize::from(step > 0.0);
-            n_back += usize::from(step < 0.0);
-            n_steps += 1;
-        }
-    }
-    n_steps + 1 >= FEWEST_CLOCK_ROWS
-        && n_back * 100 <= n_steps * RESTARTS_PERCENT
-        && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
-}
-
-/// Returns true if a column that the map ignores increases like a time, and does not only count rows.
-pub(super) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
-    let reports = reports(table, head, &opened.sample(&table.text, head));
-    let is_clock = |report: &ColumnReport| {
-        report.is == ColumnRole::Ignore && report.runs_like_clock && !report.counts_rows()
     };
-    reports.iter().any(is_clock)
+    (0..n_columns).map(column).collect()
+}
+
+/// Returns the number in a cell.
+pub(super) fn value_of(cell: Cell<'_>, text: &TextLayout) -> Option<f64> {
+    let value = match cell {
+        Cell::Number(value) => Some(value),
+        Cell::Since(since, value) => Some(since as f64 + value),
+        Cell::Text(cell) => text.number(cell).map(|(value, _)| value),
+    };
+    value.filter(|value| value.is_finite() && !is_overload(*value))
+}
+
+fn written<'a>(rows: &[Vec<Cell<'a>>], index: usize) -> Option<Vec<&'a [u8]>> {
+    let cells = rows.iter().filter_map(|row| row.get(index).copied());
+    let filled = cells.filter(|cell| !cell.is_empty());
+    filled.map(Cell::written).collect()
+}
+
+fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<TimeForm> {
+    TimeForm::of_all(written(rows, index)?.into_iter())
+}
+
+/// Returns the form of the dates of a column and another order of day and month in which they could be read.
+pub(super) fn date_orders(rows: &[Vec<Cell<'_>>], index: usize) -> Option<(TimeForm, TimeForm)> {
+    let form = form_of_column(rows, index)?;
+    Some((form, form.other_order(written(rows, index)?.into_iter())?))
+}
+
+/// Steps of the values of a column from row to row, at several places of a file.
+#[derive(Default)]
+struct Steps {
+    /// Steps by which the values increase.
+    up: Vec<f64>,
+    n_back: usize,
+    n: usize,
+}
+
+impl Steps {
+    fn of(places: impl Iterator<Item = Vec<f64>>) -> Self {
+        let mut steps = Self::default();
+        for times in places {
+            for step in times.windows(2).map(|pair| pair[1] - pair[0]) {
+                steps.n_back += usize::from(step < 0.0);
+                steps.n += 1;
+                steps.up.extend((step > 0.0).then_some(step));
+            }
+        }
+        steps
+    }
+
+    /// Returns true if the values increase from row to row in most rows and hardly ever decrease, as a time does.
+    fn run_like_clock(&self) -> bool {
+        self.n + 1 >= FEWEST_CLOCK_ROWS
+            && self.n_back * 100 <= self.n * RESTARTS_PERCENT
+            && self.up.len() * 100 >= self.n * CLOCK_STEPS_PERCENT
+    }
+
+    fn are_even(&self) -> bool {
+        let Some(median) = median(self.up.iter().copied()) else { return false };
+        let n_near = self.up.iter().filter(|step| (**step - median).abs() <= 0.5 * median).count();
+        n_near * 100 >= self.up.len() * EVEN_STEPS_PERCENT
+    }
 }
 
 #[cfg(test)]
@@ -185,16 +324,21 @@ mod tests {
 
     #[test]
     fn clocks_increase_and_hardly_ever_decrease() {
-        let is_clock = |times: &[f64]| runs_like_clock([times.to_vec()].into_iter());
+        let runs_like_clock =
+            |places: Vec<Vec<f64>>| Steps::of(places.into_iter()).run_like_clock();
+        let is_clock = |times: &[f64]| runs_like_clock(vec![times.to_vec()]);
         assert!(is_clock(&[0.0, 0.1, 0.1, 0.2, 0.3]));
         assert!(!is_clock(&[0.0, 0.1, 0.05, 0.2, 0.3]));
         assert!(!is_clock(&[0.0, 0.0, 0.0, 0.2, 0.3]));
         assert!(!is_clock(&[0.0, 1.0]));
         let run = |n: u32| (0..n).map(f64::from);
         assert!(is_clock(&run(200).chain(run(200)).collect::<Vec<_>>()));
-        let ramp = || (0..20).map(|k| run(8).map(move |step| f64::from(k) + step).collect());
+        let ramp = || -> Vec<Vec<f64>> {
+            (0..20).map(|k| run(8).map(move |step| f64::from(k) + step).collect()).collect()
+        };
         assert!(runs_like_clock(ramp()));
         let down = |place: Vec<f64>| place.into_iter().rev().collect::<Vec<f64>>();
-        assert!(!runs_like_clock(ramp().chain(ramp().map(down))));
+        let both = ramp().into_iter().chain(ramp().into_iter().map(down));
+        assert!(!runs_like_clock(both.collect()));
     }
 }

@@ -7,7 +7,7 @@
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
-use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
+use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Rest, Shape, TableMap};
 use crate::{
     formats::text::{Delimiter, TextLayout, cells::Cells, stamped, times::TimeForm},
     import::timeline,
@@ -45,10 +45,16 @@ impl<'a> LiveSource<'a> {
         self.gauges.iter().chain(self.auxiliary)
     }
 
+    /// Returns the column map, if it tells how lines are divided. A typed map does not, and leaves the other columns to their
+    /// proposal.
+    pub(super) fn whole_map(self) -> Option<&'a ColumnMap> {
+        self.map.filter(|map| map.table.has_shape() && map.table.rest == Rest::Ignored)
+    }
+
     /// Returns true if a line of the source may be the header of a table.
     pub(super) fn may_have_header(self) -> bool {
         let is_table = matches!(self.form, None | Some(RowForm::Table));
-        is_table && self.header.is_none() && self.map.is_none()
+        is_table && self.header.is_none() && self.whole_map().is_none()
     }
 
     pub(super) fn n_channels(self) -> usize {

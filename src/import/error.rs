@@ -15,10 +15,8 @@ use crate::{
 /// Fault of a table because of which it cannot be read, at one line of the file. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    #[error(
-        "no header: the first line holds only numbers. Name the columns in a line without #, e.g. t,S1,S2,Fx, or give their roles in a column map"
-    )]
-    HeaderIsNumbers,
+    #[error("no table of numbers: there is no column of numbers among {}", listed(names))]
+    NoNumbers { names: Vec<String> },
     #[error(
         "no time column among {}. Name one t or time, with its unit, e.g. t_ms, or choose the time column in a column map",
         listed(names)
@@ -47,10 +45,6 @@ pub enum TableError {
         "{column} cannot be an auxiliary channel: another auxiliary channel has the same name, or there are more than {limit} auxiliary channels. Rename the column, or give it the role \"ignore\" in the column map"
     )]
     Auxiliaries { column: NamedColumn, limit: usize },
-    #[error(
-        "this log of ATI's Net F/T holds the reference load but no gauges. Name this file as \"reference\" in the column map of the file with the gauges"
-    )]
-    ReferenceAlone,
     #[error(
         "{column} counts samples instead of giving times, and the sample rate is unknown. Set \"sample_rate_hz\" in the column map"
     )]
@@ -113,8 +107,6 @@ pub enum ReadError {
     File { path: PathBuf, source: FileError },
     #[error("{}, line {line}: {source}", path.display())]
     Table { path: PathBuf, line: u64, source: TableError },
-    #[error("{}: the file holds an array of {columns} columns without names. Give the roles of the columns in a column map", path.display())]
-    NoNames { path: PathBuf, columns: usize },
     #[error("{}: no header with the names of the columns: all lines are blank or comments (#). Add a header, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },
     #[error(transparent)]
@@ -154,13 +146,11 @@ impl Advice for ReadError {
     fn ways(&self) -> &'static [Way] {
         use TableError as Of;
         match self {
-            Self::NoNames { .. }
-            | Self::TooShortForMap { .. }
+            Self::TooShortForMap { .. }
             | Self::ManySkipped { .. }
             | Self::Table {
                 source:
-                    Of::HeaderIsNumbers
-                    | Of::NoTime { .. }
+                    Of::NoTime { .. }
                     | Of::NoGauges { .. }
                     | Of::TooManyGauges { .. }
                     | Of::Twice { .. }

@@ -12,9 +12,9 @@ use std::time::Instant;
 use super::device_rows::{DeviceRows, without_stamp};
 pub use super::device_rows::{LiveSource, RowForm};
 use super::error::{at, of_file};
-use super::load::by_header;
 use super::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use super::plan::{Plan, Side, TimeScale};
+use super::proposal::propose;
 use super::rows::Rows;
 use super::warning::Cause;
 use crate::{
@@ -207,7 +207,7 @@ impl LiveTable {
             }
         };
         let no_header = || ReadError::NoHeader { path: name.to_owned() };
-        let text = match source.map {
+        let text = match source.whole_map() {
             Some(map) => map.table.text.clone(),
             None => {
                 let text = opened.layout().ok_or_else(no_header)?;
@@ -215,14 +215,31 @@ impl LiveTable {
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;
-        let map = match source.map {
+        let map = match source.whole_map() {
             Some(map) => map.clone(),
-            None => named_channels(by_header(name, &opened, text, &head).0, &head, source),
+            None => {
+                let proposal = propose(&opened, &text, &head);
+                let map = match source.map {
+                    Some(map) => proposal.completed(map, &text, &head),
+                    None => Ok(proposal.map(&text, &head, name)),
+                };
+                let map = map.map_err(|error| at(name, head.line)(error.into()))?;
+                named_channels(map, &head, source)
+            }
         };
         // If the reference has another clock, only the gauges are read, because a reference value in the same row belongs to
         // another time.
-        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None, false);
+        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
         let plan = plan.map_err(at(name, head.line))?;
+        let missing = |fault: fn(Vec<String>) -> TableError| {
+            Err(at(name, head.line)(fault(head.names.clone())))
+        };
+        if plan.is_static {
+            return missing(|names| TableError::NoTime { names });
+        }
+        if plan.gauge_names.is_empty() {
+            return missing(|names| TableError::NoGauges { names });
+        }
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
         if rows.times.is_empty() {
             return Err(at(name, plan.line)(TableError::NoRows));

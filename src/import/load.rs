@@ -3,9 +3,11 @@
 
 use std::path::Path;
 
-use super::column_report::has_clock;
+use super::column_report::{ColumnReport, Reason, reports};
 use super::error::{at, of_file};
 use super::plan::{Plan, Side};
+use super::proposal::{Proposal, propose};
+use super::question::{Question, answer};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::Cause;
@@ -13,13 +15,13 @@ use crate::{
     finding::Finding,
     formats::{
         self, FilePart, Opened,
-        text::{Decimal, Head, TextLayout},
+        text::{Decimal, TextLayout},
     },
     import::{
         assemble,
-        error::{ReadError, TableError},
-        map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap},
-        names, timeline, weigh,
+        error::ReadError,
+        map::{ColumnMap, Header, Rest, Stamps, TableMap, WeightMap},
+        timeline, weigh,
     },
     progress::Progress,
     recording::Recording,
@@ -28,10 +30,6 @@ use crate::{
 /// Number of bytes of a file that are parsed at a time: few enough for the cache of a processor core, and enough to make the
 /// overhead of each block small.
 pub(super) const BLOCK_BYTES: usize = 1 << 18;
-
-/// Maximum number of rows of a table that is read as load cases without times. A longer table is probably a recording whose
-/// time column has an unusual name.
-const LOAD_CASE_ROWS: u64 = 2000;
 
 /// Share of skipped rows above which a file is refused, because the layout of its text was probably not understood.
 const SKIPPED_SHARE: f64 = 0.1;
@@ -48,8 +46,37 @@ pub struct Loaded {
     /// Shortest pause in the rows (s) that starts a new recording, if it was derived from rows in bursts because the map sets
     /// none.
     pub assumed_gap_secs: Option<f64>,
-    /// Column map by which the file was read. `None` if the names of the columns gave the roles.
+    /// Column map by which the file was read. `None` if the columns had their proposed roles.
     pub map: Option<Box<ColumnMap>>,
+    /// Columns of the file with their roles and the reasons for these. A change of a role is a change of [`Self::roles`].
+    pub columns: Vec<ColumnReport>,
+    /// Map of the roles of all columns.
+    pub roles: Box<ColumnMap>,
+    /// Questions about the columns that the roles leave open.
+    pub questions: Vec<Question>,
+    /// Loads that have no unit and are read in N or N·m.
+    pub without_unit: Vec<String>,
+    /// False if roles follow from values, so that a map which the user chose for a similar file is better.
+    pub(crate) is_certain: bool,
+}
+
+impl Loaded {
+    /// Returns the text for `--columns` that answers the open questions; `None` if none is about a load.
+    pub fn answer(&self) -> Option<String> {
+        answer(&self.questions, &self.columns)
+    }
+}
+
+/// Roles of the columns of one file: those that a column map gives, and the proposed ones.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Mapped {
+    pub map: ColumnMap,
+    pub columns: Vec<ColumnReport>,
+    pub questions: Vec<Question>,
+    pub without_unit: Vec<String>,
+    pub notes: Vec<Cause>,
+    /// False if the roles follow from values, so that a map which the user chose for a similar file is better.
+    pub is_certain: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +93,7 @@ pub(super) struct Sides {
     /// Table of the reference load. `None` if gauges and reference have the same clock, so that both are in the table
     /// `gauges`.
     pub reference: Option<Table>,
-    map: ColumnMap,
+    mapped: Mapped,
 }
 
 impl<'a> Reading<'a> {
@@ -86,7 +113,7 @@ impl<'a> Reading<'a> {
         opened.map_err(of_file(path))
     }
 
-    /// Loads the recordings of a file as a column map describes. Without a map, the names of the columns give their roles.
+    /// Loads the recordings of a file as a column map describes. Without a map, the columns have their proposed roles.
     pub fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
         if map.is_none() {
@@ -98,38 +125,34 @@ impl<'a> Reading<'a> {
     pub fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
         let parts = map.map_or(&[][..], |map| &map.table.text.parts);
         let opened = self.open(path, parts)?;
-        let (map, notes) = match map {
-            Some(map) => {
-                map.check()?;
-                if let Some(weight) = &map.weight {
-                    weight.check_complete(map.reference_table())?;
-                }
-                (map.clone(), Vec::new())
-            }
-            None => by_names(path, &opened)?,
-        };
-        let side = Side::of_gauges(&map);
+        let mut mapped = mapped(path, &opened, map, None)?;
+        let map = &mapped.map;
+        map.check()?;
+        if let Some(weight) = &map.weight {
+            weight.check_complete(map.reference_table())?;
+        }
+        let side = Side::of_gauges(map);
         let about = about(&opened);
         let weight = map.weight.as_ref();
         let mut gauges = self.table(path, opened, &map.table, side, weight)?;
         if let Some(weight) = weight {
             weigh::weigh(&mut gauges, weight)?;
         }
-        for note in about.into_iter().chain(notes) {
+        for note in about.into_iter().chain(std::mem::take(&mut mapped.notes)) {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
         gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
         if let Some(within_secs) = map.average_bursts_secs {
             assemble::average_bursts(&gauges.plan, &mut gauges.rows, within_secs);
         }
-        let mut reference = self.reference(path, &map)?;
+        let mut reference = self.reference(path, map)?;
         if let Some(own) = &mut reference {
             own.rows.count_from(gauges.rows.zero_secs);
         }
         if reference.is_none() {
             assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
         }
-        Ok(Sides { gauges, reference, map })
+        Ok(Sides { gauges, reference, mapped })
     }
 
     fn reference(&self, path: &Path, map: &ColumnMap) -> Result<Option<Table>, ReadError> {
@@ -166,20 +189,7 @@ impl<'a> Reading<'a> {
             let path = path.to_owned();
             ReadError::TooShortForMap { path, what }
         })?;
-        let is_bare = !table.has_role(ColumnRole::Date);
-        let plan = match Plan::new(table, &head, side, weight, false) {
-            Err(no_time @ TableError::NoTime { .. }) if side == Side::Both && is_bare => {
-                let has_clock = has_clock(&opened, table, &head);
-                let has_many_rows = opened.about_rows(&head) > LOAD_CASE_ROWS;
-                if has_clock || has_many_rows {
-                    Err(no_time)
-                } else {
-                    Plan::new(table, &head, side, weight, true).map_err(|_| no_time)
-                }
-            }
-            plan => plan,
-        };
-        let mut plan = plan.map_err(at(path, head.line))?;
+        let mut plan = Plan::new(table, &head, side, weight).map_err(at(path, head.line))?;
         let sample = opened.sample(&table.text, &head);
         if let (Some(first), Some(_)) = (sample.rows.first(), plan.time_column) {
             Rows::plan_zero(&mut plan, first.iter().copied());
@@ -200,36 +210,61 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Returns the column map that follows from the names of a file's columns, and warnings about what was assumed.
-pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Cause>), ReadError> {
-    let no_header = || ReadError::NoHeader { path: path.to_owned() };
-    let text = opened.layout().ok_or_else(no_header)?;
-    let head = opened.head(&text).ok_or_else(no_header)?;
-    if opened.kind.is_some() && !text.header {
-        return Err(ReadError::NoNames { path: path.to_owned(), columns: head.n_columns });
-    }
-    if !text.header && head.names_in_comment.is_empty() {
-        return Err(at(path, head.line)(TableError::HeaderIsNumbers));
-    }
-    Ok(by_header(path, opened, text, &head))
-}
-
-/// Returns the column map that follows from the names in a header, and warnings about what was assumed.
-pub(super) fn by_header(
+/// Returns the roles of the columns of a file. What `map` leaves out is proposed. `layout` is used instead of the detected one.
+pub(super) fn mapped(
     path: &Path,
     opened: &Opened,
-    mut text: TextLayout,
-    head: &Head,
-) -> (ColumnMap, Vec<Cause>) {
-    let sample = opened.sample(&text, head);
-    let mut guess = names::by_names(&text, head, &sample.rows);
-    // Decimal commas are not declared in this map, so that each use of one is reported. Commas in quoted cells are an
-    // exception, because they can only be decimal commas.
-    if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
-        text.decimal = Decimal::Point;
+    map: Option<&ColumnMap>,
+    layout: Option<&TextLayout>,
+) -> Result<Mapped, ReadError> {
+    let no_header = || ReadError::NoHeader { path: path.to_owned() };
+    let given = map.filter(|map| map.table.has_shape()).map(|map| &map.table.text);
+    let text = match given.or(layout) {
+        Some(text) => text.clone(),
+        None => opened.layout().ok_or_else(no_header)?,
+    };
+    let Some(head) = opened.head(&text) else {
+        return match map {
+            // The reader of the table says what is missing.
+            Some(map) => Ok(Mapped { map: map.clone(), ..Mapped::default() }),
+            None => Err(no_header()),
+        };
+    };
+    if let Some(map) = map.filter(|map| map.table.rest == Rest::Ignored) {
+        let columns = reports(&map.table, &head, &opened.sample(&text, &head));
+        return Ok(Mapped { map: map.clone(), columns, is_certain: true, ..Mapped::default() });
     }
-    let map = guess.map(&text, head, path, &sample.rows);
-    (map, guess.notes)
+    let proposal = propose(opened, &text, &head);
+    let Some(map) = map else {
+        // Texts with decimal commas may still have a number with a point in a later row.
+        let may_be_point = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
+        let is_given = layout.is_some() || !may_be_point;
+        let decimal = if is_given { text.decimal } else { Decimal::Point };
+        let map = proposal.map(&TextLayout { decimal, ..text.clone() }, &head, path);
+        let is_certain = proposal.is_by_names;
+        let Proposal { columns, questions, without_unit, mut notes, .. } = proposal;
+        if text.decimal == Decimal::Comma {
+            notes.push(Cause::ExpectedComma);
+        }
+        return Ok(Mapped { map, columns, questions, without_unit, notes, is_certain });
+    };
+    let whole = proposal.completed(map, &text, &head);
+    let whole = whole.map_err(|error| at(path, head.line)(error.into()))?;
+    let mut columns = proposal.columns.clone();
+    let header = Header::of(&head);
+    for column in &mut columns {
+        let rule = whole.table.rule(&header, column.number - 1);
+        let is_given = map.table.columns.iter().any(|own| own.is == rule.is);
+        if rule.is != column.is || is_given && rule.unit != column.unit {
+            column.take(&rule, Reason::Given);
+        }
+    }
+    let open = proposal.questions.iter().filter_map(|own| own.still_open(&whole, &columns));
+    let questions = open.collect();
+    let is_bare = |own: &&ColumnReport| own.is.is_load() && own.unit.is_none();
+    let without_unit = columns.iter().filter(is_bare).map(|own| own.name.clone()).collect();
+    let notes = proposal.notes;
+    Ok(Mapped { map: whole, columns, questions, without_unit, notes, is_certain: true })
 }
 
 /// Returns warnings about parts of the file that are missing or are not read.
@@ -274,7 +309,8 @@ impl Sides {
 
     /// Assigns a reference load to each gauge sample, and divides the samples into recordings.
     pub fn joined(self) -> Result<Loaded, ReadError> {
-        let Self { mut gauges, reference, map } = self;
+        let Self { mut gauges, reference, mapped } = self;
+        let Mapped { map, columns, questions, without_unit, is_certain, .. } = mapped;
         let is_static = gauges.plan.is_static;
         let path = gauges.path.clone();
         let mut of_reference = Vec::new();
@@ -283,7 +319,7 @@ impl Sides {
             of_reference = reference.rows.findings.into_findings(&reference.path);
         }
         let (recordings, findings) = if is_static {
-            assemble::load_cases(gauges)
+            assemble::without_times(gauges)?
         } else {
             assemble::recordings(gauges, map.gap_secs)?
         };
@@ -299,6 +335,16 @@ impl Sides {
         };
         let recordings = recordings.into_iter().map(finished);
         let recordings = recordings.collect::<Result<_, ReadError>>()?;
-        Ok(Loaded { recordings, warnings, assumed_gap_secs, map: None })
+        Ok(Loaded {
+            recordings,
+            warnings,
+            assumed_gap_secs,
+            map: None,
+            columns,
+            roles: Box::new(map),
+            questions,
+            without_unit,
+            is_certain,
+        })
     }
 }

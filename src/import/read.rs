@@ -9,10 +9,9 @@ use crate::{import::error::ReadError, progress::Progress};
 /// Reads one file of any known format. The first bytes of the file show the format; the name of the file does not matter.
 ///
 /// With a column map, the file is read as the map describes. If the map names a separate file with the reference load, this
-/// file is read, too. Without a map, the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the
-/// reference load if there is one. Other columns are ignored. If the names do not suffice, the first of the `remembered` maps
-/// that fits the file is used. [`Loaded::map`] holds the map that was used. A pause or a step back in time starts a new
-/// recording.
+/// file is read, too. Without a map, names, units and values of the columns propose their roles; what a map leaves out and does
+/// not ignore is proposed, too. If the names do not suffice, the first of the `remembered` maps that fits the file is used.
+/// [`Loaded::map`] holds the map that was used. A pause or a step back in time starts a new recording.
 ///
 /// `progress` counts the bytes that were read. The caller adds the size of the file to the total of `progress`. If a second
 /// file is read, or the same file a second time, this function adds its size.
@@ -35,14 +34,16 @@ pub fn read(
     let (at, map, remembered) = (path.to_owned(), map.cloned(), remembered.to_vec());
     abandonable(path, progress, move |progress| {
         let reading = Reading::whole(progress);
-        match reading.load(&at, map.as_ref()) {
-            Err(error) if map.is_none() && error.wants_a_map() => {
-                match map_for(&at, &remembered, progress)? {
-                    Some(map) => reading.load(&at, Some(map)),
-                    None => Err(error),
-                }
+        let read = reading.load(&at, map.as_ref());
+        let is_unsure = match &read {
+            Ok(loaded) => !loaded.is_certain,
+            Err(error) => error.wants_a_map(),
+        };
+        if map.is_none() && !remembered.is_empty() && is_unsure {
+            if let Some(map) = map_for(&at, &remembered, progress)? {
+                return reading.load(&at, Some(map));
             }
-            read => read,
         }
+        read
     })
 }

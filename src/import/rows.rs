@@ -33,6 +33,8 @@ pub(super) struct Rows {
     /// Values of the auxiliary channels. A missing value is NaN until [`Rows::hold_auxiliary`] replaces it.
     pub auxiliary: Vec<f64>,
     pub loads: Vec<f64>,
+    /// Values of the channels that are only shown; NaN where a cell has no number.
+    pub channels: Vec<f64>,
     /// Numbers of the sensor's pose in each row, in the order of [`PosePlan`]. Empty after the loads were computed from them.
     pub poses: Vec<f64>,
     pub findings: Findings,
@@ -154,14 +156,15 @@ impl Rows {
         Some(first + own.sum::<Option<f64>>()?)
     }
 
-    /// Returns the lists of times, gauges, auxiliary values, loads and poses, each with its number of values per row.
-    pub fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
+    /// Returns the lists of times, gauges, auxiliary values, loads, channels and poses, each with its number of values per row.
+    pub fn lists(&mut self) -> [(usize, &mut Vec<f64>); 6] {
         let n_rows = self.times.len();
         let lists = [
             &mut self.times,
             &mut self.gauges,
             &mut self.auxiliary,
             &mut self.loads,
+            &mut self.channels,
             &mut self.poses,
         ];
         lists.map(|values| (values.len().checked_div(n_rows).unwrap_or(0), values))
@@ -223,6 +226,7 @@ impl Rows {
             plan.gauge_names.len(),
             plan.auxiliary_names.len(),
             plan.axes.len(),
+            plan.channel_names.len(),
             plan.pose_width(),
         ];
         for ((_, values), width) in self.lists().into_iter().zip(widths) {
@@ -288,12 +292,13 @@ impl Rows {
 
     fn row<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
         let (n_rows, n_gauges) = (self.times.len(), self.gauges.len());
-        let n_auxiliary = self.auxiliary.len();
+        let (n_auxiliary, n_channels) = (self.auxiliary.len(), self.channels.len());
         match self.keep(row.clone(), plan) {
             Ok(group) => self.place_row(n_rows, self.n_lines, &group),
             Err(Unusable) => {
                 self.gauges.truncate(n_gauges);
                 self.auxiliary.truncate(n_auxiliary);
+                self.channels.truncate(n_channels);
                 self.explain(row, plan);
             }
         }
@@ -320,6 +325,11 @@ impl Rows {
                     let cell = row.next().ok_or(Unusable)?;
                     let value = value_of(cell, *usage, index, plan);
                     self.auxiliary.push(value.map_or(f64::NAN, |(value, _)| value));
+                }
+                Use::Channel { .. } => {
+                    let cell = row.next().ok_or(Unusable)?;
+                    let value = value_of(cell, *usage, index, plan);
+                    self.channels.push(value.map_or(f64::NAN, |(value, _)| value));
                 }
                 Use::Load { slot, .. } => loads[slot] = value()?,
                 Use::Time | Use::TimeText(_) | Use::TimeFraction { .. } => time += value()?,
@@ -367,7 +377,7 @@ impl Rows {
         }
         let mut first = None;
         for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
-            let may_be_missing = matches!(usage, Use::Auxiliary { .. });
+            let may_be_missing = matches!(usage, Use::Auxiliary { .. } | Use::Channel { .. });
             if let Err(trouble) = value_of(cell, *usage, index, plan)
                 && !may_be_missing
             {

@@ -233,6 +233,11 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
 }
 
 impl Cuts {
+    /// Returns starts of recordings among rows without times.
+    pub fn of_rows(starts: Vec<usize>) -> Self {
+        Self { starts, gap_secs: f64::INFINITY, ..Self::default() }
+    }
+
     /// Adds warnings about the starts of recordings and about repeated times.
     pub fn note(&self, rows: &mut Rows) {
         let back = |row: &&usize| {

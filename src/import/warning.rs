@@ -22,6 +22,9 @@ pub enum Cause {
     TooManyCells { expected: usize, actual: usize },
     #[error("{column} contains {}. Its comma is read as a decimal point", shown(value))]
     DecimalComma { column: NamedColumn, value: String },
+    /// The detected layout has decimal commas, so that they are no fault.
+    #[error("numbers have decimal commas")]
+    ExpectedComma,
     #[error("column {column} (gauge {}) is {value} in every row. Is it connected?", shown(name))]
     ConstantGauge { column: usize, name: String, value: f64 },
     #[error(
@@ -77,11 +80,6 @@ pub enum Cause {
     SeveralReferences { used: Vec<String>, others: Vec<String> },
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
-    #[error(
-        "{} looks like a load without an axis, so it is not used as the reference. Name it Fx, Fy, Fz, Mx, My or Mz, or choose its axis in a column map",
-        listed(names)
-    )]
-    UnnamedLoads { names: Vec<String> },
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
     #[error(
@@ -119,6 +117,10 @@ pub enum Cause {
     )]
     LoadCases { n_rows: usize, n_cases: usize },
     #[error(
+        "no column is a time, so the order of the {n_rows} rows is their order in time. For times, name the time t or time, or set \"sample_rate_hz\""
+    )]
+    RowOrder { n_rows: usize },
+    #[error(
         "the file holds several tables. Read: {}. Not read: {}. To choose others, list them as \"parts\" under \"text\" in a column map",
         listed(used),
         listed(others)
@@ -151,10 +153,10 @@ impl Cause {
             | Self::SeveralReferences { .. }
             | Self::SeveralParts { .. }
             | Self::LoadCases { .. }
+            | Self::RowOrder { .. }
             | Self::Bursts { .. }
             | Self::CoarseStamps
             | Self::LateRows { .. } => Id::Assumed,
-            Self::UnnamedLoads { .. } => Id::UnnamedLoads,
             Self::NewRecording { .. }
             | Self::NewestFirst
             | Self::WrappedClock { .. }
@@ -260,11 +262,13 @@ impl Findings {
         self.0.iter().filter(|(cause, _)| cause.id() == Id::RowsSkipped)
     }
 
-    /// Returns the number of skipped rows. Rows that are skipped because of NaN or an infinite number are not counted.
+    /// Returns the number of skipped rows. Rows that are skipped because a value is missing (an empty cell, NaN) or infinite are
+    /// not counted.
     pub fn not_understood(&self) -> u64 {
-        let is_nan =
-            |cause: &Cause| matches!(cause, Cause::Cell { trouble: Trouble::NotFinite, .. });
-        self.skipped().filter(|(cause, _)| !is_nan(cause)).map(|(_, place)| place.count).sum()
+        let is_missing = |cause: &Cause| {
+            matches!(cause, Cause::Cell { trouble: Trouble::NotFinite | Trouble::Empty, .. })
+        };
+        self.skipped().filter(|(cause, _)| !is_missing(cause)).map(|(_, place)| place.count).sum()
     }
 
     pub fn most_skipped(&self) -> Option<&(Cause, Place)> {
@@ -289,6 +293,11 @@ impl Findings {
     /// Returns the warnings about the file at `path` as findings, in the order of their first lines.
     pub fn into_findings(mut self, path: &Path) -> Vec<Finding> {
         self.0.sort_by_key(|(_, place)| place.first_line);
+        if self.0.iter().any(|(cause, _)| *cause == Cause::ExpectedComma) {
+            let is_of_commas =
+                |cause: &Cause| matches!(cause, Cause::ExpectedComma | Cause::DecimalComma { .. });
+            self.0.retain(|(cause, _)| !is_of_commas(cause));
+        }
         self.0.iter().map(|(cause, place)| cause.finding(place, path)).collect()
     }
 }

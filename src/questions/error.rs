@@ -5,6 +5,7 @@ use crate::{
     features::FeatureError,
     panicked::Panicked,
     progress::Cancelled,
+    recording::Missing,
 };
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -14,6 +15,8 @@ pub enum AnalysisError {
         "the recordings have no times, so a look-back finds no earlier samples; record each load over time, with a time column t"
     )]
     NoTimes,
+    #[error(transparent)]
+    Missing(#[from] Missing),
     #[error("no recording is loaded; open a file or the built-in simulated sensor")]
     NoRecordings,
     #[error(

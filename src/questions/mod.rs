@@ -6,6 +6,7 @@
 //! `ui/panes.rs`, and its batch job is a file with two lines in `cli.rs`. The engine, which computes requests in the
 //! background, needs no change.
 
+pub(crate) mod channels;
 pub mod check;
 mod dataset;
 pub(crate) mod error;
@@ -14,6 +15,8 @@ pub(crate) mod expected_error;
 pub(crate) mod history;
 pub mod loops;
 pub mod metrology;
+#[cfg(test)]
+mod missing_tests;
 pub(crate) mod models;
 pub mod page;
 pub(crate) mod question;

@@ -3,6 +3,7 @@
 
 mod auxiliary;
 mod axis;
+mod channel;
 mod full_scale;
 pub(crate) mod gap;
 pub(crate) mod identity;
@@ -22,13 +23,14 @@ pub(crate) mod units;
 
 pub(crate) use auxiliary::{AuxiliaryTable, places, span};
 pub use axis::Axis;
+pub use channel::Channel;
 pub(crate) use full_scale::full_scale_of;
 pub(crate) use identity::Identity;
 pub use identity::Item;
 pub use left_out::ValidRange;
 pub(crate) use left_out::{GaugeRange, Judged, LeftOut};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
-pub(crate) use median::median;
+pub(crate) use median::{median, white_noise};
 pub use recording::{Missing, Recording, Source};
 pub(crate) use recording::{RecordingError, load_ranges};
 pub(crate) use set::Layout;

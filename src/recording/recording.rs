@@ -47,7 +47,7 @@ enum Order {
     Times,
     /// Rows of the file. The times only count the rows.
     Rows,
-    /// Nothing: all samples were taken under one constant load. The times only count the samples.
+    /// Nothing: all samples were taken under one constant load. The times are numbers of rows of the file.
     Case,
 }
 
@@ -243,7 +243,8 @@ impl Recording {
         self
     }
 
-    /// Returns the recording as samples without times that were all taken under one load. Its times must count the samples.
+    /// Returns the recording as samples without times that were all taken under one load. Its times must be the numbers of
+    /// the rows in the file.
     pub fn without_times(self) -> Self {
         Self { order: Order::Case, rate_hz: None, ..self }
     }
@@ -270,6 +271,17 @@ impl Recording {
         let name = stem.map_or(first.name.clone(), |stem| stem.to_string_lossy().into_owned());
         let tables = [first.auxiliary.with_values(auxiliary), first.others.with_values(others)];
         first.with_samples(name, times.into(), gauges, loads, tables)
+    }
+
+    /// Joins load cases of one table to one recording with the rows in the order of the file. Panics if there is no recording.
+    pub(crate) fn in_file_order(cases: &[&Self]) -> Self {
+        let table = Self::table_of(cases);
+        let rows: Vec<f64> = cases.iter().flat_map(|case| case.times()).copied().collect();
+        let mut order: Vec<usize> = (0..rows.len()).collect();
+        order.sort_by(|a, b| rows[*a].total_cmp(&rows[*b]));
+        let order: Vec<_> = order.into_iter().map(|row| row..row + 1).collect();
+        let sorted = table.of_ranges(&order, table.name.clone());
+        Self { times: table.times, ..sorted.in_row_order() }
     }
 
     /// Returns true if the samples have no times. The recording then has no dwells, and no earlier samples for a look-back.

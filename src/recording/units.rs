@@ -2,7 +2,7 @@
 //! same, except where they distinguish milli from mega.
 
 /// Names of the known units, for the message about an unknown unit. The next three lists serve the same purpose.
-pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
+pub const FORCE_UNITS: &str = "N, kN, MN, mN, µN, daN, cN, lbf, klbf, ozf, kgf, gf, kp; masses as weights: kg, g, mg, t, lb, oz";
 pub const MOMENT_UNITS: &str = "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
 pub const ANGLE_UNITS: &str = "rad, deg";
@@ -14,15 +14,24 @@ const INCH: f64 = 0.0254;
 const FOOT: f64 = 0.3048;
 
 pub fn force_in_newtons(unit: &str) -> Option<f64> {
+    if unit.trim() == "MN" {
+        return Some(1e6);
+    }
+    // A mass stands for its weight.
     Some(match plain(unit)?.as_str() {
         "n" | "newton" | "newtons" => 1.0,
         "kn" => 1e3,
+        "dan" => 10.0,
+        "cn" => 1e-2,
         "mn" => 1e-3,
-        "lbf" => POUND_FORCE,
+        "un" | "µn" | "μn" => 1e-6,
+        "lbf" | "lb" | "lbs" | "pound" | "pounds" => POUND_FORCE,
         "klbf" | "kip" | "kips" => 1e3 * POUND_FORCE,
-        "ozf" => POUND_FORCE / 16.0,
-        "kgf" | "kp" => KILOGRAM_FORCE,
-        "gf" => KILOGRAM_FORCE / 1e3,
+        "ozf" | "oz" => POUND_FORCE / 16.0,
+        "kgf" | "kp" | "kg" => KILOGRAM_FORCE,
+        "gf" | "g" | "gram" | "grams" => KILOGRAM_FORCE / 1e3,
+        "mg" => KILOGRAM_FORCE / 1e6,
+        "t" | "tf" | "ton" | "tonne" => KILOGRAM_FORCE * 1e3,
         _ => return None,
     })
 }
@@ -103,6 +112,8 @@ fn plain(unit: &str) -> Option<String> {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeUnit {
+    Hours,
+    Minutes,
     Seconds,
     Milliseconds,
     Microseconds,
@@ -114,6 +125,8 @@ impl TimeUnit {
         // Both micro signs are read as u: U+00B5, and the Greek letter that it becomes when text is normalised.
         let name = name.trim().to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
         Some(match name.as_str() {
+            "h" | "hr" | "hrs" | "hour" | "hours" | "stunden" => Self::Hours,
+            "min" | "mins" | "minute" | "minutes" | "minuten" => Self::Minutes,
             "s" | "sec" | "secs" | "second" | "seconds" => Self::Seconds,
             "ms" | "msec" | "msecs" | "millisecond" | "milliseconds" | "millis" => {
                 Self::Milliseconds
@@ -131,6 +144,8 @@ impl TimeUnit {
     /// inverse.
     pub const fn per_second(self) -> f64 {
         match self {
+            Self::Hours => 1.0 / 3600.0,
+            Self::Minutes => 1.0 / 60.0,
             Self::Seconds => 1.0,
             Self::Milliseconds => 1e3,
             Self::Microseconds => 1e6,
@@ -140,6 +155,8 @@ impl TimeUnit {
 
     pub const fn symbol(self) -> &'static str {
         match self {
+            Self::Hours => "h",
+            Self::Minutes => "min",
             Self::Seconds => "s",
             Self::Milliseconds => "ms",
             Self::Microseconds => "us",
@@ -167,7 +184,7 @@ mod tests {
         ] {
             assert_eq!(force_in_newtons(unit), Some(newtons), "{unit}");
         }
-        for unknown in ["", "MN", "Nm", "kg", "bananas"] {
+        for unknown in ["", "Mn", "Nm", "bananas"] {
             assert_eq!(force_in_newtons(unknown), None, "{unknown}");
         }
     }

@@ -13,9 +13,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-pub use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
+pub use crate::scoring::faults::fault::{Fault, FaultKind};
 use crate::{
-    recording::{Judged, LeftOut, Recording, ValidRange},
+    recording::{Channel, Judged, LeftOut, Recording, ValidRange},
     scoring::faults::watched::{Expected, Own, Sampled, Watched, joined, push_runs},
 };
 
@@ -101,7 +101,7 @@ pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
 /// Returns true if both recordings are load cases of one table.
 pub(super) fn are_of_one_table(a: &Recording, b: &Recording) -> bool {
     let is_alike = a.axes() == b.axes() && a.n_gauges() == b.n_gauges();
-    a.is_static() && b.is_static() && is_alike && a.source() == b.source()
+    a.is_load_case() && b.is_load_case() && is_alike && a.source() == b.source()
 }
 
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {

@@ -45,8 +45,9 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-errors.png", include_bytes!("../../assets/guide/first-errors.png")),
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
-const GUIDE: [(&str, &str); 14] = [
+const GUIDE: [(&str, &str); 15] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
+    ("Your files", include_str!("../../assets/guide/your-files.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
     ("Recordings", include_str!("../../assets/guide/recordings.md")),
     ("Command line", include_str!("../../assets/guide/command-line.md")),

@@ -21,6 +21,7 @@ use crate::{
     recording::Axis,
     report::figure::{Figure, STANDS_ALONE},
     ui::{
+        channels_pane,
         choice::choice,
         command::{Out, Pane},
         controls::Controls as _,
@@ -85,6 +86,8 @@ pub struct LoopsPane {
     /// larger.
     pixels: [f64; 2],
     path: String,
+    /// Single channels, which are shown if the recordings lack something for a calibration.
+    channels: channels_pane::View,
 }
 
 impl Default for LoopsPane {
@@ -103,19 +106,20 @@ impl Default for LoopsPane {
             zooms: [None; 3],
             pixels: STANDS_ALONE.into(),
             path: "loops.svg".to_owned(),
+            channels: channels_pane::View::asking_as(PANE.key, true),
         }
     }
 }
 
-fn no_times(ui: &mut Ui) {
-    ui.weak("The recordings have no times, so there are no loops and dwells").on_hover_text(
-        "These recordings hold samples without an order in time. The reversal threshold and the dwell time are kept, and apply again to recordings with times",
-    );
-}
-
 impl PaneView for LoopsPane {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
+        if cx.engine.project().missing().is_some() {
+            return self.channels.ui(ui, cx);
+        }
         self.draw(ui, cx);
+        if self.shows_rows(cx.engine) {
+            return self.channels.ui(ui, cx);
+        }
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
             cx.ask_as(PANE.key, LookAt(look));
@@ -124,6 +128,11 @@ impl PaneView for LoopsPane {
 }
 
 impl LoopsPane {
+    /// Returns true if the loop is that of a channel over the rows of a table without times.
+    fn shows_rows(&self, engine: &Engine) -> bool {
+        self.mode == Mode::Loops && engine.project().recordings.is_static()
+    }
+
     fn draw(&mut self, ui: &mut Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
         if engine.analysis().is_none() {
             let text = engine.problem().unwrap_or("No calibration is fitted yet.");
@@ -138,6 +147,9 @@ impl LoopsPane {
             out.send(Edit::Measuring(measuring));
         }
         ui.separator();
+        if self.shows_rows(engine) {
+            return;
+        }
         if let Some(problem) = engine.lane_of::<LookAt>(PANE.key).problem() {
             ui.warn(problem);
         }
@@ -210,6 +222,7 @@ impl LoopsPane {
         ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
+            Mode::Loops if self.shows_rows(engine) => {}
             Mode::Loops => {
                 self.axis_choice(ui, engine);
                 self.up_choice(ui, engine);
@@ -219,9 +232,7 @@ impl LoopsPane {
                     _ => None,
                 };
                 let axes = engine.project().axes();
-                if engine.project().recordings.is_static() {
-                    no_times(ui);
-                } else if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
+                if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
                     reversal_threshold(ui, "Reversal threshold", (axes, at), measuring, used);
                 }
             }
@@ -233,7 +244,7 @@ impl LoopsPane {
             Mode::Dwells => {
                 self.axis_choice(ui, engine);
                 if engine.project().recordings.is_static() {
-                    no_times(ui)
+                    ui.weak("Without times there are no dwells");
                 } else {
                     dwell_secs(ui, "Dwells of at least", measuring)
                 }

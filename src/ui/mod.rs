@@ -6,6 +6,7 @@ mod actions;
 mod appearance;
 mod blocks_panel;
 mod calibration_pane;
+mod channels_pane;
 mod check_pane;
 mod choice;
 mod command;

@@ -8,6 +8,7 @@ const PANES: &[Entry] = &[
     (super::recordings_panel::PANE, of::<super::recordings_panel::View>),
     (super::settings_panel::PANE, of::<super::settings_panel::View>),
     (super::trace_panes::PANE, of::<super::trace_panes::View>),
+    (super::channels_pane::PANE, of::<super::channels_pane::View>),
     (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
     (super::models_pane::PANE, of::<super::models_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
@@ -27,6 +28,19 @@ fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {
 /// Returns all panes, in the order in which the menus list them.
 pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
     PANES.iter().map(|(pane, _)| *pane)
+}
+
+/// Returns true if the pane shows nothing without a calibration. The panes of traces and loops then show single channels.
+pub fn needs_calibration(pane: Pane) -> bool {
+    let waiting = [
+        super::thresholds_pane::PANE,
+        super::models_pane::PANE,
+        super::metrology_pane::PANE,
+        super::errors_pane::PANE,
+        super::calibration_pane::PANE,
+        super::check_pane::PANE,
+    ];
+    waiting.contains(&pane)
 }
 
 /// Returns the pane that has this key in session files.

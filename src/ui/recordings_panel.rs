@@ -19,6 +19,7 @@ use crate::{
     scoring::metrics::Group,
     shown::{and_more, printable},
     ui::{
+        channels_pane,
         command::{Command, Out, Pane},
         context_menu::context_menu,
         controls::Controls as _,

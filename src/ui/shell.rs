@@ -27,7 +27,7 @@ use crate::{
         live_pane, menu,
         notices::Notices,
         pane::Cx,
-        panes::Views,
+        panes::{Views, needs_calibration},
         picture::Images,
         setting, settings_panel, status_line,
         time_view::TimeView,
@@ -361,7 +361,10 @@ impl Shell {
             }
             self.workspaces.draw(ui, out, &mut |ui, out, pane| {
                 places.push((pane, ui.max_rect()));
-                if let Some(view) = self.views.of(pane) {
+                let missing = engine.project().missing();
+                if let Some(missing) = missing.filter(|_| needs_calibration(pane)) {
+                    ui.centered_and_justified(|ui| ui.weak(format!("Waits: {missing}")));
+                } else if let Some(view) = self.views.of(pane) {
                     view.ui(ui, &mut Cx { engine, time, out, asked: &mut asked });
                 }
             });

@@ -8,14 +8,13 @@ mod pane;
 use egui::Ui;
 
 use crate::{
-    engine::{Action, Edit, Engine},
-    questions::{AxisTraces, View as Shown, check::query::FindFaults},
+    engine::{Edit, Engine},
+    questions::{AxisTraces, check::query::FindFaults},
     report::figure,
     ui::{
-        choice::choice,
+        channels_pane::{self, view_choice},
         command::{Out, Pane},
         controls::Controls as _,
-        numbers::elided,
         palette::Trace,
         pane::{Cx, PaneView},
         time_view::TimeView,
@@ -33,11 +32,6 @@ const ABOVE: i8 = 4;
 /// Minimum width of a column of plots (points), if there are several columns.
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
-/// Maximum number of characters of the chosen recording's name.
-const NAME_LENGTH: usize = 26;
-/// Maximum number of characters of the other recordings' names in the list.
-const LIST_NAME_LENGTH: usize = 60;
-
 /// Width of a legend entry (points): a piece of line, a check box and the name of the load.
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
@@ -45,13 +39,25 @@ pub const PANE: Pane =
     Pane { key: "traces", title: "Traces", explanation: "Loads and errors over time" };
 
 /// The lines that were drawn in the last frame. [`TimeView`] holds the visible interval of time.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct View {
     drawn: DrawnLines,
+    /// Single channels, which are shown if the recordings lack something for a calibration.
+    channels: channels_pane::View,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        let channels = channels_pane::View::asking_as(PANE.key, false);
+        Self { drawn: DrawnLines::default(), channels }
+    }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
+        if cx.engine.project().missing().is_some() {
+            return self.channels.ui(ui, cx);
+        }
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
         trace_panes(ui, cx, &self.drawn);
@@ -219,25 +225,5 @@ fn line_sample(ui: &mut Ui, trace: Trace) {
         ui.painter().extend(dashes);
     } else {
         ui.painter().line_segment(ends, stroke);
-    }
-}
-
-fn view_choice(ui: &mut Ui, engine: &Engine, out: &mut Out) {
-    let entries = engine.entries();
-    let name = |view: Shown| match view {
-        Shown::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
-        Shown::All => "All, one after the other",
-    };
-    let button = egui::ComboBox::from_label("on screen").width(180.0).truncate();
-    let views = std::iter::once(Shown::All).chain((0..entries.len()).map(Shown::One));
-    let mut view = engine.project().view;
-    let described = |view| {
-        let is_chosen = view == engine.project().view;
-        (elided(name(view), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
-    };
-    choice(ui, button, &mut view, views, described)
-        .on_hover_text("Recording on screen. All shows the recordings one after the other");
-    if view != engine.project().view {
-        out.send(Action::Show(view));
     }
 }

@@ -161,9 +161,9 @@ pub struct Arrangement {
 impl Arrangement {
     pub fn of(workspace: Workspace) -> Self {
         use crate::ui::{
-            calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
-            errors_pane::PANE as ERRORS, export_pane::PANE as EXPORT, live_pane::PANE as LIVE,
-            loops_pane::PANE as LOOPS, metrology_pane::PANE as METROLOGY,
+            calibration_pane::PANE as CALIBRATION, channels_pane::PANE as CHANNELS,
+            check_pane::PANE as CHECK, errors_pane::PANE as ERRORS, export_pane::PANE as EXPORT,
+            live_pane::PANE as LIVE, loops_pane::PANE as LOOPS, metrology_pane::PANE as METROLOGY,
             models_pane::PANE as MODELS, notes_pane::PANE as NOTES,
             recordings_panel::PANE as RECORDINGS, settings_panel::PANE as SETTINGS,
             thresholds_pane::PANE as THRESHOLDS, trace_panes::PANE as TRACES,
@@ -173,7 +173,7 @@ impl Arrangement {
         let mut build = Build(&mut tiles);
         let (left, right, share) = match workspace {
             Workspace::Import => {
-                let right = build.column([&[TRACES], &[NOTES]], 0.62);
+                let right = build.column([&[TRACES, CHANNELS], &[NOTES]], 0.62);
                 (build.tabs(&[RECORDINGS]), right, 0.4)
             }
             Workspace::Calibrate => {

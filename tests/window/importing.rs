@@ -14,6 +14,15 @@ pub fn headerless(n: usize) -> String {
     })
 }
 
+/// Returns a window with the import page of these files.
+fn page(files: Vec<PathBuf>) -> Window {
+    let mut window = window(Vec::new());
+    let shell = window.state_mut().as_mut().unwrap();
+    files.into_iter().for_each(|path| shell.send(ImportCommand::Open(path)));
+    settle(&mut window);
+    window
+}
+
 fn choose(window: &mut Window, column: impl std::fmt::Display, role: &str) {
     let combo = format!("Role of column {column}");
     click(window, Role::ComboBox, &combo);
@@ -30,7 +39,7 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
     let second = files.write("test_second.dat", &headerless(300));
-    let mut window = window(vec![first]);
+    let mut window = page(vec![first]);
     assert!(has(&window, "Import first.dat"));
     window.check_accessibility();
     for (column, role) in [(1, "Time"), (2, "Gauge"), (3, "Gauge"), (4, "Fx")] {
@@ -63,7 +72,7 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
 fn eleven_presses_lead_from_a_file_without_a_header_to_c_code() {
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
-    let mut window = window(vec![first]);
+    let mut window = page(vec![first]);
     choose(&mut window, 4, "Fx");
     type_into(&mut window, "unit of column 4", "N");
     settle(&mut window);
@@ -87,7 +96,7 @@ fn eleven_presses_lead_from_a_file_without_a_header_to_c_code() {
 fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
-    let mut window = window(vec![first]);
+    let mut window = page(vec![first]);
     for (column, role) in [(2, "Gauge"), (3, "Gauge"), (4, "Fx")] {
         choose(&mut window, column, role);
     }
@@ -106,7 +115,7 @@ fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     for (name, text) in others {
         let path = files.write(name, &text);
         let send = window.state_mut().as_mut().unwrap();
-        send.send(Action::Open(vec![path]));
+        send.send(ImportCommand::Open(path));
         settle(&mut window);
         assert!(has(&window, &format!("Import {name}")));
         assert_eq!(names(&window), ["first"]);
@@ -123,7 +132,7 @@ fn bracketed(n: usize) -> String {
 #[test]
 fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_each() {
     let files = Files::new();
-    let mut window = window(vec![files.write("excel.csv", &bracketed(400))]);
+    let mut window = page(vec![files.write("excel.csv", &bracketed(400))]);
     for (column, role) in [
         ("Uhr [s]", "Time"),
         ("Messstelle 1 [mV/V]", "Gauge"),
@@ -154,7 +163,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         let (time, rest) = line.split_once(';').unwrap();
         text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
     });
-    let mut window = window(vec![files.write("two_clocks.dat", &text)]);
+    let mut window = page(vec![files.write("two_clocks.dat", &text)]);
     let questions = ["increase steadily like a time: 5", "which columns are gauges"];
     let is_ticked = |window: &Window, at: usize| {
         let asks_unit = window.query_by_label_contains("unit of the load in column 4");
@@ -197,7 +206,7 @@ fn a_row_of_imports_ends_at_once() {
         (0..3).map(|at| files.write(&format!("bare{at}.dat"), &headerless(50))).collect();
     for ends in 0..2 {
         let send = window.state_mut().as_mut().unwrap();
-        send.send(Action::Open(paths.clone()));
+        paths.iter().cloned().for_each(|path| send.send(ImportCommand::Open(path)));
         settle(&mut window);
         assert!(has(&window, "2 more files need a column map"));
         click(&mut window, Role::Button, "Cancel import");
@@ -252,7 +261,7 @@ fn problems_are_shown_before_loading_and_cancel_loses_nothing() {
 #[test]
 fn a_map_is_written_for_the_command_line_and_read_again() {
     let files = Files::new();
-    let mut window = window(vec![files.write("first.dat", &headerless(400))]);
+    let mut window = page(vec![files.write("first.dat", &headerless(400))]);
     for (column, role) in [(1, "Time"), (2, "Gauge"), (3, "Gauge"), (4, "Fz")] {
         choose(&mut window, column, role);
     }
@@ -316,7 +325,7 @@ fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
         let a = (0.1 * f64::from(k)).sin();
         format!("{text}{},{a},{},{},{}\n", 0.05 * f64::from(k), a + 1.0, 2.0 * a, 3.0 - a)
     });
-    let mut window = window(vec![files.write("run.csv", &rows)]);
+    let mut window = page(vec![files.write("run.csv", &rows)]);
     let select = |window: &mut Window, column: &str, modifiers: egui::Modifiers| {
         window.get_by_label(column).click_modifiers(modifiers);
         settle(window);

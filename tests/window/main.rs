@@ -1,5 +1,6 @@
 //! Tests of the window without a display. Widgets are found by role and label, as screen readers find them.
 
+mod any_table;
 #[path = "../support/dropped.rs"]
 mod dropped;
 mod explained;
@@ -29,7 +30,7 @@ use loopscope::features::{Column, Creep, Play, Polynomial};
 use loopscope::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use loopscope::questions::{Analysis, View};
 use loopscope::recording;
-use loopscope::recording::Axis;
+use loopscope::recording::{Axis, Missing};
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
 /// Time after which a test fails because the window hangs, long enough for slow machines.
@@ -785,7 +786,8 @@ fn a_recording_without_reference_alone_shows_nothing_of_the_built_in_sensor() {
     settle(&mut window);
     assert_eq!(names(&window), ["bare"]);
     assert!(state(&window).analysis().is_none());
-    assert!(has(&window, "no recording is in the train role"));
+    assert_eq!(state(&window).project().missing(), Some(Missing::Load));
+    assert!(has(&window, "no load yet"));
 }
 
 #[test]

@@ -19,6 +19,7 @@ impl Engine {
                 let which = entries.map(|entry| Arc::clone(&entry.recording)).collect();
                 self.await_turn(InTurn::Tare(which, tare));
             }
+            Action::SetRole(asked) => self.await_turn(InTurn::SetRole(asked)),
             Action::LeaveOutFaulty => self.await_turn(InTurn::LeaveOutFaulty),
             Action::Save(content, path, existing) => {
                 self.save(Output { content, paths: vec![path], existing });
@@ -210,6 +211,12 @@ impl Engine {
             InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
             InTurn::Tare(which, tare) => Task::tare(recordings, which, tare),
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
+            InTurn::SetRole(asked) => {
+                let is_open = |file: &SessionFile| !self.project.lost.contains(file);
+                let mut files = Session::of(&self.project, None).files;
+                files.retain(is_open);
+                Task::set_role(recordings, files, asked)
+            }
             InTurn::Simulate(late) => Task::simulate(recordings, late),
         };
         self.tasks.begin(task, Some(turn));

@@ -131,14 +131,23 @@ impl Engine {
                 }
             }
             Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
-            Done::Changed(before, ..) if !Arc::ptr_eq(&before, &self.project.recordings) => {
-                let text = "The recordings changed while they were tared or faulty samples were removed, so the result was \
-                            discarded. Repeat the action.";
+            Done::Changed(before, ..) | Done::ReadAgain(before, _)
+                if !Arc::ptr_eq(&before, &self.project.recordings) =>
+            {
+                let text = "The recordings changed while they were tared, read again or searched for faulty samples, so the \
+                            result was discarded. Repeat the action.";
                 self.notice(Level::Warning, text);
             }
             Done::Changed(_, changed, warnings) => {
                 self.edit(Edit::Replace(Arc::new(changed)));
                 warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
+            }
+            Done::ReadAgain(_, parts) => {
+                let notices = self.change(|project| read_again(project, parts));
+                notices.into_iter().for_each(|notice| self.show_notice(notice));
+                if self.finds_thresholds {
+                    self.find_first_thresholds();
+                }
             }
             Done::Simulated(_, set) => self.take_simulated(set),
             Done::Written(content, files) => self.take_written(content, files),

@@ -73,11 +73,7 @@ impl ColumnName {
             return None;
         }
         let name = self.name.to_lowercase();
-        let words: Vec<&str> = name
-            .split(|c: char| !c.is_alphanumeric())
-            .map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()))
-            .filter(|word| !word.is_empty())
-            .collect();
+        let words = words_of(&name);
         let is_of_load = |word: &&str| matches!(plain_kind(word), Some(Kind::Load(_)));
         if words.iter().any(is_of_load) {
             return None;
@@ -100,16 +96,67 @@ impl ColumnName {
         )
     }
 
-    /// Returns true if the name or the unit belongs to a force or moment, but the name does not tell the axis.
+    /// Returns true if the name or the unit belongs to a force, a mass or a moment, but the name does not tell the axis.
     pub fn is_unnamed_load(&self, unit: Option<&str>) -> bool {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST {
             return false;
         }
         let name = self.name.to_lowercase();
-        let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
-        unit.is_some_and(is_load_unit)
-            || (words::is_load(&words) && unit.is_none_or(|own| !is_of_gauges_alone(own)))
+        let words = words_of(&name);
+        let is_other = |unit: &str| is_of_gauges_alone(unit) || self.is_other_quantity(Some(unit));
+        unit.is_some_and(is_load_unit) || (words::is_load(&words) && !unit.is_some_and(is_other))
+    }
+
+    /// Returns true if a load without an axis is a moment.
+    pub fn is_unnamed_moment(&self, unit: Option<&str>) -> bool {
+        match unit.or(self.unit.as_deref()) {
+            Some(unit) if force_in_newtons(unit).is_some() => false,
+            Some(unit) if is_load_unit(unit) => true,
+            _ => words::is_moment(&words_of(&self.name.to_lowercase())),
+        }
+    }
+
+    /// Returns true if the name is that of a mass, so that its unit is not N.
+    pub fn is_mass(&self) -> bool {
+        words::is_mass(&words_of(&self.name.to_lowercase()))
+    }
+
+    /// Returns true if a word of the name means a time.
+    pub fn has_clock_word(&self) -> bool {
+        self.name.len() <= LONGEST && words::is_clock(&words_of(&self.name.to_lowercase()))
+    }
+
+    /// Returns true if the name is that of a count of rows, cycles or frames.
+    pub fn is_counter(&self, is_whole: bool) -> bool {
+        let name = self.name.to_lowercase();
+        is_whole && self.name.len() <= LONGEST && words::is_counter(&words_of(&name))
+    }
+
+    /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
+    /// displacement or a stress.
+    pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
+        let name = self.name.to_lowercase();
+        unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
+            || self.name.len() <= LONGEST && words::is_displacement(&words_of(&name))
+    }
+
+    /// Returns true if the column holds the seconds or nanoseconds of a time stamp.
+    pub fn is_of_stamp(&self) -> bool {
+        [SECONDS, NANOSECONDS].iter().any(|words| stamp_of_part(&self.name, words).is_some())
+    }
+
+    /// Returns the unit behind a name whose kind is unknown, as in `Mass_kg`.
+    pub fn unit_behind_name(&self) -> Option<String> {
+        let (start, unit) = self.name.rsplit_once(['_', ' ', '/'])?;
+        let is_time = TimeUnit::from_name(unit).is_some() && unit.len() > 1
+            || unit == "s" && words::is_clock(&words_of(&start.to_lowercase()));
+        let is_load = || words::is_load(&words_of(&start.to_lowercase()));
+        let is_unit = is_load_unit(unit)
+            || is_time
+            || force_in_newtons(unit).is_some() && is_load()
+            || unit.len() > 1 && words::is_other_unit(&unit.to_lowercase());
+        (self.name.len() <= LONGEST && is_unit).then(|| unit.to_owned())
     }
 
     /// Returns true if this column holds the whole seconds of a time stamp, and the column `other` the nanoseconds of the
@@ -118,6 +165,14 @@ impl ColumnName {
         let stamp = stamp_of_part(&self.name, SECONDS);
         stamp.is_some() && stamp == stamp_of_part(&other.name, NANOSECONDS)
     }
+}
+
+/// Returns the words of a name in lower case, without the numbers behind them.
+fn words_of(name: &str) -> Vec<&str> {
+    name.split(|c: char| !c.is_alphanumeric())
+        .map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()))
+        .filter(|word| !word.is_empty())
+        .collect()
 }
 
 impl Kind {
@@ -162,7 +217,9 @@ fn is_index(inside: &str) -> bool {
 }
 
 fn kind_of(name: &str) -> Option<Kind> {
-    let is_time_unit = name.len() > 1 && TimeUnit::from_name(name).is_some();
+    // Alone, `min` mostly means a minimum.
+    let unit = TimeUnit::from_name(name).filter(|unit| unit.per_second() >= 1.0);
+    let is_time_unit = name.len() > 1 && unit.is_some();
     if is_time_unit { Some(Kind::Time) } else { plain_kind(name) }
 }
 
@@ -172,12 +229,6 @@ pub(crate) fn is_gauge_name(name: &str) -> bool {
 
 pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
-}
-
-/// Returns true if a column with this name holds times, or the seconds or nanoseconds of times.
-pub(crate) fn is_clock_name(name: &str) -> bool {
-    let is_part = |words| stamp_of_part(name, words).is_some();
-    is_time_name(name) || is_part(SECONDS) || is_part(NANOSECONDS)
 }
 
 fn is_of_gauges_alone(unit: &str) -> bool {
@@ -190,6 +241,10 @@ pub(crate) fn is_known_unit(unit: &str) -> bool {
 
 /// Returns true for a unit of force or moment, which no gauge has.
 pub(crate) fn is_load_unit(unit: &str) -> bool {
+    // These letters also stand for an acceleration and for a time.
+    if ["g", "t", "mg"].contains(&unit.trim()) {
+        return false;
+    }
     [Axis::Fx, Axis::Mx].into_iter().any(|axis| is_unit_of(Kind::Load(axis), unit))
 }
 

@@ -27,7 +27,28 @@ const BEFORE_DIRECTION: &str = "in en axe eje asse eixo axis";
 /// Words that may stand behind the letter x, y or z of a load axis, as in `x axis`.
 const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向";
 /// Words for a load whose axis is unknown, in lower case, besides the words for forces and moments.
-const LOADS: &str = "load last weight effort carico carga";
+const LOADS: &str =
+    "load last weight effort carico carga mass masse gewicht peso poids massa masa 质量 重量";
+/// Words among [`LOADS`] for a mass, whose weight is the load.
+const MASSES: &str = "mass masse weight gewicht peso poids massa masa 质量 重量";
+/// Words in names of raw signals. Next to a word for a load, they mean a gauge.
+const RAW: &str = "cell raw adc counts count code zelle";
+/// Words for a time anywhere in a column name, besides words that end in `time` or `zeit`.
+const CLOCKS: &str = "\
+    time times timestamp timestamps stamp elapsed epoch clock zeit zeitstempel uhrzeit tiempo tempo temps czas čas cas tid \
+    tijd aika время zaman idő idö thời chrono 时间 時間 时刻 時刻 시간";
+/// Words for a count of rows, cycles or frames.
+const COUNTERS: &str = "\
+    index idx frame frames cycle cycles row rows id step seq sequence nr no num number trial packet line point sample samples \
+    iteration zyklus zyklen nummer n";
+/// Words for a displacement, which is no gauge unless its name says so.
+const DISPLACEMENTS: &str = "\
+    displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
+    distance déplacement desplazamiento spostamento";
+/// Units of quantities that are neither a load nor the signal of a gauge, in lower case.
+const OTHER_UNITS: &str = "\
+    mm cm m um µm μm nm km in inch mm/s m/s mm/s^2 m/s^2 m/s² m/s^3 deg ° rad deg/s rad/s °/s % - mpa kpa pa gpa bar mbar psi \
+    n/mm^2 n/mm² n/mm2 hz rpm 1/min w kw";
 /// Words for auxiliary channels in column names, in lower case: temperature, humidity, supply voltage.
 const AUXILIARIES: &str = "\
     temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \
@@ -76,10 +97,38 @@ pub(super) fn is_load(words: &[&str]) -> bool {
     let mut long = words.iter().filter(|word| word.len() > 1);
     // The raw signal of a load cell is a gauge, not a load. A letter next to a word for the reference, as in "F_ref", names a
     // load.
-    !has("cell")
+    !has(RAW)
         && (long.any(is_load)
             || has("fx fy fz mx my mz tx ty tz")
             || (has(REFERENCES) && has("f m")))
+}
+
+pub(super) fn is_moment(words: &[&str]) -> bool {
+    words.iter().any(|word| word.len() > 1 && is_one_of(word, MOMENTS))
+}
+
+pub(super) fn is_mass(words: &[&str]) -> bool {
+    words.iter().any(|word| is_one_of(word, MASSES))
+}
+
+pub(super) fn is_clock(words: &[&str]) -> bool {
+    let is_it = |word: &&str| {
+        is_one_of(word, CLOCKS)
+            || (word.len() > 4 && (word.ends_with("time") || word.ends_with("zeit")))
+    };
+    words.iter().any(is_it)
+}
+
+pub(super) fn is_counter(words: &[&str]) -> bool {
+    words.iter().any(|word| is_one_of(word, COUNTERS))
+}
+
+pub(super) fn is_displacement(words: &[&str]) -> bool {
+    words.iter().any(|word| is_one_of(word, DISPLACEMENTS))
+}
+
+pub(super) fn is_other_unit(unit: &str) -> bool {
+    is_one_of(unit, OTHER_UNITS)
 }
 
 /// Returns true if these words of a column name, in lower case and without numbers, name an auxiliary channel.

@@ -228,7 +228,12 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
 fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
     const EXPORT: &str = "export the recording as CSV";
-    const SIGNATURES: [(&[u8], &str, &str); 17] = [
+    const SIGNATURES: [(&[u8], &str, &str); 18] = [
+        (
+            b"\x02P",
+            "a C3D file of motion capture",
+            "in Python: `import ezc3d, pandas`, then `c = ezc3d.c3d(\"FILE.c3d\")`, and `pandas.DataFrame(c[\"data\"][\"analogs\"][0].T).to_csv(\"FILE.csv\", index=False)` for its analogue channels",
+        ),
         (b"\x1f\x8b", "a gzip archive", UNPACK),
         (
             b"PK\x03\x04",
@@ -252,7 +257,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (
             b"TDSm",
             "a TDMS file of LabVIEW",
-            "in Python: `from nptdms import TdmsFile`, then `TdmsFile.read(\"FILE.tdms\").as_dataframe(time_index=True).to_csv(\"FILE.csv\", index_label=\"t\")`; or let LabVIEW write .lvm",
+            "in Python: `from nptdms import TdmsFile`, then `TdmsFile.read(\"FILE.tdms\").as_dataframe().to_csv(\"FILE.csv\", index=False)`; or let LabVIEW write .lvm",
         ),
         (
             b"SQLite format",
@@ -354,6 +359,7 @@ mod tests {
             (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
             (b"t,S1\n0,\0", "binary data"),
             (b"\x7fELF\x02\x01\x01", "binary data"),
+            (b"\x02P\x0a\0\x30\0", "a C3D file of motion capture"),
             (&[0; 500], "binary data"),
             (b"[\n  {\"t\": 0, \"S1\": 1}]", "a JSON array"),
         ] {

@@ -38,7 +38,7 @@ pub(crate) enum TimeSpelling {
 
 /// Spellings that [`TimeSpelling::from_name`] understands, as a list for error messages.
 pub(crate) const TIME_SPELLINGS: &str =
-    "s, ms, us, ns, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
+    "s, ms, us, ns, min, h, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
 impl TimeSpelling {
     pub fn from_name(unit: &str) -> Option<Self> {

@@ -3,34 +3,33 @@
 //! Guarantees: only the start of a large file is read. The preview uses the same code as loading, so it shows only what can
 //! be loaded. A file that can be opened as text is always described.
 
-mod by_values;
-mod question;
-
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub(crate) use super::column_report::ColumnReport;
-pub use question::Question;
+use super::column_report::value_of;
+pub use super::column_report::{ColumnReport, Content, Reason};
+pub use super::question::Question;
 
 use super::abandonable::abandonable;
 use super::column_report::reports;
-use super::load::Reading;
+use super::load::{Mapped, Reading, mapped};
+use super::question::answer;
 use super::two_clocks::{self, Table};
 use crate::{
     finding::Finding,
     formats::{
-        Cell, FilePart, Opened, Sample,
-        text::{Encoding, TextLayout},
+        Cell, FileError, FilePart, Opened, Part, Sample,
+        text::{Encoding, Head, TextLayout, lines},
     },
     import::{
         clock_offset::{self, ClockOffset},
-        error::ReadError,
+        error::{ReadError, of_file},
         join::Series,
         map::{ColumnMap, TableMap},
-        names,
     },
+    min_max::MinMax,
     progress::Progress,
     recording::{Axis, Recording},
 };
@@ -60,8 +59,10 @@ pub struct Inspection {
     pub reference: Option<TableReport>,
     /// Column map that the user gave, or that the inspection proposes.
     pub map: ColumnMap,
-    /// Questions about the proposed map that the user has to decide.
+    /// Questions that the names and values of the columns leave open.
     pub questions: Vec<Question>,
+    /// Text for `--columns` that answers the questions about the load, if there are such questions.
+    pub answer: Option<String>,
     /// Result of reading the file with this map.
     pub check: Check,
 }
@@ -157,40 +158,43 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
     let opened = reading.open(path, parts)?;
     // With a given map or layout, the user accepts that rows are skipped.
     let may_skip_rows = !matches!(known, Known::Nothing);
-    let (map, questions) = match known {
-        Known::Map(map) => (*map, Vec::new()),
-        Known::Layout(text) => propose(path, &opened, &text),
-        Known::Nothing => match opened.layout() {
-            Some(text) => propose(path, &opened, &text),
-            None => (ColumnMap::default(), Vec::new()),
-        },
+    let (given, layout) = match &known {
+        Known::Map(map) => (Some(&**map), None),
+        Known::Layout(text) => (None, Some(text)),
+        Known::Nothing => (None, None),
     };
+    let found = mapped(path, &opened, given, layout);
+    let (Mapped { mut map, columns, questions, .. }, error) = match found {
+        Ok(found) => (found, None),
+        Err(ReadError::Cancelled) => return Err(ReadError::Cancelled),
+        Err(error) => {
+            (Mapped { map: given.cloned().unwrap_or_default(), ..Mapped::default() }, Some(error))
+        }
+    };
+    if let (None, Some(text)) = (given, layout.cloned().or_else(|| opened.layout())) {
+        map.table.text = text;
+    }
+    let answer = answer(&questions, &columns);
     let reference = map.reference.as_ref().and_then(|file| {
         let path = two_clocks::reference_path(path, file);
         let opened = reading.open(&path, &file.table.text.parts).ok()?;
         Some(report(&path, &opened, &file.table))
     });
-    let table = report(path, &opened, &map.table);
+    let mut table = report(path, &opened, &map.table);
+    if !columns.is_empty() {
+        table.columns = columns;
+    }
     let is_sample = opened.read_bytes < table.file_bytes;
-    let check = check(path, &reading, &map, [is_sample, may_skip_rows])?;
-    Ok(Inspection { table, reference, map, questions, check })
-}
-
-/// Proposes a column map from the names of the columns. If the names do not suffice, the values of the columns are used, too.
-fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
-    let Some(head) = opened.head(text) else {
-        let table = TableMap { text: text.clone(), ..TableMap::default() };
-        return (ColumnMap::of_table(table), Vec::new());
+    if let (false, Some(head)) = (is_sample, opened.head(&map.table.text)) {
+        progress.add_total(opened.read_bytes);
+        whole_ranges(opened, &head, &map.table.text, &mut table.columns, progress)
+            .map_err(of_file(path))?;
+    }
+    let check = match error {
+        Some(error) => Check { is_sample, error: Some(error.to_string()), ..Check::default() },
+        None => check(path, &reading, &map, [is_sample, may_skip_rows])?,
     };
-    let sample = opened.sample(text, &head);
-    let mut guess = names::by_names(text, &head, &sample.rows);
-    let questions = if text.preamble.is_some() {
-        vec![Question::ReferenceAlone]
-    } else {
-        let reports = reports(&guess.table(text, &head), &head, &sample);
-        by_values::fill_in(&mut guess, &head, &sample.rows, &reports)
-    };
-    (guess.map(text, &head, path, &sample.rows), questions)
+    Ok(Inspection { table, reference, map, questions, answer, check })
 }
 
 /// Returns the first of several column maps that fits the file.
@@ -221,6 +225,52 @@ fn is_for(opened: &Opened, table: &TableMap) -> bool {
     }
     let columns = reports(table, &head, &opened.sample(&table.text, &head));
     opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::cells_fit_role)
+}
+
+/// Replaces the ranges of the columns, which are those of a sample, by the ranges over all rows.
+fn whole_ranges(
+    opened: Opened,
+    head: &Head,
+    text: &TextLayout,
+    columns: &mut [ColumnReport],
+    progress: &Progress,
+) -> Result<(), FileError> {
+    fn with_row<'a>(
+        ranges: &mut Vec<MinMax>,
+        row: impl Iterator<Item = Cell<'a>>,
+        text: &TextLayout,
+    ) {
+        for (index, cell) in row.enumerate() {
+            if index == ranges.len() {
+                ranges.push(MinMax::NONE);
+            }
+            if let Some(value) = value_of(cell, text) {
+                ranges[index] = ranges[index].with(value);
+            }
+        }
+    }
+    let parse = |part: Part<'_>| {
+        let mut ranges = Vec::new();
+        match part {
+            Part::Lines(block) => lines(block)
+                .filter_map(|line| text.row(line))
+                .for_each(|row| with_row(&mut ranges, row, text)),
+            Part::Rows(columns, rows) => {
+                rows.for_each(|row| with_row(&mut ranges, columns.row(row), text));
+            }
+        }
+        ranges
+    };
+    opened.read(head, progress, parse, |parts, _| {
+        for ranges in parts {
+            for (column, range) in columns.iter_mut().zip(ranges) {
+                if column.min.is_some() && range.min <= range.max {
+                    column.min = column.min.map(|min| min.min(range.min));
+                    column.max = column.max.map(|max| max.max(range.max));
+                }
+            }
+        }
+    })
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {

@@ -16,6 +16,7 @@ use crate::{
         },
     },
     import::error::{ReadError, TableError, at},
+    recording::units::TimeUnit,
 };
 
 /// Maximum number of lines at the start of a live source in which its columns must be found.
@@ -72,6 +73,15 @@ impl TableHeader {
         let has_gauges = !source.gauges.is_empty() && source.gauges.iter().all(is_there);
         let line = line.to_owned();
         (has_gauges || is_header(&names)).then_some(Self { line, names, units: None, has_gauges })
+    }
+
+    /// Returns true if a column may turn out to be the time, from its values.
+    fn may_have_clock(&self) -> bool {
+        let is_it = |name: &ColumnName| {
+            let unit = name.unit.as_deref().and_then(TimeUnit::from_name);
+            name.kind.is_none() && (unit.is_some() || name.has_clock_word())
+        };
+        self.names.iter().any(|name| is_it(&ColumnName::parse(name)))
     }
 
     fn delimiter(&self) -> Delimiter {
@@ -203,7 +213,7 @@ impl LiveHead {
         let is_table = matches!(source.form, None | Some(Table));
         let header = self.header.as_ref().filter(|_| is_table);
         let is_row = header.is_some_and(|header| header.delimiter_of_row(row).is_some());
-        if is_row || source.map.is_some() && source.form.is_none() {
+        if is_row || source.whole_map().is_some() && source.form.is_none() {
             return Some(Table);
         }
         let form = RowForm::of(row, |name| source.channels().any(|own| own == name))?;
@@ -260,7 +270,9 @@ impl LiveHead {
                 let delimiter = header.delimiter_of_row(last).unwrap_or_default();
                 let lines = rows.iter().map(|row| without_stamp(&row.line).1.to_owned());
                 let table = begin([header.lines(delimiter, None), lines.collect()].concat());
-                if is_no_time(&table) {
+                if is_no_time(&table) && header.may_have_clock() && is_early {
+                    Ok(None)
+                } else if is_no_time(&table) {
                     of_device(form, rows, source, Some((header, delimiter)), is_all)
                 } else {
                     table
@@ -284,7 +296,7 @@ impl LiveHead {
             Ok(Some(mut table)) => {
                 table.start = self.start;
                 table.header = self.header.take().map(|header| header.names);
-                let mut n_above = if source.map.is_some() { table.n_above } else { 0 };
+                let mut n_above = if source.whole_map().is_some() { table.n_above } else { 0 };
                 self.kept.retain(|arrived| {
                     let is_above = n_above > 0 && !arrived.is_command;
                     n_above -= usize::from(is_above);

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use crate::{
     import::map::{
-        column_map::{ColumnMap, FORMAT, VERSION},
+        column_map::{ColumnMap, FIRST_VERSION, FORMAT, VERSION},
         error::{FINITE, MapError, MapFileError, NOT_NEGATIVE, POSITIVE, must},
         header::{Header, KeyError},
         role::Attitude,
-        table::{ColumnKey, ColumnRule, TableMap},
+        table::{ColumnKey, ColumnRule, Rest, TableMap},
     },
     recording::Tare,
     small_file::read_small,
@@ -38,10 +38,13 @@ impl ColumnMap {
         if format != FORMAT {
             return Err(MapError::Format { found: format.to_string(), expected: FORMAT });
         }
-        if version != VERSION {
+        if version != VERSION && version != FIRST_VERSION {
             return Err(MapError::Version { found: version.to_string(), known: VERSION });
         }
-        let map: Self = serde_json::from_slice(text)?;
+        let mut map: Self = serde_json::from_slice(text)?;
+        if version == VERSION && start["table"].get("rest").is_none() {
+            map.table.rest = Rest::Proposed;
+        }
         map.check()?;
         Ok(map)
     }
@@ -114,12 +117,19 @@ impl TableMap {
         }
     }
 
+    /// Returns true if the map is for files with certain columns. A typed map has no shape.
+    pub(in crate::import) fn has_shape(&self) -> bool {
+        self.shape.columns > 0
+    }
+
     fn check_rule(&self, rule: &ColumnRule) -> Result<(), MapError> {
         match &rule.column {
-            &ColumnKey::Number(number) if !(1..=self.shape.columns).contains(&number) => {
+            &ColumnKey::Number(number)
+                if self.has_shape() && !(1..=self.shape.columns).contains(&number) =>
+            {
                 return Err(MapError::NoSuchColumn { number, columns: self.shape.columns });
             }
-            ColumnKey::Name(name) if !self.text.header => {
+            ColumnKey::Name(name) if self.has_shape() && !self.text.header => {
                 return Err(MapError::NameWithoutHeader { name: name.clone() });
             }
             _ => {}
@@ -147,6 +157,7 @@ mod tests {
             text: TextLayout { delimiter: Delimiter::Semicolon, ..TextLayout::default() },
             sample_rate_hz: Some(12.5),
             stamps: Stamps::Sorted,
+            rest: Rest::Ignored,
             columns: rules,
         };
         let load = ColumnRule {
@@ -195,7 +206,7 @@ mod tests {
         let whole = json(&two_files());
         for (from, to, word) in [
             (FORMAT, "something", "its \"format\" is \"something\""),
-            ("\"version\": 1", "\"version\": 9", "version 9"),
+            ("\"version\": 2", "\"version\": 9", "version 9"),
             ("\"column\": 2", "\"column\": 7", "lists column 7"),
             ("\"column\": 2", "\"column\": 0", "lists column 0"),
             ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),

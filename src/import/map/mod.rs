@@ -2,8 +2,8 @@
 //! once for all files with the same columns.
 //!
 //! Guarantees: a [`ColumnMap`] holds everything that is needed to read a file, and nothing about a single file. So one map
-//! can be used for all files of the same [`Shape`]. Every file is read by a map. If the user gives none, a map is derived
-//! from the names of the columns.
+//! can be used for all files of the same [`Shape`]. Every file is read by a map. If the user gives none, a map is proposed
+//! from names, units and values of the columns.
 
 mod column_map;
 mod error;
@@ -11,6 +11,7 @@ mod file;
 mod header;
 mod role;
 mod table;
+mod typed;
 mod weight;
 
 pub use column_map::{ColumnMap, Join, JoinMethod, ReferenceFile};
@@ -18,5 +19,5 @@ pub(crate) use error::{MapError, MapFileError};
 pub(crate) use header::{Header, KeyError};
 pub use role::ColumnRole;
 pub(crate) use role::{Attitude, PosePart};
-pub use table::{ColumnKey, ColumnRule, Shape, Stamps, TableMap};
+pub use table::{ColumnKey, ColumnRule, Rest, Shape, Stamps, TableMap};
 pub(crate) use weight::{Angles, Mount, WeightMap};

@@ -25,6 +25,8 @@ pub enum ColumnRole {
     Gauge,
     /// Auxiliary channel: a quantity that influences the gauges, such as temperature, supply voltage or humidity.
     Auxiliary,
+    /// Channel that is only shown, such as a displacement. No fit uses it.
+    Channel,
     /// Text or number that names the group to which the sample belongs, such as a press, a condition or a day. A new
     /// recording starts wherever the value changes.
     Group,
@@ -99,7 +101,7 @@ impl ColumnRole {
         [Self::Gauge, Self::Time]
             .into_iter()
             .chain(Axis::ALL.map(Self::Load))
-            .chain([Self::Ignore, Self::TimeReference, Self::Auxiliary, Self::Group])
+            .chain([Self::Ignore, Self::TimeReference, Self::Auxiliary, Self::Channel, Self::Group])
             .chain([Self::Date, Self::TimeFraction, Self::Status])
             .chain(poses)
             .chain([Self::Mount])
@@ -119,6 +121,7 @@ impl ColumnRole {
             Self::TimeFraction => "time_fraction",
             Self::Gauge => "gauge",
             Self::Auxiliary => "auxiliary",
+            Self::Channel => "channel",
             Self::Group => "group",
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",
@@ -179,7 +182,7 @@ pub enum Attitude {
 }
 
 impl Attitude {
-    pub(super) const ALL: [Self; 4] =
+    pub(in crate::import) const ALL: [Self; 4] =
         [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
 
     /// Returns the parts of the pose that make up the orientation, in the order in which

@@ -21,8 +21,22 @@ pub struct TableMap {
     /// Treatment of time stamps that are out of order, or that several rows share.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stamps: Stamps,
-    /// Rules of the columns, which give each column its role. A column that is not listed is ignored.
+    /// Role of the columns that are not listed.
+    #[serde(default)]
+    pub rest: Rest,
+    /// Rules of the columns, which give each column its role.
     pub columns: Vec<ColumnRule>,
+}
+
+/// Role of the columns that a map does not list.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rest {
+    /// They are ignored.
+    #[default]
+    Ignored,
+    /// They have the role that their names, units and values propose.
+    Proposed,
 }
 
 /// Treatment of time stamps that are out of order, or that several rows share.

@@ -2,7 +2,7 @@
 //! file.
 
 use super::super::named_column::NamedColumn;
-use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use super::parts::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::{
     formats::text::{
         Head,
@@ -34,7 +34,11 @@ impl<'a> Making<'a> {
     pub fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
         let is_by_number = |rule: &ColumnRule| matches!(rule.column, ColumnKey::Number(_));
         let (expected, actual) = (table.shape.columns, head.n_columns);
-        if expected != actual && (!table.text.header || table.columns.iter().any(is_by_number)) {
+        let has_shape = table.has_shape();
+        if has_shape
+            && expected != actual
+            && (!table.text.header || table.columns.iter().any(is_by_number))
+        {
             return Err(TableError::MapShape { expected, actual });
         }
         let mut columns = Header::of(head).rules(table)?;
@@ -104,8 +108,8 @@ impl<'a> Making<'a> {
         }
     }
 
-    pub fn no_time(&self) -> TableError {
-        TableError::NoTime { names: self.all_names() }
+    pub fn no_numbers(&self) -> TableError {
+        TableError::NoNumbers { names: self.all_names() }
     }
 
     /// Returns a use for each column. Only the status column and the group column have their use yet; all others are set to
@@ -120,17 +124,19 @@ impl<'a> Making<'a> {
         Ok(uses)
     }
 
-    /// Finds the time column and sets its use. Returns its index, and the conversion of its times to seconds.
-    pub fn times(&self, uses: &mut [Use]) -> Result<(Option<usize>, TimeScale), TableError> {
+    /// Finds the time column and sets its use. Returns its index, and the conversion of its times to seconds; `None` if the
+    /// rows have no times. Gauges and reference with separate clocks need times.
+    pub fn times(
+        &self,
+        uses: &mut [Use],
+    ) -> Result<Option<(Option<usize>, TimeScale)>, TableError> {
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
         let Some((index, rule)) = self.single(self.side.time_role())? else {
             return match rate {
-                Some(rate) => Ok((None, TimeScale::PerSecond(rate))),
-                None if self.head.ati.is_some() && self.side == Side::Both => {
-                    Err(TableError::ReferenceAlone)
-                }
-                None => Err(self.no_time()),
+                Some(rate) => Ok(Some((None, TimeScale::PerSecond(rate)))),
+                None if self.side == Side::Both => Ok(None),
+                None => Err(TableError::NoTime { names: self.all_names() }),
             };
         };
         uses[index] = Use::Time;
@@ -154,7 +160,7 @@ impl<'a> Making<'a> {
             }
         };
         self.date(uses)?;
-        Ok((Some(index), self.time_fraction(scale, uses)?))
+        Ok(Some((Some(index), self.time_fraction(scale, uses)?)))
     }
 
     /// Sets the use of the column with fractions of seconds, if there is one. Returns the conversion of times to seconds.
@@ -190,12 +196,23 @@ impl<'a> Making<'a> {
         Ok(())
     }
 
-    /// Returns the name of a gauge or an auxiliary channel: from its rule, else from the header, else `stem` with a running
-    /// number.
-    fn channel_name(&self, index: usize, rule: &ColumnRule, stem: &str, n_before: usize) -> String {
-        let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
-        let name = rule.name.clone().or_else(in_header);
-        name.unwrap_or_else(|| format!("{stem}{}", n_before + 1))
+    /// Returns the name of a channel: from its rule, else from the header, else `stem` with a running number. A name in the
+    /// header that another channel has already gets a number.
+    fn channel_name(
+        &self,
+        index: usize,
+        rule: &ColumnRule,
+        stem: &str,
+        before: &[String],
+    ) -> String {
+        if let Some(name) = &rule.name {
+            return name.clone();
+        }
+        let in_header = self.bare_name(index).filter(|name| !name.is_empty());
+        let name = in_header.unwrap_or_else(|| format!("{stem}{}", before.len() + 1));
+        let numbered = (2..).map(|number| format!("{name} ({number})"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
+        names.find(|name| !before.contains(name)).unwrap_or_default()
     }
 
     pub fn gauges(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
@@ -210,7 +227,7 @@ impl<'a> Making<'a> {
         }
         let mut indices: Vec<usize> = Vec::new();
         for (index, rule) in self.with_role(ColumnRole::Gauge) {
-            let name = self.channel_name(index, rule, "S", names.len());
+            let name = self.channel_name(index, rule, "S", &names);
             if let Some(first) = names.iter().position(|other| *other == name) {
                 let (what, first) = (format!("gauge {name}"), indices[first] + 1);
                 return Err(TableError::Twice { what, first, second: index + 1 });
@@ -220,18 +237,27 @@ impl<'a> Making<'a> {
             names.push(name);
             labels.push(self.unit(index, rule).unwrap_or_default());
         }
-        match names.len() {
-            0 if !self.side.has_gauges() => Ok((names, labels)),
-            0 if self.head.ati.is_some() => Err(TableError::ReferenceAlone),
-            0 => Err(TableError::NoGauges { names: self.all_names() }),
-            _ => Ok((names, labels)),
+        if names.is_empty() && self.side == Side::Gauges {
+            return Err(TableError::NoGauges { names: self.all_names() });
         }
+        Ok((names, labels))
+    }
+
+    /// Returns the names and units of the channels that are only shown.
+    pub fn channels(&self, uses: &mut [Use]) -> (Vec<String>, Vec<String>) {
+        let (mut names, mut labels) = (Vec::new(), Vec::new());
+        for (index, rule) in self.with_role(ColumnRole::Channel).take(CHANNEL_LIMIT) {
+            names.push(self.channel_name(index, rule, "channel ", &names));
+            labels.push(self.unit(index, rule).unwrap_or_default());
+            uses[index] = Use::Channel { factor: rule.scale / rule.counts_per_unit };
+        }
+        (names, labels)
     }
 
     pub fn auxiliary(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
-            let name = self.channel_name(index, rule, "aux", names.len());
+            let name = self.channel_name(index, rule, "aux", &names);
             if names.contains(&name) || names.len() == AUXILIARY_LIMIT {
                 return Err(TableError::Auxiliaries {
                     column: NamedColumn::new(index, name),

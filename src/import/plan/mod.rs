@@ -1,6 +1,6 @@
 //! Plan for reading the columns of one file. The plan is made from a column map that was checked and applied to the file.
 //!
-//! Guarantees of a plan: times come from exactly one source. A file with gauges has 1 to 64 gauges. A file with only a
+//! Guarantees of a plan: times come from one source, or the rows have no times. There are at most 64 gauges. A file with only a
 //! reference load has at least one axis. No axis occurs twice. Every unit that must be converted is known.
 
 mod making;
@@ -16,7 +16,9 @@ use crate::{
     recording::Axis,
 };
 use making::Making;
-pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+pub(super) use parts::{
+    AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use,
+};
 
 /// Use of each column of a file. Lists of columns have the order of the columns in the file.
 #[derive(Clone, Debug)]
@@ -40,13 +42,16 @@ pub(super) struct Plan {
     pub auxiliary_names: Vec<String>,
     /// Unit of each auxiliary channel; empty if unknown.
     pub auxiliary_units: Vec<String>,
+    /// Names and units of the channels that are only shown.
+    pub channel_names: Vec<String>,
+    pub channel_units: Vec<String>,
     pub axes: Vec<Axis>,
     /// Plan for the columns of the sensor's pose, if the load is computed from the pose.
     pub pose: Option<PosePlan>,
     /// True if the columns that are read may be blank in a row, because the row belongs to the other clock (gauges or
     /// reference).
     pub may_be_blank: bool,
-    /// True if the rows are load cases without times.
+    /// True if the rows have no times.
     pub is_static: bool,
 }
 
@@ -93,31 +98,30 @@ impl Plan {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
 
-    /// Makes the plan for a file from a column map and the head of the file. If `is_static` is true, the rows are load cases
-    /// without times, and must contain loads.
+    /// Makes the plan for a file from a column map and the head of the file.
     pub fn new(
         table: &TableMap,
         head: &Head,
         side: Side,
         weight: Option<&WeightMap>,
-        is_static: bool,
     ) -> Result<Self, TableError> {
         let making = Making::new(table, head, side)?;
         let mut uses = making.uses()?;
-        let (time_column, time_scale) = match is_static {
-            true => (None, TimeScale::PerSecond(1.0)),
-            false => making.times(&mut uses)?,
-        };
+        let times = making.times(&mut uses)?;
+        let is_static = times.is_none();
+        let (time_column, time_scale) = times.unwrap_or((None, TimeScale::PerSecond(1.0)));
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
         let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
+        let (channel_names, channel_units) = making.channels(&mut uses);
         let mut pose = making.pose(weight, &mut uses)?;
         if let Some(pose) = pose.as_mut().filter(|_| is_static) {
             // Without times, the acceleration of the weight cannot be computed, so its position is not needed.
             pose.position = None;
         }
         let axes = making.loads(pose.is_some(), &mut uses)?;
-        if is_static && axes.is_empty() && pose.is_none() {
-            return Err(making.no_time());
+        if uses.iter().all(|usage| !usage.is_number() || usage.is_time() || *usage == Use::Ignored)
+        {
+            return Err(making.no_numbers());
         }
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
@@ -133,6 +137,8 @@ impl Plan {
             gauge_units,
             auxiliary_names,
             auxiliary_units,
+            channel_names,
+            channel_units,
             axes,
             pose,
             may_be_blank: side != Side::Both,
@@ -176,16 +182,13 @@ mod tests {
                 .starts_with("a.csv, line 1: no header: the first line holds only")
         );
         assert!(message("0,5;1,5").contains("only numbers"));
-        assert!(message("S1,Fx").contains("no time column among S1, Fx"));
-        assert!(message("t,Fx,a\tb").contains("no gauge column among t, Fx, a\\tb"));
+        assert!(message("t,a\tb").contains("no column of numbers among t, a\\tb"));
         let unit = message("t,S1,Fx [stone]");
         assert!(unit.contains("column 3 (Fx) has the unknown unit stone. Known units: N, kN"));
         assert!(message("t,S1,Mx (N)").contains("unknown unit N. Known units: N·m"));
-        assert!(message("t [min],S1").contains("unknown unit min. Known units: s, ms"));
-        assert!(message("t,S1,Fx,ATI_Fx").contains("columns 3 and 4 are both read as Fx"));
-        assert!(
-            message("t,S1 [V],x,S1 [mV]").contains("columns 2 and 4 are both read as gauge S1")
-        );
+        assert!(message("t [week],S1").contains("unknown unit week. Known units: s, ms"));
+        assert_eq!(plan_of_names("t,S1,Fx,ATI_Fx").axes, [Axis::Fx]);
+        assert_eq!(plan_of_names("t,S1 [V],x,S1 [mV]").gauge_names, ["S1", "S1 (2)"]);
     }
 
     #[test]

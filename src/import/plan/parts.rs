@@ -11,6 +11,8 @@ pub(crate) const GAUGE_LIMIT: usize = 64;
 /// Maximum number of auxiliary channels. More channels would give too many features, because each channel may be multiplied
 /// by each gauge.
 pub(crate) const AUXILIARY_LIMIT: usize = 8;
+/// Maximum number of channels that are only shown.
+pub(crate) const CHANNEL_LIMIT: usize = 64;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Use {
@@ -32,6 +34,10 @@ pub(crate) enum Use {
     Auxiliary {
         factor: f64,
         shift: f64,
+    },
+    /// Value of a channel that is only shown. Without a number in the cell, the value is NaN.
+    Channel {
+        factor: f64,
     },
     /// Reference load on one axis. `slot` is the index of the axis among the axes of the file, in the order of
     /// [`Axis`](crate::recording::Axis). `factor` converts to SI.
@@ -68,6 +74,7 @@ impl Use {
         match self {
             Self::Gauge { factor }
             | Self::Auxiliary { factor, .. }
+            | Self::Channel { factor }
             | Self::Load { factor, .. }
             | Self::Pose { factor, .. }
             | Self::TimeFraction { factor } => factor,
@@ -82,6 +89,7 @@ impl Use {
             Self::Time | Self::TimeText(_) | Self::TimeFraction { .. } => "time",
             Self::Gauge { .. } => "gauge",
             Self::Auxiliary { .. } => "auxiliary channel",
+            Self::Channel { .. } => "channel",
             Self::Load { .. } => "reference",
         }
     }
@@ -111,12 +119,12 @@ impl Side {
 
     pub(super) fn reads(self, role: ColumnRole) -> bool {
         use ColumnRole::{
-            Auxiliary, Date, Gauge, Group, Ignore, Load, Mount, Pose, Status, Time, TimeFraction,
-            TimeReference,
+            Auxiliary, Channel, Date, Gauge, Group, Ignore, Load, Mount, Pose, Status, Time,
+            TimeFraction, TimeReference,
         };
         match role {
             Ignore => false,
-            Gauge | Auxiliary | Group => self.has_gauges(),
+            Gauge | Auxiliary | Channel | Group => self.has_gauges(),
             Load(_) | Pose(_) | Mount | Status => self != Self::Gauges,
             Time | Date | TimeFraction => self != Self::SecondClock,
             TimeReference => self == Self::SecondClock,

@@ -67,6 +67,7 @@ pub(super) fn value_of(
         | Use::TimeFraction { .. }
         | Use::Gauge { .. }
         | Use::Auxiliary { .. }
+        | Use::Channel { .. }
         | Use::Load { .. }
         | Use::Pose { .. } => {
             let since = plan.since_of(index);

@@ -30,8 +30,8 @@ use crate::{
         error::AnalysisError,
     },
     recording::{
-        Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
-        gap::gap_by_rate, in_role, load_ranges, median,
+        Axis, Entry, Groups, Identity, Missing, Recording, RecordingSet, Role, ValidRange,
+        full_scale_of, gap::gap_by_rate, in_role, load_ranges, median,
     },
     same::same_where,
     scoring::{
@@ -282,6 +282,12 @@ impl Datasets {
 
 impl Dataset {
     pub fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
+        // A calibration can be applied to recordings without a load.
+        let missing = key.recordings.missing();
+        let hinders = |missing: &Missing| key.calibration.is_none() || *missing == Missing::Gauges;
+        if let Some(missing) = missing.filter(hinders) {
+            return Err(missing.into());
+        }
         let mut entries = decimated(key.recordings.entries(), key.decimation);
         entries.par_iter().try_for_each(|entry| check_size(&entry.recording))?;
         let auxiliary = match &key.calibration {

@@ -19,8 +19,9 @@ mod source;
 pub use crate::questions::dataset::applied::OutputLag;
 pub use cross::CrossPlot;
 pub(crate) use dwell::{DwellCurve, DwellPlot};
-pub(crate) use figure::{FiguresOf, Inks, LoopView};
-pub(crate) use picture::LoopPlot;
+pub(crate) use figure::{FiguresOf, Inks, LoopView, clouds, thin_opacity};
+pub(crate) use frame::frame_around;
+pub(crate) use picture::{Drawn as Strokes, LoopPlot, drawn};
 pub use query::{Look, look};
 pub(crate) use request::DwellQuestion;
 pub use request::{

@@ -8,9 +8,9 @@ use faer::{Mat, Side};
 
 use crate::{
     min_max::MinMax,
-    recording::{GaugeRange, Recording, median},
+    recording::{Channel, GaugeRange, Recording, median},
     scoring::{
-        faults::fault::{Channel, Fault, FaultKind},
+        faults::fault::{Fault, FaultKind},
         quantile::quantile,
         straight_lines,
     },
@@ -179,7 +179,7 @@ impl Sampled {
     pub fn of(recording: &Recording, channels: &[Channel]) -> Self {
         let samples: Vec<usize> = looked_at(recording.n_samples()).collect();
         let values = |channel: &Channel| {
-            (*channel, samples.iter().map(|k| channel.of(recording, *k)).collect())
+            (*channel, samples.iter().map(|k| channel.at(recording, *k)).collect())
         };
         Self { channels: channels.iter().map(values).collect(), samples }
     }
@@ -284,7 +284,7 @@ impl Expected {
 
     pub fn at(&self, recording: &Recording, k: usize) -> f64 {
         let by = self.by.iter();
-        let by = by.map(|(channel, mean, factor)| (channel.of(recording, k) - mean) * factor);
+        let by = by.map(|(channel, mean, factor)| (channel.at(recording, k) - mean) * factor);
         self.constant + by.sum::<f64>()
     }
 

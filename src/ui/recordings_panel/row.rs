@@ -77,10 +77,10 @@ pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
         ("Off", Role::Off, "Used neither by the fit nor for scores"),
     ];
     let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |role| role.0);
-    if !entry.recording.has_reference() {
-        ui.weak("–").on_hover_text(
-            "This recording has no reference load. A calibration can be applied to the recording, but neither fitted nor scored",
-        );
+    if let Some(missing) = entry.recording.missing() {
+        ui.weak("–").on_hover_text(format!(
+            "Neither fitted nor scored: {missing} The roles of the channels are in the pane Channels"
+        ));
         return;
     }
     ui.menu_button(label, |ui| {
@@ -145,6 +145,12 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
     }
     context_menu(&response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
+        let about = "Shows the channels of this recording, and the menus of their roles";
+        if ui.press("Channels and their roles", about) {
+            out.send(Action::Show(questions::View::One(at)));
+            out.send(Command::ShowPane(channels_pane::PANE));
+            ui.close();
+        }
         ui.separator();
         group_menu(ui, engine, at, &mut fields.group, out);
         first

@@ -32,10 +32,23 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
         let is_header = |line: &Line| words(line.text).is_some_and(|cells| is_header(&cells));
         lines.iter().take(HEADER_LIMIT).position(is_header)
     };
-    let first_row = (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at));
+    let holds = usual_values(&lines, delimiter);
+    // Lines of a preamble may be as wide as the table, but do not have numbers in all its columns.
+    let is_of_table = |at: usize| {
+        let mut cells = Cells::new(lines[at].text, delimiter);
+        holds.iter().all(|holds_value| {
+            let is_there = |cell: &[u8]| cell.is_empty() || is_value(cell, delimiter);
+            let cell = cells.next();
+            !holds_value || cell.is_none_or(is_there)
+        })
+    };
+    let first_row =
+        (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at) && is_of_table(at));
     let header = match first_row {
         Some(0) => None,
-        Some(row) => by_names().or_else(|| header_above(&lines, row, delimiter)),
+        Some(row) => {
+            by_names().filter(|at| *at < row).or_else(|| header_above(&lines, row, delimiter))
+        }
         None => Some(by_names().unwrap_or(0)),
     };
     let below_header = header.map_or(0, |at| at + 1);
@@ -43,7 +56,8 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
         Some((at, own)) if fits_rows(&lines[at..], own) => own,
         _ => delimiter,
     };
-    let is_units_row = |line: &Line| header.is_some() && is_units_row(line.text, delimiter);
+    let is_units_row =
+        |line: &Line| header.is_some_and(|at| is_below_names(lines[at].text, line.text, delimiter));
     let start = header.or(first_row).unwrap_or(0);
     Some(TextLayout {
         delimiter,
@@ -61,6 +75,24 @@ fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
         || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
         || unmistakable_number(cell).is_some()
         || TimeForm::of_all([cell].into_iter()).is_some()
+}
+
+/// Returns, for each column of the table, true if most of its cells in the later lines hold a value.
+fn usual_values(lines: &[Line], delimiter: Delimiter) -> Vec<bool> {
+    let later = &lines[lines.len() / 2..];
+    let rows = later.iter().filter(|line| is_rowlike(line.text, delimiter));
+    let mut counts: Vec<usize> = Vec::new();
+    let mut n_rows = 0;
+    for row in rows {
+        n_rows += 1;
+        for (index, cell) in Cells::new(row.text, delimiter).enumerate() {
+            if index == counts.len() {
+                counts.push(0);
+            }
+            counts[index] += usize::from(!cell.is_empty() && is_value(cell, delimiter));
+        }
+    }
+    counts.into_iter().map(|count| 2 * count > n_rows).collect()
 }
 
 /// Returns true if any delimiter divides the line into cells that are all values (numbers or times).
@@ -136,17 +168,36 @@ fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     row.is_none_or(|row| is_rowlike(row.text, delimiter))
 }
 
-/// Returns the index of the header above a row: the nearest line above with as many cells. Lines of units and lines such as
-/// `Sample rate: 200 Hz` are no header.
+/// Returns the index of the header above a row: the nearest line above with as many cells. Lines of units, lines of numbers and
+/// lines such as `Sample rate: 200 Hz` are no header. Cells of the row may be blank.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
-    let n_cells = |at: &usize| names(lines[*at].text, delimiter).len();
-    let is_as_wide = |at: &usize| n_cells(at).abs_diff(n_cells(&row)) <= 1 && n_cells(at) > 1;
-    let mut above = (0..row).rev().filter(|at| !is_note(lines[*at].text));
-    let header = match above.next()? {
-        units if is_units_row(lines[units].text, delimiter) => above.next().unwrap_or(units),
-        header => header,
+    let n_cells = |at: usize| names(lines[at].text, delimiter).len();
+    let n_filled = n_cells(row);
+    let n_row = Cells::new(lines[row].text, delimiter).count();
+    let is_as_wide = |at: &usize| {
+        let n = n_cells(*at);
+        (n_filled.saturating_sub(1)..=n_row + 1).contains(&n) && (n > 1 || n_row == 1 && row == 1)
+    };
+    let mut above = (0..row).rev().filter(|at| {
+        let text = lines[*at].text;
+        !is_note(text) && !is_rowlike(text, delimiter)
+    });
+    let nearest = above.next()?;
+    let header = match above.next() {
+        Some(names) if is_below_names(lines[names].text, lines[nearest].text, delimiter) => names,
+        _ => nearest,
     };
     Some(header).filter(is_as_wide)
+}
+
+/// Returns true if a line below the names of the columns belongs to them: it holds units, or it goes on where the first line of
+/// names has blank cells.
+fn is_below_names(names_above: &[u8], text: &[u8], delimiter: Delimiter) -> bool {
+    let starts_blank = |text| Cells::new(text, delimiter).next().is_some_and(<[u8]>::is_empty);
+    let (n_values, n_others) = counts(text, delimiter);
+    let is_second_row =
+        n_values == 0 && n_others > 1 && starts_blank(text) && !starts_blank(names_above);
+    is_units_row(text, delimiter) || is_second_row
 }
 
 /// Returns true if a line is a note, a word with its value: `Sample rate: 200 Hz`.
@@ -277,6 +328,21 @@ mod tests {
             ("Logger 5\nStart: today\n\nt,S1\n0,1\n", 3, true, false),
             ("Logger 5\nA,B,C\n1,2,3\n4,5,6\n", 1, true, false),
             ("Logger 5\n1,2,3\n4,5,6\n", 1, false, false),
+            // A preamble as wide as the table, blank cells at the end, two rows of names, a row of zero readings.
+            (
+                "Export\nDevice:,A,A\nRate:,9,9\nGain:,1,1\nTest:,1,1\nClock,P,Q\n[s],[N],[N]\n0,1,2\n1,2,3\n2,3,4\n3,4,5\n4,5,6\n",
+                5,
+                true,
+                true,
+            ),
+            ("A,B,C,D,E\n1,6.5,3.8,,\n2,6.6,3.9,,\n3,6.7,4.1,,\n", 0, true, false),
+            (
+                "Rate\n120\nFrame,Time,Hip,,,Knee\n,,X1,Y1,Z1,X2\n1,0,1,2,3,4\n2,1,1,2,3,4\n3,2,1,2,3,4\n",
+                2,
+                true,
+                true,
+            ),
+            ("A,B,C\nzero,0.1,0.2\n1,2,3\n4,5,6\n7,8,9\n", 0, true, false),
             ("1,2,3\n4,5,6\n", 0, false, false),
             ("1,2,on\n4,5,off\n", 0, false, false),
             ("t,1,2\n0,3,4\n1,5,6\n", 0, true, false),

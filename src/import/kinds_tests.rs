@@ -1,0 +1,284 @@
+//! A small file of each kind that people have, with made-up data: which roles its columns get, and what is asked.
+
+use std::fmt::Write as _;
+
+use super::tests::TestFile;
+use super::*;
+use crate::{
+    import::{
+        inspect::{Known, inspect},
+        map::ColumnMap,
+    },
+    progress::Progress,
+    recording::{Axis, Recording},
+};
+
+/// Returns the roles of the columns, in words.
+fn roles(loaded: &Loaded) -> String {
+    let roles: Vec<&str> = loaded.columns.iter().map(|column| column.is.name()).collect();
+    roles.join(" ")
+}
+
+/// Reads a file, and checks that `inspect` proposes the same roles.
+#[track_caller]
+fn read_as(text: &str, expected: &str) -> Loaded {
+    let file = TestFile::new(text);
+    let loaded = file.read().unwrap();
+    assert_eq!(roles(&loaded), expected, "{}", text.lines().next().unwrap_or_default());
+    let inspection = inspect(&file.path, Known::Nothing, &Progress::default()).unwrap();
+    let inspected: Vec<&str> = inspection.table.columns.iter().map(|own| own.is.name()).collect();
+    assert_eq!(inspected.join(" "), expected);
+    assert_eq!(inspection.check.error, None);
+    assert_eq!(inspection.answer, loaded.answer());
+    loaded
+}
+
+#[track_caller]
+fn answered(text: &str, typed: &str) -> Loaded {
+    let map = ColumnMap::typed(typed).unwrap();
+    let loaded = read(&TestFile::new(text).path, Some(&map), &[], &Progress::default()).unwrap();
+    assert_eq!(loaded.answer(), None, "{typed}");
+    loaded
+}
+
+/// A table with this header and `n` rows, whose cells a function gives.
+fn table(header: &str, n: u32, row: impl Fn(f64) -> Vec<f64>) -> String {
+    let mut text = format!("{header}\n");
+    for k in 0..n {
+        let cells: Vec<String> = row(f64::from(k)).iter().map(f64::to_string).collect();
+        writeln!(text, "{}", cells.join("\t")).unwrap();
+    }
+    text
+}
+
+#[track_caller]
+fn assert_rate(recording: &Recording, hz: f64) {
+    let rate = recording.rate_hz().unwrap();
+    assert!((rate / hz - 1.0).abs() < 1e-6, "{rate} Hz");
+}
+
+/// Times are known by a unit of time or a word for a clock, and by values like a clock.
+#[test]
+fn a_time_has_any_name_and_unit() {
+    for (name, step, hz) in [
+        ("Zeit  1 - Standardmessrate [s]", 0.02, 50.0),
+        ("Total Time (s)", 1.0, 1.0),
+        ("abs time (s)", 0.001, 1000.0),
+        ("Prüfzeit [s]", 0.1, 10.0),
+        ("Time Elapsed (s)", 0.1, 10.0),
+        ("Czas [s]", 0.1, 10.0),
+        ("Time (min)", 0.05, 1.0 / 3.0),
+        ("Laufzeit [h]", 0.001, 1.0 / 3.6),
+        ("timestamp_start_us", 2_724_000.0, 1.0 / 2.724),
+        ("A (ms)", 5.0, 200.0),
+    ] {
+        let text = table(&format!("{name}\tS1\tFz [N]"), 60, |k| {
+            vec![12.0 + step * k, (k / 9.0).sin(), 5.0 * (k / 9.0).sin()]
+        });
+        let loaded = read_as(&text, "time gauge Fz");
+        assert_eq!(loaded.recordings.len(), 1, "{name}");
+        assert_eq!(loaded.recordings[0].n_samples(), 60);
+        assert_rate(&loaded.recordings[0], hz);
+    }
+}
+
+/// Counters, strains and loads that rise are no clocks. The order of the rows is then their order in time.
+#[test]
+fn what_only_rises_is_no_clock() {
+    for (header, expected) in [
+        ("N_cycles\tS1 [mV/V]\tForce (N)", "channel gauge Fz"),
+        ("strain [-]\tS1\tforce [uN]", "channel gauge Fz"),
+        ("Weight [kg]\tsignal\tlevel", "Fz gauge gauge"),
+        ("index\tvoltage_V\tLoad (kN)", "channel gauge Fz"),
+    ] {
+        let text = table(header, 40, |k| vec![k, (k * k) % 7.0, k % 5.0 + 0.5 * k]);
+        let loaded = read_as(&text, expected);
+        assert!(loaded.recordings.iter().all(Recording::is_static), "{header}");
+    }
+}
+
+#[test]
+fn weights_against_readings_are_load_cases_in_newtons() {
+    let text = "Mass_kg,Reading\n0,9100\n5,24400\n10,37100\n20,60200\n50,131000\n";
+    let loaded = read_as(text, "Fz gauge");
+    assert_eq!(loaded.recordings.len(), 5);
+    let loads: Vec<f64> = loaded.recordings.iter().map(|own| own.loads()[0]).collect();
+    assert!((loads[4] - 50.0 * 9.80665).abs() < 1e-9, "{loads:?}");
+    // Without a unit, a mass is a question, and its answer is printed.
+    let text = text.replace("Mass_kg", "Mass");
+    let loaded = read_as(&text, "Fz gauge");
+    assert_eq!(loaded.answer().as_deref(), Some("Mass=Fz g"));
+    let loaded = answered(&text, "Mass=Fz g");
+    assert!((loaded.recordings[4].loads()[0] - 0.050 * 9.80665).abs() < 1e-12);
+}
+
+#[test]
+fn every_unit_of_a_load_is_converted() {
+    for (unit, newtons) in [
+        ("kg", 9.80665),
+        ("g", 0.009_806_65),
+        ("t", 9806.65),
+        ("lb", 4.448_221_615_260_5),
+        ("oz", 0.278_013_850_953_781_25),
+        ("kgf", 9.80665),
+        ("lbf", 4.448_221_615_260_5),
+        ("mN", 1e-3),
+        ("µN", 1e-6),
+        ("cN", 1e-2),
+        ("daN", 10.0),
+        ("kN", 1e3),
+        ("MN", 1e6),
+    ] {
+        for header in [format!("t [s]\tS1\tForce ({unit})"), format!("t [s]\tS1\tKraft_{unit}")] {
+            let text = table(&header, 20, |k| vec![0.1 * k, k % 7.0, 2.0 + k % 3.0]);
+            let loaded = read_as(&text, "time gauge Fz");
+            let load = loaded.recordings[0].loads()[0];
+            assert!((load / newtons - 2.0).abs() < 1e-12, "{header}: {load}");
+        }
+    }
+    let text = table("t [s]\tS1\tTorque (N·cm)", 20, |k| vec![0.1 * k, k % 7.0, 2.0 + k % 3.0]);
+    let loaded = read_as(&text, "time gauge Mz");
+    assert!((loaded.recordings[0].loads()[0] - 0.02).abs() < 1e-15);
+}
+
+/// A load in counts is never read as newtons without a word.
+#[test]
+fn a_load_in_counts_is_asked_for_its_unit() {
+    let text = table("time_s\tS1\tFx\tTx", 60, |k| {
+        vec![
+            0.01 * k,
+            (k / 9.0).sin(),
+            (1e7 * (k / 9.0).sin()).round(),
+            (3e5 * (k / 9.0).cos()).round(),
+        ]
+    });
+    let loaded = read_as(&text, "time gauge Fx Mx");
+    assert_eq!(loaded.answer().as_deref(), Some("Fx=Fx N, Tx=Mx N·m"));
+    let loaded = answered(&text, "Fx=Fx N/1000000, Tx=Mx N·m/1000000");
+    assert!((loaded.recordings[0].loads()[3] - 0.298_933).abs() < 1e-9);
+    let plain =
+        table("time_s\tS1\tFx", 60, |k| vec![0.01 * k, (k / 9.0).sin(), 20.0 * (k / 9.0).cos()]);
+    let loaded = read_as(&plain, "time gauge Fx");
+    assert_eq!((loaded.answer(), &loaded.without_unit[..]), (None, &["Fx".to_owned()][..]));
+}
+
+#[test]
+fn gauges_are_known_by_what_they_are() {
+    for name in [
+        "Bx1",
+        "taxel_3",
+        "FSR1",
+        "HX711",
+        "Voltage",
+        "AIN0",
+        "CFT_raw_1",
+        "load_cell_raw",
+        "weight_raw",
+        "a0",
+    ] {
+        let text =
+            table(&format!("t [s]\t{name}\tKraft [N]"), 30, |k| vec![0.1 * k, k % 7.0, k % 5.0]);
+        let loaded = read_as(&text, "time gauge Fz");
+        assert_eq!(loaded.recordings[0].gauge_names(), [name]);
+    }
+}
+
+/// A log of loads alone and a log of other quantities open, too.
+#[test]
+fn a_table_without_gauges_or_loads_opens() {
+    let text = table("Time_s\tFx\tFy\tFz\tTx\tTy\tTz", 50, |k| {
+        vec![0.01 * k, 0.1 * k, k % 3.0, 0.5, 0.1, k % 2.0, 0.2]
+    });
+    let loaded = read_as(&text, "time Fx Fy Fz Mx My Mz");
+    assert_eq!((loaded.recordings[0].n_gauges(), loaded.recordings[0].axes()), (0, &Axis::ALL[..]));
+    let text = table("timestamp\tWave [m]\tRoll [deg]\tstress [MPa]", 50, |k| {
+        vec![1.7e9 + 0.5 * k, k % 3.0, 0.5 * (k % 5.0), k % 2.0]
+    });
+    let loaded = read_as(&text, "time channel channel channel");
+    assert_eq!(loaded.recordings[0].others().names(), ["Wave", "Roll", "stress"]);
+    let loaded = read_as("2.5\n4.25\n5\n3.75\n1.25\n", "gauge");
+    assert_eq!(loaded.recordings[0].gauges(), [2.5, 4.25, 5.0, 3.75, 1.25]);
+    let loaded = answered("2.5\n4.25\n5\n3.75\n1.25\n", "sample_rate_hz=10");
+    assert_rate(&loaded.recordings[0], 10.0);
+    assert!(TestFile::new("Dear diary,\ntoday I measured.\n").read().is_err());
+}
+
+/// A table that goes up and down on one axis keeps the order of its rows; a shuffled one is a list of load cases.
+#[test]
+fn the_order_of_rows_tells_the_branch_of_a_load_that_goes_up_and_down() {
+    let loads: Vec<u32> = (0..10).chain((0..10).rev()).chain(0..10).collect();
+    let rows = |loads: &[u32]| -> String {
+        let rows = loads.iter().map(|load| format!("{},{load}\n", f64::from(*load) * 1.5));
+        format!("S1 [mV/V],Fz [N]\n{}", rows.collect::<String>())
+    };
+    let ordered = read_as(&rows(&loads), "gauge Fz");
+    assert_eq!(ordered.recordings.len(), 1);
+    assert!(!ordered.recordings[0].is_load_case());
+    let shuffled: Vec<u32> = (0..21).map(|k| k * 8 % 21).collect();
+    let shuffled = read_as(&rows(&shuffled), "gauge Fz");
+    assert_eq!(shuffled.recordings.len(), 21);
+    assert!(shuffled.recordings[0].is_load_case());
+    let rising = read_as(&rows(&(0..21).collect::<Vec<_>>()), "gauge Fz");
+    assert_eq!(rising.recordings.len(), 21);
+}
+
+#[test]
+fn quaternions_of_a_robot_are_a_pose() {
+    let text = table("time_s\tqx\tqy\tqz\tqw\tFx [N]\tFy [N]\tFz [N]", 20, |k| {
+        vec![0.1 * k, (k / 20.0).sin(), 0.0, 0.0, (k / 20.0).cos(), k, 1.0, 2.0 * k]
+    });
+    read_as(&text, "time pose_qx pose_qy pose_qz pose_qw Fx Fy Fz");
+    let text = table(
+        "timestamp\tactual_TCP_pose_0\tactual_TCP_pose_1\tactual_TCP_pose_2\tactual_TCP_pose_3\tactual_TCP_pose_4\tactual_TCP_pose_5\tS1",
+        20,
+        |k| vec![0.1 * k, k, 1.0, 2.0, 0.1 * k, 0.2, 0.3, k % 5.0],
+    );
+    read_as(&text, "time pose_x pose_y pose_z pose_rx pose_ry pose_rz gauge");
+}
+
+/// The header of a preamble that is as wide as the table, over blank cells, with equal names.
+#[test]
+fn headers_are_found_from_the_numbers_below() {
+    let mut text = String::from(
+        "Acme Export\nDevice:\tA\tA\tB\tB\nSamples (#):\t60\t60\t60\t60\nRate (Hz):\t10.0\t10.0\t10.0\t10.0\nGain:\t1.0\t1.0\t1.0\t1.0\n\
+         abs time (s)\tFx\tFz\tFx\tFz\n\tN\tN\tN\tN\n",
+    );
+    for k in 0..60 {
+        writeln!(text, "{}.{}\t{k}.5\t{}\t{k}.25\t{}", k / 10, k % 10, k % 7, k % 5).unwrap();
+    }
+    let loaded = read_as(&text, "time Fx Fz channel channel");
+    assert_eq!(loaded.recordings[0].n_samples(), 60);
+    assert_rate(&loaded.recordings[0], 10.0);
+    let mut text = String::from("N_cycles,Machine_Load,Machine_Displacement,crack,temp_grip\n");
+    for k in 1..60 {
+        let (crack, temp) = if k % 20 == 0 { ("0.5", "21") } else { ("", "") };
+        writeln!(text, "{k},6.{k},3.{k},{crack},{temp}").unwrap();
+    }
+    let loaded = TestFile::new(&text).read().unwrap();
+    assert_eq!(loaded.columns[1].header, "Machine_Load");
+    assert_eq!(loaded.recordings[0].axes(), [Axis::Fz]);
+    let loaded = read_as("t [s]\tS1 [V]\tS1 [V]\n0\t1\t2\n1\t2\t3\n2\t3\t5\n", "time gauge gauge");
+    assert_eq!(loaded.recordings[0].gauge_names(), ["S1", "S1 (2)"]);
+}
+
+/// Date and clock in two columns, in any order, without a header.
+#[test]
+fn a_clock_and_a_date_are_one_time() {
+    let rows =
+        (0..40).map(|k| format!("\"17:10:{:02}\",\"2026-03-24\",17{}.4,\"Pa\"\n", k / 2, k % 7));
+    let loaded = read_as(&rows.collect::<String>(), "time date gauge ignore");
+    assert_eq!(loaded.recordings[0].duration_secs(), 19.0);
+}
+
+/// An answer changes what it names; everything else keeps its proposal.
+#[test]
+fn what_an_answer_leaves_out_keeps_its_proposal() {
+    let text =
+        "MD;UL;UD\n0.0;-0.110;0.190\n0.0682;-0.070;0.510\n0.1816;-0.010;1.050\n0.295;0.040;1.580\n";
+    let loaded = read_as(text, "gauge gauge gauge");
+    assert!(loaded.answer().is_some());
+    assert_eq!(roles(&answered(text, "MD=Fz kg")), "Fz gauge gauge");
+    assert_eq!(roles(&answered(text, "1=Fz kg, UD=ignore")), "Fz gauge ignore");
+    let wrong = ColumnMap::typed("MX=Fz kg").unwrap();
+    assert!(read(&TestFile::new(text).path, Some(&wrong), &[], &Progress::default()).is_err());
+}

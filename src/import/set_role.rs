@@ -1,0 +1,87 @@
+//! Changes the role of one channel of a file, as a change of its column map.
+
+use std::path::Path;
+
+use crate::{
+    import::{
+        error::ReadError,
+        inspect::{Inspection, Known, TableReport, inspect},
+        map::{ColumnMap, ColumnRole, ColumnRule, Header, TableMap},
+    },
+    progress::Progress,
+    recording::{Axis, Channel},
+};
+
+/// New role of a channel of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelRole {
+    pub channel: Channel,
+    /// Name of the channel. In other files with the same name, the column gets the same role.
+    pub name: String,
+    /// Axes of the recording's reference load.
+    pub axes: Vec<Axis>,
+    pub role: ColumnRole,
+    /// Unit of the values; `None` for the unit in the file.
+    pub unit: Option<String>,
+}
+
+/// Returns the column map of a file in which the channel has its new role; `None` if the file has no such channel. Without a
+/// `map`, the map is proposed from the file. If another column had the role and only one can have it, that column loses it.
+///
+/// # Errors
+/// [`ReadError`] if the file cannot be read, or `progress` is cancelled.
+pub fn with_role(
+    path: &Path,
+    map: Option<&ColumnMap>,
+    asked: &ChannelRole,
+    progress: &Progress,
+) -> Result<Option<ColumnMap>, ReadError> {
+    let known = map.map_or(Known::Nothing, |map| Known::Map(Box::new(map.clone())));
+    let Inspection { mut map, table: report, reference, .. } = inspect(path, known, progress)?;
+    // The loads may be in a file of their own.
+    let of_reference = reference.filter(|_| matches!(asked.channel, Channel::Load(_)));
+    let (table, report) = match (&mut map.reference, of_reference) {
+        (Some(file), Some(report)) => (&mut file.table, report),
+        _ => (&mut map.table, report),
+    };
+    let Some(index) = place(asked, &report) else {
+        return Ok(None);
+    };
+    give(table, &report, index, asked);
+    Ok(Some(map))
+}
+
+/// Returns the index of the column that holds the channel.
+fn place(asked: &ChannelRole, report: &TableReport) -> Option<usize> {
+    let columns = || report.columns.iter();
+    let nth = |role: ColumnRole, n: usize| {
+        let mut of_role = columns().enumerate().filter(|(_, column)| column.is == role);
+        of_role.nth(n).map(|(index, _)| index)
+    };
+    match asked.channel {
+        Channel::Time => nth(ColumnRole::Time, 0),
+        Channel::Gauge(at) => nth(ColumnRole::Gauge, at),
+        Channel::Load(at) => nth(ColumnRole::Load(*asked.axes.get(at)?), 0),
+        Channel::Auxiliary(at) => nth(ColumnRole::Auxiliary, at),
+        Channel::Other(at) => nth(ColumnRole::Channel, at),
+    }
+}
+
+fn give(table: &mut TableMap, report: &TableReport, index: usize, asked: &ChannelRole) {
+    let header = Header::new(report.columns.iter().map(|column| &*column.header));
+    let is_single = !matches!(
+        asked.role,
+        ColumnRole::Gauge | ColumnRole::Auxiliary | ColumnRole::Ignore | ColumnRole::Group
+    );
+    let other = |at: &usize| *at != index && table.rule(&header, *at).is == asked.role;
+    let others: Vec<usize> = (0..report.columns.len()).filter(other).collect();
+    for at in others.into_iter().filter(|_| is_single) {
+        let rule = table.rule(&header, at);
+        table.set_rule(&header, at, ColumnRule { is: ColumnRole::Channel, ..rule });
+    }
+    let mut rule = table.rule(&header, index);
+    let is_kept = rule.is == asked.role;
+    rule.is = asked.role;
+    rule.unit = asked.unit.clone().or(rule.unit.filter(|_| is_kept));
+    table.set_rule(&header, index, rule);
+}
