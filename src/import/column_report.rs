@@ -241,7 +241,11 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
                 .collect(),
             min: numbers.iter().copied().reduce(f64::min),
             max: numbers.iter().copied().reduce(f64::max),
-            runs_like_clock: steps.run_like_clock(),
+            // Dates and times of day often repeat, because they have whole seconds.
+            runs_like_clock: match content {
+                Content::Times => steps.n_back * 100 <= steps.n && !steps.up.is_empty(),
+                _ => steps.run_like_clock(),
+            },
             is: ColumnRole::Ignore,
             why: Reason::Nothing,
             named,
