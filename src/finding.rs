@@ -278,7 +278,6 @@ pub enum Id {
     RowsSkipped,
     PartsIgnored,
     Assumed,
-    UnnamedLoads,
     Stamps,
     Values,
     WithoutReference,
@@ -351,7 +350,7 @@ impl Id {
             Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {
                 ("file", "", &[])
             }
-            Self::Assumed | Self::UnnamedLoads => ("file", "", &[Way::Columns]),
+            Self::Assumed => ("file", "", &[Way::Columns]),
             Self::WithoutReference => {
                 ("figures", "errors and hysteresis are measured without these recordings", &[])
             }

@@ -16,7 +16,7 @@ use crate::{
         error::{ReadError, TableError},
         timeline,
     },
-    recording::{self, Recording, Source, units::TimeUnit},
+    recording::{self, Axis, Recording, Source, units::TimeUnit},
 };
 
 /// Maximum number of recordings in a file. With more recordings, the column that was chosen as time cannot hold times.
@@ -132,14 +132,17 @@ pub(super) fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), 
     if !table.plan.axes.is_empty()
         && !table.plan.gauge_names.is_empty()
         && rows.times.len() <= LOAD_CASE_ROWS
-        && !goes_up_and_down(&rows.loads, table.plan.axes.len())
+        && !has_order(rows, &table.plan.axes)
     {
         return Ok(load_cases(table));
     }
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
-    let cause = Cause::RowOrder { n_rows: rows.times.len() };
-    rows.findings.note(plan.line, cause);
+    let n_rows = rows.times.len();
+    rows.findings.note(plan.line, Cause::RowOrder { n_rows });
+    if (3..=12).contains(&n_rows) && plan.gauge_names.len() == n_rows && plan.axes.is_empty() {
+        rows.findings.note(plan.line, Cause::Square { n: n_rows });
+    }
     rows.times = (0..rows.times.len()).map(|row| row as f64).collect();
     let cuts = timeline::Cuts::of_rows(rows.group_changes());
     if cuts.starts.len() >= RECORDING_LIMIT {
@@ -153,12 +156,26 @@ pub(super) fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), 
     Ok((recordings.into_iter().map(Recording::in_row_order).collect(), findings))
 }
 
-/// Returns true if the load on a single axis goes up and down, so that the order of the rows tells the branch.
-fn goes_up_and_down(loads: &[f64], n_axes: usize) -> bool {
+/// Maximum number of rows of a table of load cases on one axis whose loads hardly repeat.
+const FEW_ROWS: usize = 200;
+/// Minimum mean number of rows with the same load in a longer table of load cases on one axis.
+const ROWS_OF_A_CASE: usize = 4;
+
+/// Returns true if the order of rows without times means something: the load on a single axis goes up and down, so that the
+/// order tells the branch, or it takes so many values that the table is a log.
+fn has_order(rows: &Rows, axes: &[Axis]) -> bool {
+    let (loads, n_rows) = (&rows.loads, rows.times.len());
+    if axes.len() != 1 {
+        return false;
+    }
+    let n_cases = recording::load_cases(loads, axes).into_iter().max().map_or(0, |last| last + 1);
+    if n_rows > FEW_ROWS && n_rows < ROWS_OF_A_CASE * n_cases {
+        return true;
+    }
     let steps: Vec<bool> =
         loads.windows(2).filter(|pair| pair[0] != pair[1]).map(|pair| pair[1] > pair[0]).collect();
     let n_turns = steps.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    n_axes == 1 && n_turns > 0 && steps.len() >= ROWS_TO_A_TURN * n_turns
+    n_turns > 0 && steps.len() >= ROWS_TO_A_TURN * n_turns
 }
 
 /// Returns one recording without times for each load case: all rows with the same load.

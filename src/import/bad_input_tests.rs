@@ -117,17 +117,6 @@ fn values_that_are_not_finite_are_never_kept() {
 }
 
 #[test]
-fn repeated_names_are_refused_with_both_places() {
-    assert!(
-        messages("t,S1,S1\n0,1,2\n")
-            .contains("run.csv, line 1: columns 2 and 3 are both read as gauge S1. Rename")
-    );
-    assert!(
-        messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both read as Fx. Rename")
-    );
-}
-
-#[test]
 fn empty_files_and_headers_alone_are_distinguished() {
     assert!(messages("").contains("run.csv: the file is empty"));
     assert!(messages("\n\n#x\n").contains("run.csv: no header"));
@@ -163,7 +152,12 @@ fn a_wrong_delimiter_shows_in_the_number_of_columns() {
     let inspection =
         inspect(&file.path, Known::Layout(layout.clone()), &Progress::default()).unwrap();
     let messages = inspection.check.error.unwrap();
-    assert!(messages.contains("run.csv, line 1: no time column among t;S1;Fx"), "{messages}");
+    assert!(
+        messages.contains(
+            "run.csv, line 1: no table of numbers: there is no column of numbers among t;S1;Fx"
+        ),
+        "{messages}"
+    );
     let known = inspect(&file.path, Known::Nothing, &Progress::default()).unwrap();
     assert_eq!(known.check.error, None);
     let wrong = ColumnMap::from_json(

@@ -125,7 +125,8 @@ impl ColumnReport {
     pub(super) fn counts_rows(&self) -> bool {
         let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
-        first.len() > 1
+        self.is_whole
+            && first.len() > 1
             && first[0].abs() <= 1.0
             && first.iter().all(|number| number.fract() == 0.0)
             && first.windows(2).all(is_step)
@@ -241,7 +242,11 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
                 .collect(),
             min: numbers.iter().copied().reduce(f64::min),
             max: numbers.iter().copied().reduce(f64::max),
-            runs_like_clock: steps.run_like_clock(),
+            // Dates and times of day often repeat, because they have whole seconds.
+            runs_like_clock: match content {
+                Content::Times => steps.n_back * 100 <= steps.n && !steps.up.is_empty(),
+                _ => steps.run_like_clock(),
+            },
             is: ColumnRole::Ignore,
             why: Reason::Nothing,
             named,

@@ -166,6 +166,8 @@ pub struct WeightEstimate {
 
 /// Factor by which a turned sensor must reduce the residuals, so that the turn is taken for real.
 const TURN_GAIN: f64 = 2.0;
+/// Share of the mass that forces along the axes of the world give, below which the mass in the sensor's frame counts as none.
+const WEIGHTLESS_SHARE: f64 = 0.05;
 /// Factor above the noise from which the residuals are reported.
 const NOISE_FACTOR: f64 = 3.0;
 
@@ -234,7 +236,11 @@ pub fn estimate_weight(
     let own = estimate(&pulls, forces, moments, gravity)?;
     let turned_moments = moments.map(back);
     let in_world = estimate(&pulls, &back(forces), turned_moments.as_deref(), gravity)?;
-    let is_in_world = TURN_GAIN * in_world.force_rms.max(in_world.force_noise) < own.force_rms;
+    // Constant forces in many poses are an offset without a weight, or a weight along the axes of the world.
+    let is_as_good = in_world.force_rms <= TURN_GAIN * own.force_rms.max(own.force_noise);
+    let is_weightless = own.mass_kg < WEIGHTLESS_SHARE * in_world.mass_kg;
+    let is_in_world = TURN_GAIN * in_world.force_rms.max(in_world.force_noise) < own.force_rms
+        || is_as_good && is_weightless;
     let best = if is_in_world { WeightEstimate { is_in_world, ..in_world } } else { own };
     Some(best)
 }

@@ -407,7 +407,7 @@ impl Making<'_> {
             self.rows.len() <= FEW_ROWS && numbers().all(|own| own.is_monotone && own.moves());
         let may_be = |own: &&ColumnReport| {
             let is_stamp = own.content == Content::Times || is_epoch(own);
-            let is_clock = own.is_even && !own.counts_rows() && !are_cases;
+            let is_clock = own.is_even && own.min >= Some(0.0) && !own.counts_rows() && !are_cases;
             own.runs_like_clock && own.is_filled && (is_stamp || is_clock)
         };
         self.free().find(may_be).map(|own| own.number - 1)
@@ -483,7 +483,10 @@ impl Making<'_> {
                 && !others.contains(&(own.number - 1))
                 && own.named.is_unnamed_load(own.unit.as_deref())
         };
-        let all = self.indices(is_one);
+        let mut all = self.indices(is_one);
+        if all.iter().any(|index| self.columns[*index].moves()) {
+            all.retain(|index| self.columns[*index].moves());
+        }
         let is_moment = |index: &usize| {
             let own = &self.columns[*index];
             own.named.is_unnamed_moment(own.unit.as_deref())
@@ -535,6 +538,12 @@ impl Making<'_> {
                     && !self.is_nameless_clock(own)
             })
         };
+        if gauges.is_empty() {
+            // A signal that never changes is still a signal.
+            gauges = self.indices(|own| {
+                own.content == Content::Numbers && own.named.kind.is_none() && own.named.is_signal()
+            });
+        }
         let why = if has_named_gauges { Reason::Name } else { Reason::Moves };
         let auxiliary = |index: &usize| {
             let own = &self.columns[*index];

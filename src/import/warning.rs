@@ -120,6 +120,8 @@ pub enum Cause {
         "no column is a time, so the order of the {n_rows} rows is their order in time. For times, name the time t or time, or set \"sample_rate_hz\""
     )]
     RowOrder { n_rows: usize },
+    #[error("{n} rows of {n} numbers: this may be a calibration matrix, and no recording")]
+    Square { n: usize },
     #[error(
         "the file holds several tables. Read: {}. Not read: {}. To choose others, list them as \"parts\" under \"text\" in a column map",
         listed(used),
@@ -154,6 +156,7 @@ impl Cause {
             | Self::SeveralParts { .. }
             | Self::LoadCases { .. }
             | Self::RowOrder { .. }
+            | Self::Square { .. }
             | Self::Bursts { .. }
             | Self::CoarseStamps
             | Self::LateRows { .. } => Id::Assumed,

@@ -237,9 +237,9 @@ mod tests {
         for name in ["us", "\u{b5}s", "\u{3bc}s", "USEC"] {
             assert_eq!(TimeUnit::from_name(name), Some(TimeUnit::Microseconds));
         }
-        for unit in ["s", "ms", "us", "ns"] {
+        for unit in ["s", "ms", "us", "ns", "min", "h"] {
             assert_eq!(TimeUnit::from_name(unit).unwrap().symbol(), unit);
         }
-        assert_eq!(TimeUnit::from_name("min"), None);
+        assert_eq!(TimeUnit::from_name("week"), None);
     }
 }

@@ -103,7 +103,7 @@ impl ColumnName {
             return false;
         }
         let name = self.name.to_lowercase();
-        let words = words_of(&name);
+        let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
         let is_other = |unit: &str| is_of_gauges_alone(unit) || self.is_other_quantity(Some(unit));
         unit.is_some_and(is_load_unit) || (words::is_load(&words) && !unit.is_some_and(is_other))
     }
@@ -139,6 +139,11 @@ impl ColumnName {
         let name = self.name.to_lowercase();
         unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
             || self.name.len() <= LONGEST && words::is_displacement(&words_of(&name))
+    }
+
+    /// Returns true if the name is that of a raw signal, such as a voltage.
+    pub fn is_signal(&self) -> bool {
+        self.name.len() <= LONGEST && words::is_signal(&words_of(&self.name.to_lowercase()))
     }
 
     /// Returns true if the column holds the seconds or nanoseconds of a time stamp.

@@ -40,7 +40,7 @@ const CLOCKS: &str = "\
 /// Words for a count of rows, cycles or frames.
 const COUNTERS: &str = "\
     index idx frame frames cycle cycles row rows id step seq sequence nr no num number trial packet line point sample samples \
-    iteration zyklus zyklen nummer n";
+    iteration zyklus zyklen nummer n 循环计数";
 /// Words for a displacement, which is no gauge unless its name says so.
 const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
@@ -48,7 +48,7 @@ const DISPLACEMENTS: &str = "\
 /// Units of quantities that are neither a load nor the signal of a gauge, in lower case.
 const OTHER_UNITS: &str = "\
     mm cm m um µm μm nm km in inch mm/s m/s mm/s^2 m/s^2 m/s² m/s^3 deg ° rad deg/s rad/s °/s % - mpa kpa pa gpa bar mbar psi \
-    n/mm^2 n/mm² n/mm2 hz rpm 1/min w kw";
+    n/mm^2 n/mm² n/mm2 °c degc ℃ °f hz rpm 1/min w kw";
 /// Words for auxiliary channels in column names, in lower case: temperature, humidity, supply voltage.
 const AUXILIARIES: &str = "\
     temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \
@@ -121,6 +121,11 @@ pub(super) fn is_clock(words: &[&str]) -> bool {
 
 pub(super) fn is_counter(words: &[&str]) -> bool {
     words.iter().any(|word| is_one_of(word, COUNTERS))
+}
+
+pub(super) fn is_signal(words: &[&str]) -> bool {
+    let is_it = |word: &&str| is_one_of(word, RAW) || is_one_of(word, "voltage spannung tension");
+    words.iter().any(is_it)
 }
 
 pub(super) fn is_displacement(words: &[&str]) -> bool {

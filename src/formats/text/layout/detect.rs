@@ -178,10 +178,10 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
         let n = n_cells(*at);
         (n_filled.saturating_sub(1)..=n_row + 1).contains(&n) && (n > 1 || n_row == 1 && row == 1)
     };
-    let mut above = (0..row).rev().filter(|at| {
-        let text = lines[*at].text;
-        !is_note(text) && !is_rowlike(text, delimiter)
-    });
+    let may_be = |at: &usize| !is_note(lines[*at].text);
+    let has_words = |at: &usize| !is_rowlike(lines[*at].text, delimiter);
+    let any_words = (0..row).filter(may_be).any(|at| has_words(&at));
+    let mut above = (0..row).rev().filter(may_be).filter(|at| !any_words || has_words(at));
     let nearest = above.next()?;
     let header = match above.next() {
         Some(names) if is_below_names(lines[names].text, lines[nearest].text, delimiter) => names,
