@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::{
+    min_max::MinMax,
     progress::Progress,
     questions::{
         channels::{
@@ -16,6 +17,10 @@ use crate::{
     same::same_where,
     scoring::loops::{Frame, Loop, Loops, default_reversal_threshold},
 };
+
+/// Maximum reversal threshold, as a share of the range of the horizontal channel. The noise of a table with few rows is not
+/// known.
+const LARGEST_SHARE: f64 = 0.25;
 
 /// Request for the plot and the figures of one channel of a recording.
 #[derive(Clone, Debug)]
@@ -77,7 +82,9 @@ impl ChannelQuestion {
         let mut widest_loop = None;
         let mut branches = vec![Vec::new()];
         if !is_over_time && across.iter().all(|value| value.is_finite()) {
-            let loops = Loops::of([&across[..]], default_reversal_threshold([&across[..]]));
+            let range: MinMax = across.iter().collect();
+            let threshold = default_reversal_threshold([&across[..]]);
+            let loops = Loops::of([&across[..]], threshold.min(LARGEST_SHARE * range.span()));
             progress.check()?;
             widest_loop = loops.largest().map(|cycle| Loop::of(&cycle, &across, |k| up[k]));
             branches = loops.branches().to_vec();
