@@ -1020,7 +1020,9 @@ fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
     let folder = tempfile::tempdir().unwrap();
     let [x, y] = ["x", "y"].map(|name| write_recording(folder.path(), name, false));
     let mut engine = engine_with_files();
-    engine.act(Action::Open(vec![x.clone(), y.clone()]));
+    for path in [&x, &y] {
+        engine.act(Action::Import(ImportCommand::Open(path.clone())));
+    }
     settle(&mut engine);
     let importing = engine.importing.as_ref().expect("no names");
     assert_eq!(importing.path, x);

@@ -8,7 +8,6 @@ const PANES: &[Entry] = &[
     (super::recordings_panel::PANE, of::<super::recordings_panel::View>),
     (super::settings_panel::PANE, of::<super::settings_panel::View>),
     (super::trace_panes::PANE, of::<super::trace_panes::View>),
-    (super::channels_pane::PANE, of::<super::channels_pane::View>),
     (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
     (super::models_pane::PANE, of::<super::models_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
@@ -19,6 +18,7 @@ const PANES: &[Entry] = &[
     (super::notes_pane::PANE, of::<super::notes_pane::View>),
     (super::live_pane::PANE, of::<super::live_pane::View>),
     (super::check_pane::PANE, of::<super::check_pane::View>),
+    (super::channels_pane::PANE, of::<super::channels_pane::View>),
 ];
 
 fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {

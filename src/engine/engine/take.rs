@@ -143,6 +143,9 @@ impl Engine {
                 warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
             }
             Done::ReadAgain(_, parts) => {
+                for map in parts.iter().filter_map(|part| part.file.columns.as_ref()) {
+                    self.preferences.remember_map(map);
+                }
                 let notices = self.change(|project| read_again(project, parts));
                 notices.into_iter().for_each(|notice| self.show_notice(notice));
                 if self.finds_thresholds {
