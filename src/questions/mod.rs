@@ -6,6 +6,7 @@
 //! `ui/panes.rs`, and its batch job is a file with two lines in `cli.rs`. The engine, which computes requests in the
 //! background, needs no change.
 
+pub(crate) mod budget;
 pub mod check;
 mod dataset;
 pub(crate) mod error;
