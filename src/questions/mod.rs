@@ -6,6 +6,7 @@
 //! `ui/panes.rs`, and its batch job is a file with two lines in `cli.rs`. The engine, which computes requests in the
 //! background, needs no change.
 
+pub(crate) mod budget;
 pub(crate) mod channels;
 pub mod check;
 mod dataset;
@@ -15,8 +16,6 @@ pub(crate) mod expected_error;
 pub(crate) mod history;
 pub mod loops;
 pub mod metrology;
-#[cfg(test)]
-mod missing_tests;
 pub(crate) mod models;
 pub mod page;
 pub(crate) mod question;
@@ -48,3 +47,6 @@ pub(crate) use page::{check_limits, settings_table};
 pub use request::{Request, View};
 pub(crate) use thresholds::study::BlockSuggestion;
 pub use thresholds::study::{HistoryBlock, Study};
+
+#[cfg(test)]
+mod missing_tests;

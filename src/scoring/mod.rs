@@ -1,6 +1,7 @@
 //! Computations that several kinds of results need: cross-validation, loops, intervals of constant load, lag, faults of the
 //! rig, traces to draw.
 
+pub mod budget;
 pub(crate) mod coverage;
 pub(crate) mod cross_validation;
 pub(crate) mod faults;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::{
     finding::{Face, Finding, Id, Verdict},
-    questions::errors::load_count::LoadCount,
+    questions::{budget::ErrorBudget, errors::load_count::LoadCount},
     recording::Axis,
     scoring::{numbers::significant, rig::RigReport},
 };
@@ -13,6 +13,8 @@ use crate::{
 pub struct Sufficiency {
     /// Verdict on the recordings: the gravest severity of the findings in `reasons`.
     pub verdict: Verdict,
+    /// Where the held-out error comes from, or the reason why this is unknown.
+    pub budget: Result<ErrorBudget, String>,
     /// Text with the numbers of coefficients, load cases and samples.
     pub summary: String,
     /// Findings: faults of recordings first, then by severity, then by the error that they cause.

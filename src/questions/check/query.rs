@@ -9,6 +9,7 @@ use crate::{
     min_max::MinMax,
     progress::Progress,
     questions::{
+        budget::error_budget,
         check::{
             independent_loads::{AxisReach, Sufficiency},
             judgement::ONE_WAY,
@@ -118,6 +119,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let not_covered = not_covered(&data.entries, axes_n, data.groups.by);
     let found = Sufficiency {
         verdict: Verdict::Enough,
+        budget: error_budget(&asked.request, progress)?.map_err(|reason| reason.to_string()),
         summary: format!("{}, {}", count.words(), counted(n_samples as usize, "sample")),
         reasons,
         n_samples,

@@ -1,7 +1,7 @@
 //! Makes the tables and figures that show the result of a check of the recordings.
 
 use crate::{
-    questions::check::independent_loads::Sufficiency,
+    questions::{budget::budget_table, check::independent_loads::Sufficiency},
     report::{
         figure::{Figure, Line, Scale},
         table::{Cell, Column, Table},
@@ -17,7 +17,8 @@ const COLORS: [[u8; 3]; 6] =
 type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
 
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
-    rig_tables(&of.rig).into_iter().chain([axes(of)]).collect()
+    let budget = of.budget.as_ref().ok().map(budget_table);
+    budget.into_iter().chain(rig_tables(&of.rig)).chain([axes(of)]).collect()
 }
 
 fn axes(of: &Sufficiency) -> Table {

@@ -1,0 +1,8 @@
+//! The error budget: where the errors of the uncompensated and of the compensated calibration come from, by cause.
+
+pub(crate) mod query;
+pub(crate) mod sentence;
+pub(crate) mod shown;
+
+pub(crate) use query::{ErrorBudget, error_budget};
+pub(crate) use shown::budget_table;

@@ -1,0 +1,489 @@
+//! Held-out errors of the calibration with the columns of every set of causes.
+//!
+//! All fits and errors follow from the sums of the blocks.
+
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use crate::{
+    progress::{Cancelled, Progress},
+    scoring::budget::{
+        cause::{Cause, Causes},
+        columns::Columns,
+        freedoms::{BlockScores, Gains, gains},
+        run::Unit,
+        sums::Sums,
+    },
+};
+
+/// Ridge on offset and gauges, per sample.
+pub(super) const GAUGE_RIDGE: f64 = 1e-9;
+/// Ridges on the columns of the causes, per sample. Each set of causes uses the one with the smallest held-out error.
+const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
+/// Maximum number of fits that each leave out some units.
+const MOST_FOLDS: usize = 10;
+
+/// Solves a symmetric, positive definite system; zero if it is not positive definite.
+pub(super) fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
+    match products.llt(Side::Lower) {
+        Ok(factor) => factor.solve(right),
+        Err(_) => Mat::zeros(right.nrows(), right.ncols()),
+    }
+}
+
+/// Held-out errors with one set of causes.
+#[derive(Clone, Debug)]
+pub(super) struct SetErrors {
+    /// Squared errors on each axis, summed over each block, in full scales.
+    pub squares: Vec<Vec<f64>>,
+    /// Variance of the noise that the calibration passes on, on each axis, in full scales.
+    pub noise: Vec<f64>,
+    /// For each cause of units and axis, the reduction of the squared errors and its variance by chance, in full scales.
+    pub gains: [Vec<(f64, f64)>; 3],
+}
+
+/// Errors with each set of causes that is tested, by the index of the set.
+pub(super) type AllErrors = Vec<Option<SetErrors>>;
+
+/// Computes the held-out errors of one base from its sums.
+pub(super) struct HeldOut<'a> {
+    pub columns: &'a Columns,
+    pub units: &'a [Unit],
+    pub sums: &'a Sums,
+    pub model_ridge: f64,
+    /// Causes of units that are tested.
+    pub of_units: Vec<Cause>,
+    pub full_scale: &'a [f64],
+}
+
+/// What a fit takes out of each training unit before it is fitted: its own offset, its own slope in time.
+type Projection = [bool; 2];
+
+/// Figures of the units of one fold. The last index of each list is that of the column: ridge, then axis.
+struct FoldErrors {
+    /// Numbers of the units.
+    units: Vec<usize>,
+    /// Squared error for each projection, set of causes with columns, and block of the units.
+    squares: Vec<Vec<Vec<Vec<f64>>>>,
+    /// Gains for each set of causes of units, set of causes with columns, and unit.
+    gains: Vec<Vec<Vec<Vec<Gains>>>>,
+    /// Noise for each projection and set of causes with columns.
+    noise: Vec<Vec<Vec<f64>>>,
+}
+
+impl HeldOut<'_> {
+    pub fn errors(&self, progress: &Progress) -> Result<AllErrors, Cancelled> {
+        let with_columns: Vec<Cause> = self.sums.of_causes.iter().map(|own| own.0).collect();
+        let (sets, unit_sets) = (Causes::subsets(&with_columns), Causes::subsets(&self.of_units));
+        let mut projections: Vec<Projection> =
+            unit_sets.iter().map(|own| projection(*own)).collect();
+        projections.sort_unstable();
+        projections.dedup();
+        let folds = self.folds();
+        let totals: Vec<Vec<Mat<f64>>> =
+            folds.par_iter().map(|own| self.totals(own, &projections)).collect();
+        let of_fold = |at: usize| {
+            progress.check()?;
+            let mut weights: Vec<Vec<Mat<f64>>> = Vec::new();
+            for (number, projection) in projections.iter().enumerate() {
+                let others = |which: usize| {
+                    let parts = totals.iter().enumerate().filter(|(fold, _)| *fold != at);
+                    parts.map(|(_, own)| &own[which]).fold(
+                        Mat::zeros(self.columns.width, self.columns.width),
+                        |sum: Mat<f64>, own| sum + own,
+                    )
+                };
+                let plain = projections.iter().position(|own| *own == [false; 2]).unwrap_or(0);
+                weights.push(self.weights(&others(number), &others(plain), *projection, &sets));
+            }
+            progress.check()?;
+            Ok(self.fold_errors(folds[at].clone(), &weights, &projections, &sets, &unit_sets))
+        };
+        let all: Result<Vec<FoldErrors>, Cancelled> =
+            (0..folds.len()).into_par_iter().map(of_fold).collect();
+        Ok(self.combined(&all?, &projections, &sets, &unit_sets))
+    }
+
+    /// Returns the numbers of the units that each fold leaves out.
+    fn folds(&self) -> Vec<Vec<usize>> {
+        let n_parts = self.units.iter().map(|unit| unit.part + 1).max().unwrap_or(0);
+        let n_folds = n_parts.min(MOST_FOLDS);
+        let mut folds = vec![Vec::new(); n_folds];
+        // As many parts in each fold, or one more in the first folds.
+        let (even, longer) = (n_parts / n_folds.max(1), n_parts % n_folds.max(1));
+        let start = |fold: usize| fold * even + fold.min(longer);
+        for (number, unit) in self.units.iter().enumerate() {
+            let fold = (0..n_folds).rfind(|fold| start(*fold) <= unit.part).unwrap_or(0);
+            folds[fold].push(number);
+        }
+        folds.retain(|units| !units.is_empty());
+        folds
+    }
+
+    /// Returns the sums of some units for each projection.
+    fn totals(&self, units: &[usize], projections: &[Projection]) -> Vec<Mat<f64>> {
+        let width = self.columns.width;
+        let mut totals = vec![Mat::zeros(width, width); projections.len()];
+        for unit in units {
+            let mut sums = Mat::<f64>::zeros(width, width);
+            self.units[*unit].block_numbers().for_each(|block| sums += &self.sums.blocks[block]);
+            for (total, [offset, slope]) in totals.iter_mut().zip(projections) {
+                let freedoms = [(*offset, 0), (*slope, self.columns.time)];
+                let freedoms: Vec<usize> =
+                    freedoms.iter().filter(|own| own.0).map(|own| own.1).collect();
+                *total += projected(&sums, &freedoms);
+            }
+        }
+        totals
+    }
+
+    /// Returns the coefficients of base and causes for each set of causes; columns: ridge, then axis. The rows are those of
+    /// [`Self::used`].
+    fn weights(
+        &self,
+        sums: &Mat<f64>,
+        plain: &Mat<f64>,
+        [offset, _]: Projection,
+        sets: &[Causes],
+    ) -> Vec<Mat<f64>> {
+        let (columns, n_axes) = (self.columns, self.columns.n_axes());
+        // The offsets of the units, where they are taken out, leave no offset to fit.
+        let base = if offset { &self.sums.base[1..] } else { &self.sums.base[..] };
+        let causes: Vec<usize> =
+            self.sums.of_causes.iter().flat_map(|own| own.1.iter().copied()).collect();
+        let loads: Vec<usize> = (columns.loads..columns.width).collect();
+        let n = plain[(0, 0)];
+        let mut among_base = picked(sums, base, base);
+        for (at, column) in base.iter().enumerate() {
+            let is_model = columns.model().contains(column);
+            among_base[(at, at)] += n * if is_model { self.model_ridge } else { GAUGE_RIDGE };
+        }
+        let (with_causes, with_loads) = (picked(sums, base, &causes), picked(sums, base, &loads));
+        let (causes_by_base, loads_by_base) =
+            (solve(&among_base, &with_causes), solve(&among_base, &with_loads));
+        let among_causes =
+            picked(sums, &causes, &causes) - with_causes.transpose() * &causes_by_base;
+        let causes_with_loads =
+            picked(sums, &causes, &loads) - with_causes.transpose() * &loads_by_base;
+        let of_set = |set: &Causes| {
+            let own = self.positions(*set);
+            let rows: Vec<usize> = (0..n_axes).collect();
+            let right = picked(&causes_with_loads, &own, &rows);
+            let mut all = Mat::zeros(self.sums.base.len() + own.len(), RIDGES.len() * n_axes);
+            for (at, ridge) in RIDGES.iter().enumerate() {
+                let mut products = picked(&among_causes, &own, &own);
+                (0..own.len()).for_each(|i| products[(i, i)] += ridge * n);
+                let of_causes = solve(&products, &right);
+                let base_rows: Vec<usize> = (0..base.len()).collect();
+                let of_base =
+                    &loads_by_base - picked(&causes_by_base, &base_rows, &own) * &of_causes;
+                let mut part = all.subcols_mut(at * n_axes, n_axes);
+                let first = usize::from(offset);
+                part.as_mut().subrows_mut(first, base.len()).copy_from(&of_base);
+                part.as_mut().subrows_mut(first + base.len(), own.len()).copy_from(&of_causes);
+            }
+            if offset {
+                let used = self.used(*set);
+                for column in 0..all.ncols() {
+                    let explained = used.iter().enumerate().skip(1);
+                    let explained: f64 =
+                        explained.map(|(row, own)| plain[(0, *own)] * all[(row, column)]).sum();
+                    all[(0, column)] =
+                        (plain[(0, columns.loads + column % n_axes)] - explained) / n;
+                }
+            }
+            all
+        };
+        sets.iter().map(of_set).collect()
+    }
+
+    /// Returns the columns of the base and of a set of causes.
+    fn used(&self, set: Causes) -> Vec<usize> {
+        let causes = self.sums.of_causes.iter().filter(|(cause, _)| set.contains(*cause));
+        self.sums.base.iter().chain(causes.flat_map(|own| &own.1)).copied().collect()
+    }
+
+    /// Returns the positions of a set's columns among the columns of all causes.
+    fn positions(&self, set: Causes) -> Vec<usize> {
+        let all =
+            self.sums.of_causes.iter().flat_map(|(cause, own)| own.iter().map(move |_| *cause));
+        all.enumerate().filter(|(_, cause)| set.contains(*cause)).map(|(at, _)| at).collect()
+    }
+
+    fn fold_errors(
+        &self,
+        units: Vec<usize>,
+        weights: &[Vec<Mat<f64>>],
+        projections: &[Projection],
+        sets: &[Causes],
+        unit_sets: &[Causes],
+    ) -> FoldErrors {
+        let (columns, n_axes) = (self.columns, self.columns.n_axes());
+        let per_projection = RIDGES.len() * n_axes;
+        let mut squares = vec![vec![Vec::new(); sets.len()]; projections.len()];
+        let mut gains_of = vec![vec![Vec::new(); sets.len()]; unit_sets.len()];
+        let mut noise = vec![Vec::new(); projections.len()];
+        for (set_number, set) in sets.iter().enumerate() {
+            let used = self.used(*set);
+            let rows: Vec<usize> =
+                used.iter().copied().chain(columns.time..columns.width).collect();
+            let mut all = Mat::zeros(used.len(), projections.len() * per_projection);
+            for (at, weights) in weights.iter().enumerate() {
+                let mut part = all.subcols_mut(at * per_projection, per_projection);
+                part.copy_from(&weights[set_number]);
+            }
+            let of_noise = self.passed_on(&all, &rows, &used);
+            for (at, noise) in noise.iter_mut().enumerate() {
+                noise.push(of_noise[at * per_projection..][..per_projection].to_vec());
+            }
+            for unit in &units {
+                let blocks = self.units[*unit].block_numbers();
+                let moments: Vec<Vec<ErrorSums>> = blocks
+                    .map(|block| self.error_sums(&self.sums.blocks[block], &all, &rows, &used))
+                    .collect();
+                for (at, squares) in squares.iter_mut().enumerate() {
+                    let columns = at * per_projection..(at + 1) * per_projection;
+                    let of_block = |block: &Vec<ErrorSums>| {
+                        block[columns.clone()].iter().map(|own| own.square).collect()
+                    };
+                    squares[set_number].extend(moments.iter().map(of_block));
+                }
+                for (gains_of, unit_set) in gains_of.iter_mut().zip(unit_sets) {
+                    let at = projections
+                        .iter()
+                        .position(|own| *own == projection(*unit_set))
+                        .unwrap_or(0);
+                    let wanted = Cause::OF_UNITS.map(|cause| unit_set.contains(cause));
+                    let numbers = self.units[*unit].block_numbers();
+                    let of_column = |column: usize| {
+                        let axis = column % n_axes;
+                        let blocks = moments.iter().zip(numbers.clone());
+                        let mut blocks: Vec<BlockScores> = blocks
+                            .map(|(own, number)| {
+                                self.scores(&own[column], &self.sums.blocks[number], axis)
+                            })
+                            .collect();
+                        gains(&mut blocks, wanted)
+                    };
+                    let own = if unit_set.len() > 0 {
+                        (at * per_projection..(at + 1) * per_projection).map(of_column).collect()
+                    } else {
+                        vec![Gains::default(); per_projection]
+                    };
+                    gains_of[set_number].push(own);
+                }
+            }
+        }
+        FoldErrors { units, squares, gains: gains_of, noise }
+    }
+
+    /// Returns sums of the errors of each column of weights over one block.
+    fn error_sums(
+        &self,
+        block: &Mat<f64>,
+        weights: &Mat<f64>,
+        rows: &[usize],
+        used: &[usize],
+    ) -> Vec<ErrorSums> {
+        let (columns, n_axes) = (self.columns, self.columns.n_axes());
+        let products = picked(block, rows, used) * weights;
+        let of_column = |column: usize| {
+            let load = columns.loads + column % n_axes;
+            let explained = products.col(column);
+            let (row_of_time, row_of_load) = (used.len(), used.len() + 1 + column % n_axes);
+            let both = weights.col(column).iter().zip(explained.iter());
+            let quadratic: f64 = both.map(|(weight, product)| weight * product).sum();
+            let with_load = block[(load, load)] - explained[row_of_load];
+            ErrorSums {
+                square: (with_load - explained[row_of_load] + quadratic).max(0.0),
+                sum: block[(0, load)] - explained[0],
+                with_time: block[(columns.time, load)] - explained[row_of_time],
+                with_load,
+            }
+        };
+        (0..weights.ncols()).map(of_column).collect()
+    }
+
+    fn scores(&self, error: &ErrorSums, block: &Mat<f64>, axis: usize) -> BlockScores {
+        let (time, load) = (self.columns.time, self.columns.loads + axis);
+        let mean = self.columns.inputs.load_means[axis];
+        let n = block[(0, 0)];
+        // The corrected load is the load minus the error.
+        let y_1 = block[(0, load)] + mean * n - error.sum;
+        let y_t = block[(time, load)] + mean * block[(0, time)] - error.with_time;
+        let y_e = error.with_load + mean * error.sum - error.square;
+        let load_square = block[(load, load)] + 2.0 * mean * block[(0, load)] + mean * mean * n;
+        let y_y = load_square - 2.0 * (error.with_load + mean * error.sum) + error.square;
+        BlockScores {
+            products: [
+                [n, block[(0, time)], y_1],
+                [block[(0, time)], block[(time, time)], y_t],
+                [y_1, y_t, y_y],
+            ],
+            scores: [error.sum, error.with_time, y_e],
+        }
+    }
+
+    /// Returns the variance of the noise that each column of weights passes on; zero if the noise is unknown.
+    fn passed_on(&self, weights: &Mat<f64>, rows: &[usize], used: &[usize]) -> Vec<f64> {
+        let Some(noise) = &self.sums.noise else { return vec![0.0; weights.ncols()] };
+        let squares = self.error_sums(&noise.differences, weights, rows, used);
+        let axes = (0..weights.ncols()).map(|column| column % self.columns.n_axes());
+        squares.iter().zip(axes).map(|(own, axis)| own.square * noise.scales[axis]).collect()
+    }
+
+    fn combined(
+        &self,
+        folds: &[FoldErrors],
+        projections: &[Projection],
+        sets: &[Causes],
+        unit_sets: &[Causes],
+    ) -> AllErrors {
+        let n_axes = self.columns.n_axes();
+        let n_total: f64 = self.sums.n_samples.iter().sum();
+        let mut all: AllErrors = vec![None; Causes::N_SETS];
+        for (unit_number, unit_set) in unit_sets.iter().enumerate() {
+            let at = projections.iter().position(|own| *own == projection(*unit_set)).unwrap_or(0);
+            for (set_number, set) in sets.iter().enumerate() {
+                let mut found = SetErrors {
+                    squares: vec![vec![0.0; self.sums.blocks.len()]; n_axes],
+                    noise: vec![0.0; n_axes],
+                    gains: [const { Vec::new() }; 3]
+                        .map(|_: Vec<(f64, f64)>| vec![(0.0, 0.0); n_axes]),
+                };
+                for axis in 0..n_axes {
+                    let choices = (0..RIDGES.len()).map(|ridge| {
+                        Choice::of(folds, at, unit_number, set_number, ridge * n_axes + axis)
+                    });
+                    let best = choices.min_by(|a, b| a.total().total_cmp(&b.total()));
+                    let Some(best) = best else { continue };
+                    let scale = self.full_scale[axis].powi(2);
+                    self.write(&best, folds, axis, scale, &mut found);
+                    for fold in folds {
+                        let n: f64 = fold
+                            .units
+                            .iter()
+                            .flat_map(|unit| self.units[*unit].block_numbers())
+                            .map(|block| self.sums.n_samples[block])
+                            .sum();
+                        found.noise[axis] +=
+                            fold.noise[at][set_number][best.column] * n / n_total / scale;
+                    }
+                }
+                all[set.union(*unit_set).index()] = Some(found);
+            }
+        }
+        all
+    }
+
+    /// Writes the squared errors of one axis, which the gains of each unit scale, and the gains.
+    fn write(
+        &self,
+        choice: &Choice,
+        folds: &[FoldErrors],
+        axis: usize,
+        scale: f64,
+        found: &mut SetErrors,
+    ) {
+        let mut squares = choice.squares.iter();
+        let mut gains = choice.gains.iter();
+        for unit in folds.iter().flat_map(|fold| &fold.units) {
+            let blocks = self.units[*unit].block_numbers();
+            let own: Vec<f64> = squares.by_ref().take(blocks.len()).copied().collect();
+            let gain = gains.next().map_or(0.0, |own| own.reduction);
+            let kept = 1.0 - gain / own.iter().sum::<f64>().max(1e-300);
+            for (block, square) in blocks.zip(own) {
+                found.squares[axis][block] = square * kept / scale;
+            }
+        }
+        for at in 0..Cause::OF_UNITS.len() {
+            let sum = choice.gains.iter().map(|own| own.of_each[at]);
+            let (gain, variance) = sum.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+            found.gains[at][axis] = (gain / scale, variance / (scale * scale));
+        }
+    }
+}
+
+/// Sums over one block: the squared error, the error, and its products with time and load.
+#[derive(Clone, Copy, Debug, Default)]
+struct ErrorSums {
+    square: f64,
+    sum: f64,
+    with_time: f64,
+    with_load: f64,
+}
+
+/// Figures of one set of causes with one ridge on one axis, in the order of the folds.
+struct Choice {
+    column: usize,
+    squares: Vec<f64>,
+    gains: Vec<Gains>,
+}
+
+impl Choice {
+    fn of(
+        folds: &[FoldErrors],
+        projection: usize,
+        unit_set: usize,
+        set: usize,
+        column: usize,
+    ) -> Self {
+        let squares = folds.iter().flat_map(|fold| &fold.squares[projection][set]);
+        let gains = folds.iter().flat_map(|fold| &fold.gains[unit_set][set]);
+        let mut own = Self {
+            column,
+            squares: squares.map(|block| block[column]).collect(),
+            gains: gains.map(|unit| unit[column % unit.len()]).collect(),
+        };
+        own.take_common_factor_out();
+        own
+    }
+
+    /// Takes the factor that all units share out of their gains, because it is no difference between units.
+    fn take_common_factor_out(&mut self) {
+        let (score, weight) = (self.gains.iter().map(|own| own.factor))
+            .fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+        let common = score / weight.max(1e-300);
+        let sensitivity = Cause::OF_UNITS.len() - 1;
+        for gains in &mut self.gains {
+            let (score, weight) = gains.factor;
+            let change = common * (common * weight - 2.0 * score);
+            gains.reduction += change;
+            gains.of_each[sensitivity].0 += change;
+        }
+    }
+
+    fn total(&self) -> f64 {
+        let gains: f64 = self.gains.iter().map(|own| own.reduction).sum();
+        self.squares.iter().sum::<f64>() - gains
+    }
+}
+
+/// Returns which freedoms of the units a fit with these causes takes out of the training units.
+fn projection(set: Causes) -> Projection {
+    [set.contains(Cause::Zeros), set.contains(Cause::Drift)]
+}
+
+/// Returns the sums of a unit after its own multiples of these columns are taken out of all columns.
+fn projected(sums: &Mat<f64>, freedoms: &[usize]) -> Mat<f64> {
+    if freedoms.is_empty() {
+        return sums.clone();
+    }
+    let mut among = picked(sums, freedoms, freedoms);
+    let trace: f64 = (0..freedoms.len()).map(|at| among[(at, at)]).sum();
+    (0..freedoms.len()).for_each(|at| among[(at, at)] += 1e-12 * trace);
+    let all: Vec<usize> = (0..sums.ncols()).collect();
+    let with = picked(sums, freedoms, &all);
+    sums - with.transpose() * solve(&among, &with)
+}
+
+/// Returns these rows and columns of a matrix.
+pub(super) fn picked(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
+    let mut out = Mat::zeros(rows.len(), columns.len());
+    for (to, from) in columns.iter().enumerate() {
+        let (from, to) = (of.col_as_slice(*from), out.col_as_slice_mut(to));
+        rows.iter().zip(to).for_each(|(row, to)| *to = from[*row]);
+    }
+    out
+}

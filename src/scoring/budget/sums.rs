@@ -1,0 +1,294 @@
+//! One pass over the samples: products of the columns, summed over the blocks of each unit.
+
+use std::ops::Range;
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use crate::{
+    calibration::NormalEquations,
+    progress::{Cancelled, Progress},
+    scoring::budget::{
+        base::{Base, moments},
+        cause::Cause,
+        columns::{Columns, Rows},
+        held_out::{picked, solve},
+        inputs::inverse_above,
+        noise::{CHUNK, Noise},
+        run::Unit,
+    },
+};
+
+/// Number of samples whose rows are in memory at the same time. It contains whole chunks.
+const WINDOW: usize = 40 * CHUNK;
+/// Share of the gauges' mean noise that is added to each, so that gauges without noise can be inverted.
+const LEAST_NOISE: f64 = 1e-9;
+const UNDETERMINED: f64 = 1e-9;
+
+/// Sums of products of the standardised columns.
+#[derive(Debug)]
+pub(super) struct Sums {
+    /// Products of all columns with each other, one matrix for each block.
+    pub blocks: Vec<Mat<f64>>,
+    /// Number of samples of each block.
+    pub n_samples: Vec<f64>,
+    /// Columns of the base that vary.
+    pub base: Vec<usize>,
+    /// Columns of each cause that vary.
+    pub of_causes: Vec<(Cause, Vec<usize>)>,
+    /// Mean squared residual of the base on each axis, when fitted to all samples.
+    pub in_sample: Vec<f64>,
+    pub noise: Option<NoiseSums>,
+}
+
+/// Noise that any coefficients pass on to their residuals.
+#[derive(Debug)]
+pub(super) struct NoiseSums {
+    /// Mean products of the differences of all columns.
+    pub differences: Mat<f64>,
+    /// Factor of each axis by which the differences of the base's residuals become their noise.
+    pub scales: Vec<f64>,
+    /// Noise of the unbiased calibration that passes on least noise.
+    pub floor: Vec<f64>,
+}
+
+impl Sums {
+    pub fn collect(
+        base: &Base<'_>,
+        units: &[Unit],
+        separates_noise: bool,
+        progress: &Progress,
+    ) -> Result<Self, Cancelled> {
+        let columns = base.columns;
+        let fit = base.fit(progress)?;
+        let noise = match separates_noise {
+            true => base.noise(&fit, units, progress)?,
+            false => None,
+        };
+        let of_run = |at: usize| {
+            progress.check()?;
+            let mut rows = base.rows(at);
+            let mut of_differences = NormalEquations::new(columns.width, 0);
+            let mut blocks = Vec::new();
+            for (number, unit) in units.iter().enumerate().filter(|(_, unit)| unit.run == at) {
+                let noise = noise.as_ref().map(|own| (own, number));
+                blocks.extend(unit_sums(&mut rows, unit, columns, noise, &mut of_differences));
+            }
+            Ok((blocks, of_differences))
+        };
+        let all: Result<Vec<_>, Cancelled> =
+            (0..base.runs.len()).into_par_iter().map(of_run).collect();
+        let mut of_differences = NormalEquations::new(columns.width, 0);
+        let mut raw = Vec::new();
+        for (blocks, differences) in all? {
+            raw.extend(blocks);
+            of_differences.add(&differences);
+        }
+        let standard = Standard::of(&raw, columns);
+        let n_samples = raw.iter().map(|own| own.n_samples() as f64).collect();
+        let blocks = raw.into_par_iter().map(|own| standard.apply(&own)).collect();
+        let varying = |own: &Range<usize>| -> Vec<usize> {
+            own.clone().filter(|column| standard.deviation[*column] > 0.0).collect()
+        };
+        let of_causes = columns.of_causes.iter().map(|(cause, own)| (*cause, varying(own)));
+        let noise = noise.map(|noise| {
+            let weights = standard.residual_weights(&fit.coefficients, columns);
+            let n = (of_differences.n_samples() as f64).max(1.0);
+            let scale = faer::Scale(1.0 / (binomial(noise.order) * n));
+            let differences = standard.apply(&of_differences) * scale;
+            NoiseSums::of(noise.variances, columns, differences, &weights)
+        });
+        Ok(Self {
+            blocks,
+            n_samples,
+            of_causes: of_causes.collect(),
+            base: fit.used,
+            in_sample: fit.mean_squares,
+            noise,
+        })
+    }
+}
+
+impl Sums {
+    /// Returns the causes whose columns the base explains up to the share `explained` of their variance.
+    pub fn in_base(&self, explained: f64) -> Vec<Cause> {
+        let width = self.blocks.first().map_or(0, Mat::ncols);
+        let total =
+            self.blocks.iter().fold(Mat::zeros(width, width), |sum: Mat<f64>, own| sum + own);
+        let mut among = picked(&total, &self.base, &self.base);
+        (0..self.base.len()).for_each(|at| among[(at, at)] += 1e-7 * total[(0, 0)]);
+        let is_in_base = |own: &Vec<usize>| {
+            let with = picked(&total, &self.base, own);
+            let by_base = solve(&among, &with);
+            let of_column = |at: usize| with.col(at).transpose() * by_base.col(at);
+            let squares = own.iter().map(|column| total[(*column, *column)]).sum::<f64>();
+            (0..own.len()).map(of_column).sum::<f64>() >= explained * squares
+        };
+        let causes = self.of_causes.iter().filter(|(_, own)| !own.is_empty() && is_in_base(own));
+        causes.map(|own| own.0).collect()
+    }
+}
+
+impl NoiseSums {
+    /// Computes the noise from mean products of differences. `weights` are those of the residuals of the base.
+    fn of(
+        variances: Vec<f64>,
+        columns: &Columns,
+        differences: Mat<f64>,
+        weights: &Mat<f64>,
+    ) -> Self {
+        let passed_on = |weights: &Mat<f64>| -> Vec<f64> {
+            let products = &differences * weights;
+            let of_axis = |axis: usize| weights.col(axis).transpose() * products.col(axis);
+            (0..columns.n_axes()).map(of_axis).collect()
+        };
+        let scales = variances.iter().zip(passed_on(weights));
+        let scales: Vec<f64> = scales.map(|(own, of)| own / of.max(1e-300)).collect();
+        let floor = match best_weights(columns, &differences) {
+            Some(best) => {
+                let floor = passed_on(&best).into_iter().zip(&scales).zip(&variances);
+                floor.map(|((own, scale), most)| (own * scale).min(*most)).collect()
+            }
+            None => variances,
+        };
+        Self { differences, scales, floor }
+    }
+}
+/// Returns the coefficients of the unbiased calibration that passes on least noise, by generalised least squares.
+fn best_weights(columns: &Columns, differences: &Mat<f64>) -> Option<Mat<f64>> {
+    let g = columns.n_gauges();
+    let noise = differences.submatrix(1, 1, g, g);
+    let trace: f64 = (0..g).map(|gauge| noise[(gauge, gauge)]).sum();
+    let least = LEAST_NOISE * trace / g as f64;
+    let noise = Mat::from_fn(g, g, |i, j| noise[(i, j)] + if i == j { least } else { 0.0 });
+    let from_loads = &columns.inputs.gauges_from_loads;
+    let weighted = inverse_above(&noise, 1e-15)? * from_loads.transpose();
+    let best = &weighted * inverse_above(&(from_loads * &weighted), UNDETERMINED)?;
+    let mut weights = weights_of_loads(columns);
+    for axis in 0..columns.n_axes() {
+        for gauge in 0..g {
+            weights[(1 + gauge, axis)] = -best[(gauge, axis)];
+        }
+    }
+    Some(weights)
+}
+
+/// Returns the weights of the columns whose sum on each axis is the load.
+fn weights_of_loads(columns: &Columns) -> Mat<f64> {
+    let is_load = |column: usize, axis: usize| column == columns.loads + axis;
+    Mat::from_fn(columns.width, columns.n_axes(), |i, axis| f64::from(u8::from(is_load(i, axis))))
+}
+
+/// Returns the sums of the raw columns over each block of a unit. Adds the differences of quiet chunks to `of_differences`.
+fn unit_sums(
+    rows: &mut Rows<'_>,
+    unit: &Unit,
+    columns: &Columns,
+    noise: Option<(&Noise, usize)>,
+    of_differences: &mut NormalEquations,
+) -> Vec<NormalEquations> {
+    let mut sums = vec![NormalEquations::new(columns.width, 0); unit.blocks.len()];
+    let stride = of_differences.stride();
+    let order = noise.map_or(0, |(own, _)| own.order);
+    let mut buffer: Vec<f64> = Vec::new();
+    let mut changes = Vec::new();
+    let end = unit.samples.end;
+    let mut written = unit.samples.start;
+    for start in unit.samples.clone().step_by(WINDOW) {
+        let stop = (start + WINDOW).min(end);
+        let known = (written - start) * stride;
+        buffer.drain(..buffer.len() - known);
+        let ahead = (stop + order).min(end);
+        buffer.resize((ahead - start) * stride, 0.0);
+        for row in buffer[known..].chunks_exact_mut(stride) {
+            rows.next(unit, written, row);
+            written += 1;
+        }
+        for (sums, block) in sums.iter_mut().zip(&unit.blocks) {
+            let (from, to) = (block.start.max(start), block.end.min(stop));
+            if from < to {
+                sums.add_rows(&buffer[(from - start) * stride..(to - start) * stride]);
+            }
+        }
+        let Some((noise, number)) = noise else { continue };
+        let first = unit.samples.start;
+        changes.clear();
+        for at in noise.quiet_in(number, &(start - first..stop - first)) {
+            let row = &buffer[(at + first - start) * stride..][..(order + 1) * stride];
+            push_difference(row, stride, order, &mut changes);
+        }
+        of_differences.add_rows(&changes);
+    }
+    sums
+}
+
+/// Adds the difference of some order of the rows, which are `order + 1` in number.
+fn push_difference(rows: &[f64], stride: usize, order: usize, changes: &mut Vec<f64>) {
+    let first = changes.len();
+    changes.resize(first + stride, 0.0);
+    let mut factor = if order % 2 == 0 { 1.0 } else { -1.0 };
+    for (k, row) in rows.chunks_exact(stride).enumerate() {
+        for (out, value) in changes[first..].iter_mut().zip(row) {
+            *out += factor * value;
+        }
+        factor *= -((order - k) as f64) / (k + 1) as f64;
+    }
+}
+
+/// Returns the binomial coefficient of `2 order` over `order`.
+fn binomial(order: usize) -> f64 {
+    (1..=order).map(|k| (order + k) as f64 / k as f64).product()
+}
+
+/// Means and standard deviations by which sums of raw columns become sums of standardised columns. Offset, gauges, products,
+/// time and loads stay as they are.
+struct Standard {
+    mean: Vec<f64>,
+    /// Standard deviation; 0 for columns that are left out.
+    deviation: Vec<f64>,
+}
+
+impl Standard {
+    fn of(blocks: &[NormalEquations], columns: &Columns) -> Self {
+        let n: f64 = blocks.iter().map(|own| own.n_samples() as f64).sum();
+        let (mut mean, mut deviation) = (vec![0.0; columns.width], vec![1.0; columns.width]);
+        let causes = columns.of_causes.iter().filter(|(cause, _)| *cause != Cause::Temperature);
+        for column in columns.model().chain(causes.flat_map(|(_, own)| own.clone())) {
+            let sum = |i, j| blocks.iter().map(|own| own.feature_product(i, j)).sum::<f64>();
+            (mean[column], deviation[column]) = moments(n, sum(0, column), sum(column, column));
+        }
+        Self { mean, deviation }
+    }
+
+    fn apply(&self, sums: &NormalEquations) -> Mat<f64> {
+        let width = self.mean.len();
+        let first: Vec<f64> = (0..width).map(|i| sums.feature_product(0, i)).collect();
+        let n = first[0];
+        let mut products = Mat::zeros(width, width);
+        for j in 0..width {
+            for i in 0..=j {
+                let centred =
+                    sums.feature_product(i, j) - self.mean[i] * first[j] - self.mean[j] * first[i]
+                        + self.mean[i] * self.mean[j] * n;
+                let scale = self.deviation[i] * self.deviation[j];
+                let own = if scale > 0.0 { centred / scale } else { 0.0 };
+                (products[(i, j)], products[(j, i)]) = (own, own);
+            }
+        }
+        products
+    }
+
+    /// Returns the weights of the standardised columns whose sum on each axis is the residual of the base. The coefficients
+    /// are those of the raw columns.
+    fn residual_weights(&self, coefficients: &Mat<f64>, columns: &Columns) -> Mat<f64> {
+        let mut weights = weights_of_loads(columns);
+        for axis in 0..columns.n_axes() {
+            for column in columns.base() {
+                let raw = coefficients[(column, axis)];
+                weights[(0, axis)] -= raw * self.mean[column];
+                weights[(column, axis)] -= raw * self.deviation[column];
+            }
+        }
+        weights
+    }
+}
