@@ -390,7 +390,7 @@ fn best_turn(common: &Rotation) -> Option<Rotation> {
             (0..4).map(|j| matrix[i][j] * vector[j]).sum::<f64>() + 2.0 * size * vector[i]
         });
         let length = next.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if !(length > 0.0) {
+        if length.is_nan() || length <= 0.0 {
             return None;
         }
         vector = next.map(|x| x / length);

@@ -39,10 +39,12 @@ pub fn read(
             Ok(loaded) => !loaded.is_certain,
             Err(error) => error.wants_a_map(),
         };
-        if map.is_none() && !remembered.is_empty() && is_unsure {
-            if let Some(map) = map_for(&at, &remembered, progress)? {
-                return reading.load(&at, Some(map));
-            }
+        if map.is_none()
+            && is_unsure
+            && !remembered.is_empty()
+            && let Some(map) = map_for(&at, &remembered, progress)?
+        {
+            return reading.load(&at, Some(map));
         }
         read
     })

@@ -39,7 +39,7 @@ pub fn budget_table(of: &ErrorBudget) -> Table {
             Row::Noise => "noise".to_owned(),
             Row::Unexplained => "unexplained".to_owned(),
         })
-        .columns(columns.into_iter(), head, |row, (_, own)| {
+        .columns(columns, head, |row, (_, own)| {
             own.map_or_else(|| Cell::words(""), |(budget, pool)| cell(**row, budget, pool))
         })
         .table("Where the error comes from", note(of))

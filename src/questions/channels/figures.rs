@@ -241,10 +241,10 @@ mod tests {
         let n = there_and_back.len();
         let values: Vec<f64> =
             (0..n).map(|k| 5.0 * there_and_back[k] + if k > n / 2 { 3.0 } else { 0.0 }).collect();
-        let change = figures(&values, &[there_and_back.clone()]).change.unwrap();
+        let change = figures(&values, std::slice::from_ref(&there_and_back)).change.unwrap();
         assert!(change.at_equal_load && (change.by.value - 3.0).abs() < 1e-9, "{change:?}");
         let rising: Vec<f64> = (0..200).map(f64::from).collect();
-        assert!(!figures(&rising, &[rising.clone()]).change.unwrap().at_equal_load);
+        assert!(!figures(&rising, std::slice::from_ref(&rising)).change.unwrap().at_equal_load);
     }
 
     /// Of the 95 % intervals of signals without drift, 90 % or more contain zero, also where neighbouring samples are alike.

@@ -93,7 +93,7 @@ impl ChannelQuestion {
         let finite = |values: &[f64]| values.iter().filter(|value| value.is_finite()).collect();
         let whole = frame_around(finite(&across), finite(&up));
         let canvas = (self.frame.unwrap_or(whole), self.pixels);
-        let drawn = drawn(&[across], &[up.clone()], &branches, canvas, progress)?;
+        let drawn = drawn(&[across], std::slice::from_ref(&up), &branches, canvas, progress)?;
         let times = recording.times();
         let visible = match self.frame.filter(|_| is_over_time) {
             Some(Frame { loads: (from, to), .. }) => {

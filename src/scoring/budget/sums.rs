@@ -226,7 +226,7 @@ fn unit_sums(
 fn push_difference(rows: &[f64], stride: usize, order: usize, changes: &mut Vec<f64>) {
     let first = changes.len();
     changes.resize(first + stride, 0.0);
-    let mut factor = if order % 2 == 0 { 1.0 } else { -1.0 };
+    let mut factor = if order.is_multiple_of(2) { 1.0 } else { -1.0 };
     for (k, row) in rows.chunks_exact(stride).enumerate() {
         for (out, value) in changes[first..].iter_mut().zip(row) {
             *out += factor * value;
