@@ -84,6 +84,18 @@ pub fn budget(
     asked: &Asked<'_>,
     progress: &Progress,
 ) -> Result<Result<Budget, NoBudget>, Cancelled> {
+    let guarded = |own: Vec<Result<Shares, NoBudget>>| {
+        own.into_iter().map(|own| own.and_then(Shares::if_loads_suffice)).collect()
+    };
+    Ok(split(asked, progress)?.map(|found| Budget {
+        axes: guarded(found.axes),
+        pools: guarded(found.pools),
+        ..found
+    }))
+}
+
+/// Splits the errors by cause, also where load cases are missing.
+fn split(asked: &Asked<'_>, progress: &Progress) -> Result<Result<Budget, NoBudget>, Cancelled> {
     let Asked { runs, full_scale, pools, model } = *asked;
     let Some(inputs) = Inputs::of(runs, full_scale.len()) else {
         return Ok(Err(NoBudget::NothingToExplain));

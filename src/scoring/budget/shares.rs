@@ -100,6 +100,16 @@ struct OfSet<'a> {
     errors: &'a SetErrors,
 }
 
+impl Shares {
+    /// Returns the shares if they are those of the model, and not of missing load cases.
+    pub fn if_loads_suffice(self) -> Result<Self, NoBudget> {
+        if self.over_in_sample > MOST_OVER_IN_SAMPLE {
+            return Err(NoBudget::MissingLoads);
+        }
+        Ok(self)
+    }
+}
+
 impl Decision<'_> {
     pub fn shares(&self, axes: &[usize]) -> Result<Shares, NoBudget> {
         if self.n_samples.len() < FEWEST_BLOCKS {
@@ -117,9 +127,6 @@ impl Decision<'_> {
         let in_sample =
             axes.iter().map(|axis| self.in_sample[*axis]).sum::<f64>() / axes.len() as f64;
         let over_in_sample = total / in_sample.max(1e-300);
-        if over_in_sample > MOST_OVER_IN_SAMPLE {
-            return Err(NoBudget::MissingLoads);
-        }
         Ok(Shares { over_in_sample, ..explained.shares(total) })
     }
 
