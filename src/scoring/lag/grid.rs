@@ -301,6 +301,11 @@ impl Piece<'_> {
         strain
     }
 
+    /// Returns the strain of a gauge at one sample; see [`Self::strain`].
+    fn strain_at(&self, driver: &[f64], k: usize) -> f64 {
+        driver.iter().zip(&self.loads).fold(0.0, |strain, (share, load)| strain + share * load[k])
+    }
+
     /// Returns the terms of hysteresis and curvature in each part: for each driver the outputs of the play operators, the
     /// squares and the cubes.
     fn hysteresis(
@@ -619,8 +624,8 @@ fn range_and_noise(pieces: &[Piece<'_>], driver: &[f64]) -> (MinMax, f64) {
             piece.strain(driver, start..n.min(start + BLOCK)).iter().collect()
         })
     });
-    let noise = median(
-        pieces.iter().map(|piece| noise_by(piece.times.len(), |k| piece.strain(driver, k..k + 3))),
-    );
+    let noise = median(pieces.iter().map(|piece| {
+        noise_by(piece.times.len(), |k| [k, k + 1, k + 2].map(|k| piece.strain_at(driver, k)))
+    }));
     (range.collect(), noise.unwrap_or(0.0))
 }
