@@ -125,11 +125,7 @@ impl ColumnReport {
     pub(super) fn counts_rows(&self) -> bool {
         let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
-        self.is_whole
-            && first.len() > 1
-            && first[0].abs() <= 1.0
-            && first.iter().all(|number| number.fract() == 0.0)
-            && first.windows(2).all(is_step)
+        self.is_whole && first.len() > 1 && first[0].abs() <= 1.0 && first.windows(2).all(is_step)
     }
 
     pub(super) fn cells_fit_role(&self) -> bool {

@@ -68,11 +68,8 @@ impl Proposal {
         if !self.is_turn_by_turn {
             return ColumnMap::of_table(table);
         }
-        let is_of_gauges = |rule: &ColumnRule| {
-            matches!(rule.is, ColumnRole::Gauge | ColumnRole::Auxiliary | ColumnRole::Channel)
-        };
         let mut of_loads = table.clone();
-        of_loads.columns.retain(|rule| !is_of_gauges(rule));
+        of_loads.columns.retain(|rule| !rule.is.is_channel());
         table.columns.retain(|rule| !rule.is.is_load());
         let ending = path.extension().unwrap_or_default().to_string_lossy();
         ColumnMap {
@@ -96,17 +93,9 @@ impl Proposal {
             let index = self.index(&header, &rule.column)?;
             given.push((index, ColumnRule { column: header.key(index), ..rule.clone() }));
         }
-        let is_single = |role: ColumnRole| {
-            !matches!(
-                role,
-                ColumnRole::Gauge
-                    | ColumnRole::Auxiliary
-                    | ColumnRole::Channel
-                    | ColumnRole::Ignore
-            )
-        };
         let is_taken = |index: usize, role: ColumnRole| {
-            given.iter().any(|(own, rule)| *own == index || (is_single(role) && rule.is == role))
+            let is_same = |rule: &ColumnRule| role.is_of_one_column() && rule.is == role;
+            given.iter().any(|(taken, rule)| *taken == index || is_same(rule))
         };
         // A load on another axis that the user chose replaces a load that was proposed only because it was the single one.
         let has_load = given.iter().any(|(_, rule)| rule.is.is_load());
@@ -120,12 +109,11 @@ impl Proposal {
             kept.filter(|(index, _)| !is_guess(*index)).cloned().collect();
         rules.extend(given);
         rules.sort_by_key(|(index, _)| *index);
-        let own = self.table(text, head);
         let table = TableMap {
             columns: rules.into_iter().map(|(_, rule)| rule).collect(),
             sample_rate_hz: map.table.sample_rate_hz,
             stamps: map.table.stamps,
-            ..own
+            ..self.table(text, head)
         };
         Ok(ColumnMap { table, ..map.clone() })
     }
@@ -229,9 +217,7 @@ impl Making<'_> {
 
     fn give(&mut self, index: usize, is: ColumnRole, why: Reason) {
         let column = &self.columns[index];
-        let is_channel =
-            matches!(is, ColumnRole::Gauge | ColumnRole::Auxiliary | ColumnRole::Channel);
-        let is_named = !self.text.header && is_channel && !column.named.name.is_empty();
+        let is_named = !self.text.header && is.is_channel() && !column.named.name.is_empty();
         let rule = ColumnRule {
             unit: column.unit.clone().filter(|unit| !unit.is_empty()),
             name: is_named.then(|| column.named.name.clone()),
@@ -251,8 +237,17 @@ impl Making<'_> {
         self.roles[index].is_none()
     }
 
+    fn role(&self, index: usize) -> Option<ColumnRole> {
+        self.roles[index].as_ref().map(|(rule, _)| rule.is)
+    }
+
+    /// Returns the indices of the columns with a role for which `is_it` returns true.
+    fn with_role(&self, is_it: impl Fn(ColumnRole) -> bool) -> impl Iterator<Item = usize> {
+        (0..self.roles.len()).filter(move |index| self.role(*index).is_some_and(&is_it))
+    }
+
     fn has(&self, is_it: impl Fn(ColumnRole) -> bool) -> bool {
-        self.roles.iter().flatten().any(|(rule, _)| is_it(rule.is))
+        self.with_role(is_it).next().is_some()
     }
 
     fn free(&self) -> impl Iterator<Item = &ColumnReport> {
@@ -416,10 +411,8 @@ impl Making<'_> {
     /// Sets the roles of the columns in a log of ATI's Net F/T. The time is derived from the count of samples, because the
     /// column "time" only tells when a row was written.
     fn ati_columns(&mut self) {
-        let is_time = |role: &Option<(ColumnRule, Reason)>| {
-            role.as_ref().is_some_and(|(rule, _)| rule.is == ColumnRole::Time)
-        };
-        self.roles.iter_mut().filter(|role| is_time(role)).for_each(|role| *role = None);
+        let times: Vec<usize> = self.with_role(|role| role == ColumnRole::Time).collect();
+        times.into_iter().for_each(|index| self.roles[index] = None);
         let column = |name: &str| self.head.names.iter().position(|other| other.starts_with(name));
         let [sequence, status] = ["RDT Sequence", "Status"].map(column);
         if let Some(index) = sequence {
@@ -545,27 +538,21 @@ impl Making<'_> {
             });
         }
         let why = if has_named_gauges { Reason::Name } else { Reason::Moves };
-        let auxiliary = |index: &usize| {
-            let own = &self.columns[*index];
-            own.named.auxiliary_unit(own.unit.as_deref())
-        };
-        let mut channels: Vec<usize> = if has_named_gauges {
-            self.indices(|own| own.named.kind.is_none() && may_be(own))
-        } else {
-            self.indices(may_be)
-        };
-        channels.retain(|index| auxiliary(index).is_some());
-        let units: Vec<(usize, Option<String>)> =
-            channels.iter().map(|index| (*index, auxiliary(index))).collect();
+        // Columns with names of auxiliary channels, and the units that unit or name give.
+        let mut auxiliary: Vec<(usize, String)> = self
+            .free()
+            .filter(|own| may_be(own) && (!has_named_gauges || own.named.kind.is_none()))
+            .filter_map(|own| {
+                Some((own.number - 1, own.named.auxiliary_unit(own.unit.as_deref())?))
+            })
+            .collect();
         // If all columns that could be gauges have names of auxiliary channels, such as temperatures, they are more likely the
         // gauges.
-        if gauges.iter().all(|index| channels.contains(index)) {
-            channels.retain(|index| !gauges.contains(index));
+        if gauges.iter().all(|gauge| auxiliary.iter().any(|(index, _)| index == gauge)) {
+            auxiliary.retain(|(index, _)| !gauges.contains(index));
         }
-        let units = units.into_iter().filter(|(index, _)| channels.contains(index));
-        let units: Vec<(usize, Option<String>)> = units.collect();
         let mut seen: Vec<String> = Vec::new();
-        for (index, unit) in units {
+        for (index, unit) in auxiliary {
             let name = self.columns[index].named.name.clone();
             let is_nameless = name.is_empty();
             if seen.len() == AUXILIARY_LIMIT
@@ -577,7 +564,7 @@ impl Making<'_> {
             gauges.retain(|own| *own != index);
             self.give(index, ColumnRole::Auxiliary, Reason::Name);
             if let Some((rule, _)) = &mut self.roles[index] {
-                rule.unit = unit.filter(|unit| !unit.is_empty());
+                rule.unit = Some(unit).filter(|unit| !unit.is_empty());
             }
             seen.push(name);
         }
@@ -623,11 +610,7 @@ impl Making<'_> {
 
     /// Notes if it is unclear whether day or month comes first in the dates.
     fn note_date_order(&mut self) {
-        let is_day = |role: &Option<(ColumnRule, Reason)>| {
-            let role = role.as_ref().map(|(rule, _)| rule.is);
-            matches!(role, Some(ColumnRole::Time | ColumnRole::Date))
-        };
-        let days = (0..self.roles.len()).filter(|index| is_day(&self.roles[*index]));
+        let days = self.with_role(|role| matches!(role, ColumnRole::Time | ColumnRole::Date));
         let found = days.into_iter().find_map(|index| {
             let (form, other) = date_orders(self.rows, index)?;
             Some(Cause::AssumedDateOrder {
@@ -652,10 +635,8 @@ impl Making<'_> {
     fn ask(&mut self) {
         let is_doubtful = |own: &&ColumnReport| {
             let largest = own.min.unwrap_or(0.0).abs().max(own.max.unwrap_or(0.0).abs());
-            let is_moment = match self.roles[own.number - 1].as_ref().map(|(rule, _)| rule.is) {
-                Some(ColumnRole::Load(axis)) => !axis.is_force(),
-                _ => false,
-            };
+            let role = self.role(own.number - 1);
+            let is_moment = matches!(role, Some(ColumnRole::Load(axis)) if !axis.is_force());
             let limit = if is_moment { LARGEST_MOMENT } else { LARGEST_FORCE };
             let may_be_counts =
                 own.is_whole && own.n_different > MANY_VALUES && largest >= LEAST_COUNTS;
@@ -666,19 +647,11 @@ impl Making<'_> {
         if !doubtful.is_empty() {
             self.questions.push(Question::LoadUnit(doubtful));
         }
-        let gauges = || {
-            self.roles.iter().enumerate().filter_map(|(index, role)| {
-                let (rule, why) = role.as_ref()?;
-                (rule.is == ColumnRole::Gauge).then_some((index, *why))
-            })
-        };
-        let has_load = self.has(ColumnRole::is_load);
         let is_asked = self.questions.iter().any(|own| matches!(own, Question::LoadAxis(_)));
-        if !has_load && !is_asked && gauges().next().is_some() {
-            let by_values: Vec<usize> = gauges()
-                .filter(|(_, why)| *why == Reason::Moves)
-                .map(|(index, _)| index + 1)
-                .collect();
+        if !self.has(ColumnRole::is_load) && !is_asked {
+            let moves = |index: &usize| matches!(self.roles[*index], Some((_, Reason::Moves)));
+            let gauges = self.with_role(|role| role == ColumnRole::Gauge);
+            let by_values: Vec<usize> = gauges.filter(moves).map(|index| index + 1).collect();
             if by_values.len() > 1 {
                 self.questions.push(Question::Load(by_values));
             }
@@ -687,10 +660,7 @@ impl Making<'_> {
             .columns
             .iter()
             .filter(|own| !self.has_names() && own.runs_like_clock && own.is_even)
-            .filter(|own| {
-                let role = self.roles[own.number - 1].as_ref().map(|(rule, _)| rule.is);
-                role == Some(ColumnRole::Channel)
-            })
+            .filter(|own| self.role(own.number - 1) == Some(ColumnRole::Channel))
             .map(|own| own.number)
             .collect();
         if !clocks.is_empty() {
@@ -701,14 +671,8 @@ impl Making<'_> {
     /// Returns true if each row has either gauges or loads, but not both, and both kinds of rows occur.
     fn is_turn_by_turn(&self) -> bool {
         const FEWEST_ROWS: usize = 3;
-        let columns = |is_it: fn(ColumnRole) -> bool| -> Vec<usize> {
-            let has = |role: &Option<(ColumnRule, Reason)>| {
-                role.as_ref().is_some_and(|(rule, _)| is_it(rule.is))
-            };
-            (0..self.roles.len()).filter(|index| has(&self.roles[*index])).collect()
-        };
-        let gauges = columns(|role| role == ColumnRole::Gauge);
-        let loads = columns(ColumnRole::is_load);
+        let gauges: Vec<usize> = self.with_role(|role| role == ColumnRole::Gauge).collect();
+        let loads: Vec<usize> = self.with_role(ColumnRole::is_load).collect();
         let has = |row: &Vec<Cell<'_>>, columns: &[usize]| {
             let mut cells = columns.iter().filter_map(|index| row.get(*index));
             cells.any(|cell| !cell.is_blank())

@@ -69,19 +69,53 @@ fn place(asked: &ChannelRole, report: &TableReport) -> Option<usize> {
 
 fn give(table: &mut TableMap, report: &TableReport, index: usize, asked: &ChannelRole) {
     let header = Header::new(report.columns.iter().map(|column| &*column.header));
-    let is_single = !matches!(
-        asked.role,
-        ColumnRole::Gauge | ColumnRole::Auxiliary | ColumnRole::Ignore | ColumnRole::Group
-    );
-    let other = |at: &usize| *at != index && table.rule(&header, *at).is == asked.role;
-    let others: Vec<usize> = (0..report.columns.len()).filter(other).collect();
-    for at in others.into_iter().filter(|_| is_single) {
-        let rule = table.rule(&header, at);
-        table.set_rule(&header, at, ColumnRule { is: ColumnRole::Channel, ..rule });
+    if asked.role.is_of_one_column() {
+        for at in (0..report.columns.len()).filter(|at| *at != index) {
+            let rule = table.rule(&header, at);
+            if rule.is == asked.role {
+                table.set_rule(&header, at, ColumnRule { is: ColumnRole::Channel, ..rule });
+            }
+        }
     }
     let mut rule = table.rule(&header, index);
     let is_kept = rule.is == asked.role;
     rule.is = asked.role;
     rule.unit = asked.unit.clone().or(rule.unit.filter(|_| is_kept));
     table.set_rule(&header, index, rule);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_role_of_one_column_moves_from_one_column_to_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.csv");
+        let rows: String = (0..60).map(|k| format!("{k}.5,{},{k},a,b\n", 60 - k)).collect();
+        std::fs::write(&path, format!("t [s],S1,Fz [N],press,day\n{rows}")).unwrap();
+        let column = |map: &ColumnMap, name: &str| {
+            let header = Header::new(["t [s]", "S1", "Fz [N]", "press", "day"]);
+            let at = ["t", "S1", "Fz", "press", "day"].iter().position(|own| *own == name);
+            map.table.rule(&header, at.unwrap()).is
+        };
+        let asked = |channel, role| ChannelRole {
+            channel,
+            name: "x".to_owned(),
+            axes: vec![Axis::Fz],
+            role,
+            unit: None,
+        };
+        let progress = Progress::default();
+        let change = |map: Option<&ColumnMap>, asked: &ChannelRole| {
+            with_role(&path, map, asked, &progress).unwrap().unwrap()
+        };
+        let group = change(None, &asked(Channel::Gauge(0), ColumnRole::Group));
+        assert_eq!(column(&group, "S1"), ColumnRole::Group);
+        let moved = change(Some(&group), &asked(Channel::Load(0), ColumnRole::Group));
+        assert_eq!(
+            [column(&moved, "S1"), column(&moved, "Fz")],
+            [ColumnRole::Channel, ColumnRole::Group]
+        );
+    }
 }

@@ -111,6 +111,16 @@ impl ColumnRole {
         matches!(self, Self::Load(_))
     }
 
+    /// Returns true for the channels that one file may have in any number.
+    pub(crate) const fn is_channel(self) -> bool {
+        matches!(self, Self::Gauge | Self::Auxiliary | Self::Channel)
+    }
+
+    /// Returns true if only one column of a table can have the role.
+    pub(crate) const fn is_of_one_column(self) -> bool {
+        !self.is_channel() && !matches!(self, Self::Ignore)
+    }
+
     /// Returns the name of the role in map files.
     pub fn name(self) -> &'static str {
         match self {
