@@ -1,4 +1,5 @@
-//! Files that people have, from the drop on an empty window to a loop and to an exported matrix, with the presses counted.
+//! Counts the presses that users need with typical files: from dropping a file on the window to a loop on screen, and to an
+//! exported calibration matrix.
 
 use std::fmt::Write as _;
 
@@ -41,7 +42,7 @@ impl Counted {
         }
     }
 
-    /// Checks that a loop is on screen after this number of presses.
+    /// Opens the pane with the loops, and checks that a loop is on screen after at most this number of presses.
     #[track_caller]
     fn assert_loop(&mut self, most: usize, of: [&str; 2]) {
         self.press("Loops");

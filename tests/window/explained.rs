@@ -113,11 +113,10 @@ fn every_control_of_every_pane_has_a_hover_text() {
 }
 
 #[test]
-#[ignore = "the import page no longer opens by itself; the test must open it by its command"]
 fn every_control_of_the_import_window_has_a_hover_text() {
     let files = Files::new();
     let path = files.write("bare.csv", &importing::headerless(50));
-    let mut window = window(vec![path]);
+    let mut window = importing::page(vec![path]);
     window.set_size(Vec2::new(1600.0, 1400.0));
     quick_to_explain(&mut window);
     assert!(state(&window).importing.is_some());

@@ -15,7 +15,7 @@ pub fn headerless(n: usize) -> String {
 }
 
 /// Returns a window with the import page of these files.
-fn page(files: Vec<PathBuf>) -> Window {
+pub fn page(files: Vec<PathBuf>) -> Window {
     let mut window = window(Vec::new());
     let shell = window.state_mut().as_mut().unwrap();
     files.into_iter().for_each(|path| shell.send(ImportCommand::Open(path)));

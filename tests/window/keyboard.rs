@@ -1,7 +1,7 @@
 //! Checks that all actions can be done with keys alone.
 
 use super::*;
-use crate::importing::headerless;
+use crate::importing::{headerless, page};
 
 fn key(key: Key) -> egui::Event {
     held(Modifiers::NONE, key)
@@ -199,11 +199,10 @@ fn arrows_go_on_from_a_list_that_was_opened_by_a_click() {
 }
 
 #[test]
-#[ignore = "the import page no longer opens by itself; the test must open it by its command"]
 fn a_long_list_follows_the_focus() {
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
-    let mut window = window(vec![first]);
+    let mut window = page(vec![first]);
     let button = window.get_by_role_and_label(Role::ComboBox, "Role of column 1");
     button.focus();
     window.run_steps(2);
