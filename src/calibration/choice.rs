@@ -60,17 +60,16 @@ impl Comparison {
         let needed = match self.counted {
             0 | 1 => return false,
             2 => 1.0 + TIE,
-            n => t_of_90_percent(n - 1),
+            n => t_beyond((n - 1) as f64, 0.1),
         };
         self.difference < 0.0 && self.trimmed < -needed * self.standard_error
     }
 }
 
-/// Returns the value that Student's t with `freedom` degrees of freedom exceeds with a probability of 10 %.
-fn t_of_90_percent(freedom: usize) -> f64 {
-    let n = freedom as f64;
-    let x = inv_beta_reg(0.5 * n, 0.5, 2.0 * 0.1);
-    (n * (1.0 - x) / x).sqrt()
+/// Returns the value that Student's t with `freedom` degrees of freedom exceeds with this probability, at most one half.
+pub(crate) fn t_beyond(freedom: f64, probability: f64) -> f64 {
+    let x = inv_beta_reg(0.5 * freedom, 0.5, 2.0 * probability);
+    (freedom * (1.0 - x) / x).sqrt()
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -260,7 +259,7 @@ mod tests {
         for (freedom, expected) in
             [(1, 3.078), (2, 1.886), (3, 1.638), (4, 1.533), (9, 1.383), (30, 1.310), (1000, 1.282)]
         {
-            assert!((t_of_90_percent(freedom) - expected).abs() < 3e-3, "{freedom}");
+            assert!((t_beyond(f64::from(freedom), 0.1) - expected).abs() < 3e-3, "{freedom}");
         }
     }
 

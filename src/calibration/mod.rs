@@ -33,7 +33,8 @@ pub(crate) use calibration::{
     history_step_by_rate, learned_inputs, past_samples,
 };
 pub(crate) use choice::{
-    Blocks as ErrorBlocks, HARM, NEARLY, Refusal, SHARES, best_share, simplest_good, weighed,
+    Blocks as ErrorBlocks, HARM, NEARLY, Refusal, SHARES, best_share, simplest_good, t_beyond,
+    weighed,
 };
 pub(crate) use coefficient_errors::{CoefficientErrors, MOST_FEATURES};
 pub(crate) use conventional::Conventional;

@@ -55,8 +55,8 @@ impl Rated {
 /// Arguments of all jobs that read recordings.
 #[derive(Clone, Debug, Args)]
 pub struct ReadArgs {
-    /// Roles of columns, for files whose columns do not show them: COLUMN=ROLE UNIT, separated by commas, such as "Mass_kg=Fz kgf,
-    /// Reading=gauge", or a column map (JSON), as `inspect --write-map` writes it. All other columns keep their proposed roles.
+    /// Roles of columns that differ from the proposed roles: COLUMN=ROLE UNIT, separated by commas, such as "Mass_kg=Fz kgf,
+    /// Reading=gauge". Or the name of a column map (JSON) that `inspect --write-map` wrote.
     #[arg(long, value_name = "MAP.json|COLUMN=ROLE,…", value_parser = columns())]
     pub columns: Option<Columns>,
     /// Tare each recording by the mean of its gauges in an interval: FROM:TO in seconds from its start, or "auto" for the first
@@ -137,7 +137,7 @@ fn columns() -> impl TypedValueParser<Value = Columns> {
 }
 
 impl ReadArgs {
-    /// Returns the file with the column map, if there is one.
+    /// Returns the path of the column map if `--columns` names a file, and not roles.
     pub fn columns_file(&self) -> Option<&PathBuf> {
         match &self.columns {
             Some(Columns::File(path)) => Some(path),

@@ -270,8 +270,8 @@ impl Project {
         Ok(())
     }
 
-    /// Returns the document `other` of an undo step, but with the view of this document, and with its column maps of files
-    /// that are not open in `other`.
+    /// Returns the document `other` for an undo step. Two things are kept from this document: the recording on screen, and the
+    /// column maps of files that are not open in `other`.
     pub fn with_edits_of(&self, other: Self) -> Self {
         let mut maps = self.maps.clone();
         for path in other.files() {
@@ -281,7 +281,8 @@ impl Project {
         Self { view: self.view.within(other.recordings.entries().len()), maps, ..other }
     }
 
-    /// Returns what the recordings lack for a calibration, or for the calibration that is applied to them.
+    /// Returns what is missing for a fit: the gauges or the reference load. If a calibration from a file is applied, only gauges
+    /// can be missing.
     pub fn missing(&self) -> Option<Missing> {
         let missing = self.recordings.missing();
         missing.filter(|missing| self.applied.is_none() || *missing == Missing::Gauges)

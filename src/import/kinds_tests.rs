@@ -184,7 +184,7 @@ fn gauges_are_known_by_what_they_are() {
     }
 }
 
-/// A log of loads alone and a log of other quantities open, too.
+/// A file with loads but no gauges opens, and so does a file with neither.
 #[test]
 fn a_table_without_gauges_or_loads_opens() {
     let text = table("Time_s\tFx\tFy\tFz\tTx\tTy\tTz", 50, |k| {

@@ -2,6 +2,8 @@
 //! estimates a weight from poses and measured loads. Numbers that do not describe a rotation are never used as an
 //! orientation. Without acceleration, the computed force never exceeds the weight.
 
+use faer::{Mat, Side};
+
 use crate::{
     dot::dot,
     import::map::{Angles, Attitude},
@@ -372,29 +374,22 @@ fn force_noise(forces: &[[f64; 3]]) -> f64 {
 /// Returns the rotation Q for which the sum of `fᵀ Q p` is largest, from the sum of `f pᵀ`. `None` if all forces are zero.
 ///
 /// **Source** Horn (1987), closed-form solution of absolute orientation using unit quaternions. The quaternion is the eigenvector
-/// of the largest eigenvalue of a symmetric matrix, found here by repeated multiplication.
+/// of the largest eigenvalue of a symmetric matrix.
 fn best_turn(common: &Rotation) -> Option<Rotation> {
-    const STEPS: usize = 2000;
     let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *common;
-    let size: f64 = common.iter().flatten().map(|x| x.abs()).sum();
-    let matrix = [
+    let rows = [
         [xx + yy + zz, yz - zy, zx - xz, xy - yx],
         [yz - zy, xx - yy - zz, xy + yx, zx + xz],
         [zx - xz, xy + yx, yy - xx - zz, yz + zy],
         [xy - yx, zx + xz, yz + zy, zz - xx - yy],
     ];
-    let mut vector = [1.0, 0.1, 0.2, 0.3];
-    for _ in 0..STEPS {
-        // The multiple of the vector makes all eigenvalues positive.
-        let next: [f64; 4] = std::array::from_fn(|i| {
-            (0..4).map(|j| matrix[i][j] * vector[j]).sum::<f64>() + 2.0 * size * vector[i]
-        });
-        let length = next.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if length.is_nan() || length <= 0.0 {
-            return None;
-        }
-        vector = next.map(|x| x / length);
+    let size: f64 = rows.as_flattened().iter().map(|x| x.abs()).sum();
+    if !size.is_finite() || size == 0.0 {
+        return None;
     }
+    let parts = Mat::from_fn(4, 4, |i, j| rows[i][j]).self_adjoint_eigen(Side::Lower).ok()?;
+    // The eigenvalues are in rising order.
+    let vector = std::array::from_fn(|i| parts.U()[(i, 3)]);
     rotation_from_quaternion(vector)
 }
 

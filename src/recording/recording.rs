@@ -202,7 +202,8 @@ impl Recording {
     }
 
     /// Returns the recording with channels that are only shown, such as a displacement, and their units; an unknown unit is
-    /// empty. `values` has one row for each sample; a missing value is NaN. Returns [`RecordingError`] if a value is missing.
+    /// empty. `values` has one row for each sample; a missing value is NaN. Returns [`RecordingError`] if there are fewer or more
+    /// values.
     pub fn with_others(
         mut self,
         names: Vec<String>,

@@ -184,7 +184,8 @@ impl RecordingSet {
         Ok(())
     }
 
-    /// Sets the role of a recording. A recording without gauges or without a reference keeps the role "off". An unknown index changes nothing.
+    /// Sets the role of a recording. A recording without gauges or without a reference keeps the role "off". An unknown index
+    /// changes nothing.
     pub fn set_role(&mut self, index: usize, role: Role) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.missing().is_none()

@@ -141,7 +141,7 @@ impl ColumnName {
             || self.name.len() <= LONGEST && words::is_displacement(&words_of(&name))
     }
 
-    /// Returns true if the name is that of a raw signal, such as a voltage.
+    /// Returns true if the name has a word for an electrical signal or its digits, such as `voltage` or `adc`.
     pub fn is_signal(&self) -> bool {
         self.name.len() <= LONGEST && words::is_signal(&words_of(&self.name.to_lowercase()))
     }

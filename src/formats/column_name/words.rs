@@ -29,9 +29,9 @@ const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向"
 /// Words for a load whose axis is unknown, in lower case, besides the words for forces and moments.
 const LOADS: &str =
     "load last weight effort carico carga mass masse gewicht peso poids massa masa 质量 重量";
-/// Words among [`LOADS`] for a mass, whose weight is the load.
+/// Words among [`LOADS`] for a mass. The load is then the weight of the mass.
 const MASSES: &str = "mass masse weight gewicht peso poids massa masa 质量 重量";
-/// Words in names of raw signals. Next to a word for a load, they mean a gauge.
+/// Words in names of raw signals. A name with one of them and a word for a load, such as `load cell`, is the name of a gauge.
 const RAW: &str = "cell raw adc counts count code zelle";
 /// Words for a time anywhere in a column name, besides words that end in `time` or `zeit`.
 const CLOCKS: &str = "\
@@ -41,7 +41,7 @@ const CLOCKS: &str = "\
 const COUNTERS: &str = "\
     index idx frame frames cycle cycles row rows id step seq sequence nr no num number trial packet line point sample samples \
     iteration zyklus zyklen nummer n 循环计数";
-/// Words for a displacement, which is no gauge unless its name says so.
+/// Words for a displacement. A column with such a name is read as a gauge only if the name also has a word for a gauge.
 const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
     distance déplacement desplazamiento spostamento";

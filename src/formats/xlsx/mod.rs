@@ -15,7 +15,7 @@ use super::format::{Format, Source};
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0";
 
 pub(super) const FORMAT: Format = Format {
-    name: "Excel or OpenDocument workbook",
+    name: "workbook of Excel or OpenDocument",
     endings: &["xlsx", "xlsm", "xls", "ods"],
     signatures: &[b"PK\x03\x04", COMPOUND],
     read: columns,

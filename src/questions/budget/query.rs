@@ -8,7 +8,7 @@ use crate::{
     progress::Progress,
     questions::{dataset::Dataset, error::AnalysisError, request::Request},
     recording::{Axis, Recording, Role},
-    scoring::budget::{Asked, Budget, ColumnStream, ModelColumns, NoBudget, Run, budget},
+    scoring::budget::{Budget, ColumnStream, Measured, ModelColumns, NoBudget, Run},
 };
 
 /// Maximum number of recordings. Of more recordings, evenly spread ones are used.
@@ -87,11 +87,10 @@ pub fn error_budget(
     let runs: Vec<Run<'_>> = runs.collect();
     let full_scale = &calibration.full_scale;
     let (names, pools) = pools(&calibration);
-    let asked = Asked { runs: &runs, full_scale, pools: &pools, model: None };
-    let uncompensated = match budget(&asked, progress)? {
-        Ok(found) => found,
-        Err(reason) => return Ok(Err(reason)),
+    let Some(measured) = Measured::of(&runs, full_scale, progress)? else {
+        return Ok(Err(NoBudget::NothingToExplain));
     };
+    let uncompensated = measured.budget(&pools, None, progress)?;
     let design = calibration.design();
     let n_columns = design.n_columns() - design.n_gauges() - usize::from(calibration.offset);
     let compensated = if n_columns > 0 && request.settings.regressor == Regressor::Linear {
@@ -102,7 +101,7 @@ pub fn error_budget(
             RidgeChoice::Strength(own) if own > 0.0 => own,
             _ => RIDGE,
         };
-        budget(&Asked { model: Some((&columns, ridge)), ..asked }, progress)?.ok()
+        Some(measured.budget(&pools, Some((&columns, ridge)), progress)?)
     } else {
         None
     };
@@ -126,8 +125,7 @@ fn training(data: &Dataset) -> Vec<usize> {
 fn pools(calibration: &Calibration) -> (Vec<&'static str>, Vec<Vec<usize>>) {
     let of = |is_force: bool| {
         let axes = calibration.axes.iter().zip(&calibration.full_scale).enumerate();
-        let axes =
-            axes.filter(|(_, (axis, full))| (axis.unit() == "N") == is_force && **full > 0.0);
+        let axes = axes.filter(|(_, (axis, full))| axis.is_force() == is_force && **full > 0.0);
         axes.map(|(at, _)| at).collect::<Vec<usize>>()
     };
     let pools = [("Forces", of(true)), ("Moments", of(false))];

@@ -22,16 +22,13 @@ enum Row {
 pub fn budget_table(of: &ErrorBudget) -> Table {
     let rows = [Row::Total].into_iter().chain(Cause::iter().map(Row::Cause));
     let rows: Vec<Row> = rows.chain([Row::Noise, Row::Unexplained]).collect();
-    let head = |(name, _): &(String, Option<(&Budget, usize)>)| {
-        Column::numbers(name.as_str()).unit("% FS")
-    };
-    let budgets =
-        [("uncompensated", Some(&of.uncompensated)), ("compensated", of.compensated.as_ref())];
+    let head = |(name, ..): &(String, &Budget, usize)| Column::numbers(name.as_str()).unit("% FS");
+    let uncompensated = [("uncompensated", &of.uncompensated)];
+    let compensated = of.compensated.iter().map(|own| ("compensated", own));
+    let budgets: Vec<(&str, &Budget)> = uncompensated.into_iter().chain(compensated).collect();
     let columns = of.pools.iter().enumerate().flat_map(|(pool, name)| {
-        budgets
-            .map(|(kind, budget)| (format!("{name}, {kind}"), budget.map(|budget| (budget, pool))))
+        budgets.iter().map(move |(kind, budget)| (format!("{name}, {kind}"), *budget, pool))
     });
-    let columns: Vec<_> = columns.filter(|own| own.1.is_some()).collect();
     Table::of(&rows)
         .words("Cause", |row| match row {
             Row::Total => "error".to_owned(),
@@ -39,9 +36,7 @@ pub fn budget_table(of: &ErrorBudget) -> Table {
             Row::Noise => "noise".to_owned(),
             Row::Unexplained => "unexplained".to_owned(),
         })
-        .columns(columns, head, |row, (_, own)| {
-            own.map_or_else(|| Cell::words(""), |(budget, pool)| cell(**row, budget, pool))
-        })
+        .columns(columns, head, |row, (_, budget, pool)| cell(**row, budget, *pool))
         .table("Where the error comes from", note(of))
 }
 

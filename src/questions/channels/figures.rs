@@ -3,10 +3,10 @@
 //! Guarantees: values that are not finite are left out. Uncertainties are half widths of 95 % intervals. They hold for noise
 //! whose neighbouring samples are alike, as long as distant samples are independent.
 
-use statrs::distribution::{ContinuousCDF as _, StudentsT};
+use crate::{calibration::t_beyond, min_max::MinMax, recording::median::white_noise};
 
-use crate::{min_max::MinMax, recording::median::white_noise};
-
+/// Probability with which an estimate lies above, and below, its 95 % interval.
+const BEYOND: f64 = 0.025;
 /// Number of blocks of a long signal whose means are taken as independent.
 const BLOCKS: usize = 16;
 /// Minimum number of samples in such a block.
@@ -67,7 +67,7 @@ impl ChannelFigures {
         let range: MinMax = values.iter().collect();
         range.ends()?;
         let n_samples = values.len();
-        let mean = values.iter().sum::<f64>() / n_samples as f64;
+        let mean = mean(&values);
         let line = Line::of(times.iter().copied().zip(values.iter().copied()));
         let is_enough = n_samples > 2;
         Some(Self {
@@ -84,6 +84,10 @@ impl ChannelFigures {
             change: change(&values, &kept, signal.loads),
         })
     }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Straight line through points by least squares.
@@ -119,7 +123,6 @@ impl Line {
 fn slope(times: &[f64], values: &[f64]) -> Option<Estimate> {
     let is_long = values.len() >= BLOCKS * BLOCK_SAMPLES;
     let each = if is_long { values.len().div_ceil(BLOCKS) } else { 1 };
-    let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
     let means: Vec<(f64, f64)> = (times.chunks(each).zip(values.chunks(each)))
         .map(|(times, values)| (mean(times), mean(values)))
         .collect();
@@ -127,14 +130,9 @@ fn slope(times: &[f64], values: &[f64]) -> Option<Estimate> {
     let squares: f64 = means.iter().map(|(time, mean)| (mean - line.at(*time)).powi(2)).sum();
     let uncertainty = (means.len() > 2).then(|| {
         let freedom = (means.len() - 2) as f64;
-        student(freedom) * (squares / freedom / line.spread).sqrt()
+        t_beyond(freedom, BEYOND) * (squares / freedom / line.spread).sqrt()
     });
     Some(Estimate { value: line.slope, uncertainty })
-}
-
-/// Returns the 97.5 % quantile of Student's distribution.
-fn student(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |student| student.inverse_cdf(0.975))
 }
 
 /// Returns the difference of the means at the end and at the start. If the load at the start occurs again in the second half,
@@ -168,8 +166,8 @@ fn change(values: &[f64], kept: &[usize], loads: &[Vec<f64>]) -> Option<Change> 
         Mean::of(&values)
     });
     let freedom = start.freedom.min(end.freedom);
-    let uncertainty =
-        (freedom > 0.0).then(|| student(freedom) * start.standard_error.hypot(end.standard_error));
+    let uncertainty = (freedom > 0.0)
+        .then(|| t_beyond(freedom, BEYOND) * start.standard_error.hypot(end.standard_error));
     Some(Change { by: Estimate { value: end.mean - start.mean, uncertainty }, at_equal_load })
 }
 
@@ -185,9 +183,8 @@ impl Mean {
         let n_blocks =
             if values.len() >= BLOCKS * BLOCK_SAMPLES { BLOCKS / 2 } else { values.len() };
         let blocks = values.chunks(values.len().div_ceil(n_blocks));
-        let means: Vec<f64> =
-            blocks.map(|block| block.iter().sum::<f64>() / block.len() as f64).collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let means: Vec<f64> = blocks.map(mean).collect();
+        let mean = mean(values);
         let freedom = means.len() as f64 - 1.0;
         let squares: f64 = means.iter().map(|block| (block - mean).powi(2)).sum();
         let standard_error = (squares / freedom / means.len() as f64).sqrt();

@@ -10,12 +10,10 @@ use crate::{
         columns::{Columns, Rows},
         held_out::{GAUGE_RIDGE, solve},
         noise::{Differences, Noise, differences},
-        run::{ModelColumns, Run, Unit},
+        run::{Model, Run, Unit, add_run},
     },
 };
 
-/// Number of samples whose rows are in memory at the same time.
-const WINDOW: usize = 256;
 /// Standard deviation below which a column is left out, absolute and as a share of its mean.
 const CONSTANT: f64 = 1e-9;
 const CONSTANT_SHARE: f64 = 1e-7;
@@ -24,8 +22,7 @@ const CONSTANT_SHARE: f64 = 1e-7;
 pub(super) struct Base<'a> {
     pub runs: &'a [Run<'a>],
     pub columns: &'a Columns,
-    /// Columns of the model, and the ridge on them, per sample.
-    pub model: Option<(&'a dyn ModelColumns, f64)>,
+    pub model: Model<'a>,
 }
 
 /// Fit of the base to all samples.
@@ -81,17 +78,10 @@ impl<'a> Base<'a> {
             progress.check()?;
             let mut rows = self.rows(at);
             let mut sums = NormalEquations::new(n_base, n_axes);
-            let stride = sums.stride();
-            let mut buffer = vec![0.0; WINDOW * stride];
-            let n_samples = self.runs[at].n_samples;
-            for first in (0..n_samples).step_by(WINDOW) {
-                let n = WINDOW.min(n_samples - first);
-                for (sample, row) in (first..).zip(buffer[..n * stride].chunks_exact_mut(stride)) {
-                    rows.next_base(sample, &mut row[..n_base]);
-                    rows.loads(sample, &mut row[n_base..n_base + n_axes]);
-                }
-                sums.add_rows(&buffer[..n * stride]);
-            }
+            add_run(&mut sums, self.runs[at].n_samples, |sample, row| {
+                rows.next_base(sample, &mut row[..n_base]);
+                rows.loads(sample, &mut row[n_base..n_base + n_axes]);
+            });
             Ok(sums)
         };
         let all: Result<Vec<NormalEquations>, Cancelled> =

@@ -3,6 +3,7 @@
 //! A row is `[1, gauges, model, causes, time, loads]`. The rows contain raw columns; their sums are standardised later.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use faer::Mat;
 
@@ -27,7 +28,7 @@ const MOST_PRODUCTS: usize = 64;
 /// Which columns the rows have, and how they are computed.
 #[derive(Debug)]
 pub(super) struct Columns {
-    pub inputs: Inputs,
+    pub inputs: Arc<Inputs>,
     n_model: usize,
     /// Columns of each cause that is tested.
     pub of_causes: Vec<(Cause, Range<usize>)>,
@@ -44,7 +45,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub fn new(inputs: Inputs, scale: TimeScale, median_samples: f64, n_model: usize) -> Self {
+    pub fn new(inputs: Arc<Inputs>, scale: TimeScale, median_samples: f64, n_model: usize) -> Self {
         let change = scale.change_samples;
         let lags = LAGS
             .iter()
@@ -127,7 +128,7 @@ pub(super) struct Rows<'a> {
     columns: &'a Columns,
     run: &'a Run<'a>,
     model: Option<ColumnStream<'a>>,
-    /// Conventional loads of the whole recording, `n_samples × n_loads` row-major.
+    /// Conventional loads of the whole recording, `n_samples × n_loads` row-major; empty for rows of the calibration alone.
     conventional: Vec<f64>,
     /// Positions of the play operators, for each radius and expected gauge.
     plays: Vec<f64>,
@@ -144,25 +145,30 @@ impl<'a> Rows<'a> {
         at: usize,
         model: Option<&'a dyn ModelColumns>,
     ) -> Self {
-        let (run, inputs) = (&runs[at], &columns.inputs);
-        let width = run.gauges.len() / run.n_samples;
+        Self {
+            columns,
+            run: &runs[at],
+            model: model.map(|own| own.stream(at)),
+            conventional: Vec::new(),
+            plays: Vec::new(),
+            creeps: Vec::new(),
+            expected: vec![0.0; columns.inputs.expected.ncols()],
+            curved: vec![0.0; columns.inputs.n_curved()],
+        }
+    }
+
+    /// Returns the rows with the columns of the causes, which need the conventional loads of all samples.
+    pub fn with_causes(mut self) -> Self {
+        let (run, inputs) = (self.run, &self.columns.inputs);
+        let n_loads = inputs.loads.ncols();
         let mut gauges = vec![0.0; inputs.gauges.len()];
-        let mut loads = vec![0.0; run.n_samples * inputs.loads.ncols()];
-        let samples = run.gauges.chunks_exact(width);
-        for (sample, loads) in samples.zip(loads.chunks_exact_mut(inputs.loads.ncols())) {
+        self.conventional = vec![0.0; run.n_samples * n_loads];
+        let samples = run.gauges.chunks_exact(run.gauges.len() / run.n_samples);
+        for (sample, loads) in samples.zip(self.conventional.chunks_exact_mut(n_loads)) {
             inputs.gauges.standardise(sample, &mut gauges);
             apply(&inputs.loads, &gauges, loads);
         }
-        Self {
-            columns,
-            run,
-            model: model.map(|own| own.stream(at)),
-            conventional: loads,
-            plays: Vec::new(),
-            creeps: Vec::new(),
-            expected: vec![0.0; inputs.expected.ncols()],
-            curved: vec![0.0; inputs.n_curved()],
-        }
+        self
     }
 
     fn load(&self, sample: usize, shift: isize) -> &[f64] {
@@ -171,7 +177,8 @@ impl<'a> Rows<'a> {
         &self.conventional[at * n..][..n]
     }
 
-    /// Writes the row of the next sample of the unit. The samples of a recording must be asked for in order.
+    /// Writes the row of the next sample of the unit, after [`Self::with_causes`]. The samples of a recording must be asked for
+    /// in order.
     pub fn next(&mut self, unit: &Unit, sample: usize, row: &mut [f64]) {
         let columns = self.columns;
         self.next_base(sample, &mut row[columns.base()]);

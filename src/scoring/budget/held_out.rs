@@ -148,7 +148,7 @@ impl HeldOut<'_> {
         sets: &[Causes],
     ) -> Vec<Mat<f64>> {
         let (columns, n_axes) = (self.columns, self.columns.n_axes());
-        // The offsets of the units, where they are taken out, leave no offset to fit.
+        // If each unit has an offset of its own, the fit has no common offset.
         let base = if offset { &self.sums.base[1..] } else { &self.sums.base[..] };
         let causes: Vec<usize> =
             self.sums.of_causes.iter().flat_map(|own| own.1.iter().copied()).collect();

@@ -2,7 +2,10 @@
 
 use faer::{Mat, Side};
 
-use crate::{calibration::NormalEquations, scoring::budget::run::Run};
+use crate::{
+    calibration::NormalEquations,
+    scoring::budget::run::{Run, add_run},
+};
 
 /// Maximum number of gauges of which each has columns of its own. With more gauges, the strongest principal components take
 /// their place.
@@ -13,8 +16,6 @@ const CONSTANT: f64 = 1e-9;
 const UNMOVED: f64 = 1e-6;
 /// Share of the largest eigenvalue, below which a direction counts as undetermined.
 const UNDETERMINED: f64 = 1e-13;
-/// Number of rows whose products are summed together.
-const ROWS: usize = 128;
 
 /// Mean and standard deviation of the channels that vary.
 #[derive(Debug, Default)]
@@ -76,7 +77,8 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Measures the channels in one pass. Returns `None` if no gauge varies or no load can be computed from the gauges.
+    /// Computes means, standard deviations and covariances of the channels, and the linear maps from them. Returns `None` if
+    /// no gauge varies, or if no conventional load varies.
     pub fn of(runs: &[Run<'_>], n_axes: usize) -> Option<Self> {
         let width = |values: &[f64], run: &Run<'_>| values.len() / run.n_samples;
         let gauges = Channels::of(runs, |run| (run.gauges, width(run.gauges, run)));
@@ -138,21 +140,15 @@ impl Inputs {
 fn covariance(runs: &[Run<'_>], gauges: &Channels, load_means: &[f64]) -> Mat<f64> {
     let (g, n_axes) = (gauges.len(), load_means.len());
     let mut sums = NormalEquations::new(g + n_axes, 0);
-    let stride = sums.stride();
-    let mut rows = vec![0.0; ROWS * stride];
     for run in runs {
         let width = run.gauges.len() / run.n_samples;
-        for first in (0..run.n_samples).step_by(ROWS) {
-            let n = ROWS.min(run.n_samples - first);
-            for (k, row) in (first..).zip(rows[..n * stride].chunks_exact_mut(stride)) {
-                gauges.standardise(&run.gauges[k * width..][..width], &mut row[..g]);
-                let loads = run.loads[k * n_axes..][..n_axes].iter().zip(load_means);
-                for (out, (load, mean)) in row[g..].iter_mut().zip(loads) {
-                    *out = load - mean;
-                }
+        add_run(&mut sums, run.n_samples, |k, row| {
+            gauges.standardise(&run.gauges[k * width..][..width], &mut row[..g]);
+            let loads = run.loads[k * n_axes..][..n_axes].iter().zip(load_means);
+            for (out, (load, mean)) in row[g..].iter_mut().zip(loads) {
+                *out = load - mean;
             }
-            sums.add_rows(&rows[..n * stride]);
-        }
+        });
     }
     let n = sums.n_samples() as f64;
     Mat::from_fn(g + n_axes, g + n_axes, |i, j| sums.feature_product(i, j) / n)

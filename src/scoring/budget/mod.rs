@@ -1,8 +1,9 @@
 //! The error budget: the mean squared held-out error of a calibration, split by cause into shares that add up.
 //!
-//! Columns that a cause would add to the calibration are computed in one pass over the samples. All fits and held-out errors
-//! follow from sums of products over contiguous blocks. The share of a cause is its Shapley value in the set of causes that
-//! the data need. Noise that no calibration can avoid is taken off before, so no cause earns by averaging it.
+//! Each cause is described by columns that it would add to the calibration. The products of all columns are summed over
+//! contiguous blocks of samples, and all fits and held-out errors follow from these sums. The share of a cause is its Shapley
+//! value in the set of causes that the data need. Noise that no calibration can avoid is subtracted first, so that a cause gets
+//! no share for averaging noise.
 //!
 //! Guarantees: the work is linear in the samples, can be cancelled, and needs memory for the sums and the rows of a few samples
 //! only.
@@ -19,23 +20,29 @@ mod shares;
 mod sums;
 mod time_scale;
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 pub use crate::scoring::budget::{
     cause::Cause,
-    run::{ColumnStream, ModelColumns, Run},
+    run::{ColumnStream, Model, ModelColumns, Run},
     shares::{NoBudget, Share, Shares},
 };
 use crate::{
     progress::{Cancelled, Progress},
-    scoring::budget::{
-        base::Base, columns::Columns, held_out::HeldOut, inputs::Inputs, run::Unit,
-        shares::Decision, sums::Sums, time_scale::TimeScale,
+    scoring::{
+        budget::{
+            base::Base, columns::Columns, held_out::HeldOut, inputs::Inputs, run::Unit,
+            shares::Decision, sums::Sums, time_scale::TimeScale,
+        },
+        cross_validation::FEWEST_RECORDINGS,
     },
 };
 
 /// Maximum number of numbers in the sums of all blocks.
 const MOST_NUMBERS: usize = 1 << 25;
+
 /// Error budget of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Budget {
@@ -59,92 +66,105 @@ pub struct Budget {
     pub pools: Vec<Result<Shares, NoBudget>>,
 }
 
-/// What is to be explained.
-#[derive(Clone, Copy)]
-pub struct Asked<'a> {
-    /// Training recordings, at least one; each has samples.
-    pub runs: &'a [Run<'a>],
-    /// Full scale of each axis.
-    pub full_scale: &'a [f64],
-    /// Sets of axes over which the error is explained together.
-    pub pools: &'a [Vec<usize>],
-    /// Columns of the calibration beside the gauges, and the ridge on them, per sample; `None` for the conventional
-    /// calibration.
-    pub model: Option<(&'a dyn ModelColumns, f64)>,
+/// Recordings, with what the budgets of all their calibrations share.
+pub struct Measured<'a> {
+    runs: &'a [Run<'a>],
+    full_scale: &'a [f64],
+    inputs: Arc<Inputs>,
+    scale: TimeScale,
+    median_samples: f64,
 }
 
 /// Share of the variance of a cause's columns that the calibration's columns explain, above which the cause is in the model.
 const IN_MODEL: f64 = 0.95;
 
-/// Returns where the held-out error of a calibration comes from.
-///
-/// # Errors
-/// [`Cancelled`] if the work was cancelled.
-pub fn budget(
-    asked: &Asked<'_>,
-    progress: &Progress,
-) -> Result<Result<Budget, NoBudget>, Cancelled> {
-    let guarded = |own: Vec<Result<Shares, NoBudget>>| {
-        own.into_iter().map(|own| own.and_then(Shares::if_loads_suffice)).collect()
-    };
-    Ok(split(asked, progress)?.map(|found| Budget {
-        axes: guarded(found.axes),
-        pools: guarded(found.pools),
-        ..found
-    }))
-}
+impl<'a> Measured<'a> {
+    /// Measures the channels and loads of training recordings. There is at least one recording, and each has samples.
+    /// `full_scale` has a value for each axis. Returns `None` if there is nothing to explain: no gauge or no conventional load
+    /// varies.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the work was cancelled.
+    pub fn of(
+        runs: &'a [Run<'a>],
+        full_scale: &'a [f64],
+        progress: &Progress,
+    ) -> Result<Option<Self>, Cancelled> {
+        let Some(inputs) = Inputs::of(runs, full_scale.len()) else { return Ok(None) };
+        progress.check()?;
+        let scale = TimeScale::of(runs, &inputs.moves);
+        let lengths = runs.iter().map(|run| run.n_samples as f64).collect();
+        let median_samples = time_scale::middle(lengths).unwrap_or(0.0);
+        Ok(Some(Self { runs, full_scale, inputs: Arc::new(inputs), scale, median_samples }))
+    }
 
-/// Splits the errors by cause, also where load cases are missing.
-fn split(asked: &Asked<'_>, progress: &Progress) -> Result<Result<Budget, NoBudget>, Cancelled> {
-    let Asked { runs, full_scale, pools, model } = *asked;
-    let Some(inputs) = Inputs::of(runs, full_scale.len()) else {
-        return Ok(Err(NoBudget::NothingToExplain));
-    };
-    progress.check()?;
-    let scale = TimeScale::of(runs, &inputs.moves);
-    let lengths = runs.iter().map(|run| run.n_samples as f64).collect();
-    let median_samples = time_scale::middle(lengths).unwrap_or(0.0);
-    let columns =
-        Columns::new(inputs, scale, median_samples, model.map_or(0, |own| own.0.n_columns()));
-    let most_blocks = MOST_NUMBERS / columns.width.pow(2);
-    let units = Unit::all(runs, scale.change_samples, most_blocks);
-    let base = Base { runs, columns: &columns, model };
-    let sums = Sums::collect(&base, &units, scale.separates_noise(), progress)?;
-    let are_segments = runs.len() < crate::scoring::cross_validation::FEWEST_RECORDINGS;
-    let held_out = HeldOut {
-        columns: &columns,
-        units: &units,
-        sums: &sums,
-        model_ridge: model.map_or(0.0, |own| own.1),
-        of_units: of_units(&units, &sums, are_segments, scale.is_table),
-        full_scale,
-    };
-    let errors = held_out.errors(progress)?;
-    let squared = |values: &[f64]| -> Vec<f64> {
-        values.iter().zip(full_scale).map(|(own, full)| own / (full * full)).collect()
-    };
-    let noise = sums.noise.as_ref();
-    let floor = noise.map_or_else(|| vec![0.0; full_scale.len()], |own| squared(&own.floor));
-    let with_columns = sums.of_causes.iter().map(|own| own.0);
-    let tested: Vec<Cause> = with_columns.chain(held_out.of_units.iter().copied()).collect();
-    let decision = Decision {
-        errors: &errors,
-        n_samples: &sums.n_samples,
-        floor: &floor,
-        in_sample: &squared(&sums.in_sample),
-        tested: &tested,
-    };
-    Ok(Ok(Budget {
-        are_segments,
-        is_table: scale.is_table,
-        noise_is_known: noise.is_some(),
-        change_samples: scale.change_samples,
-        n_recordings: runs.len(),
-        in_model: if model.is_some() { sums.in_base(IN_MODEL) } else { Vec::new() },
-        axes: (0..full_scale.len()).map(|axis| decision.shares(&[axis])).collect(),
-        pools: pools.iter().map(|axes| decision.shares(axes)).collect(),
-        tested,
-    }))
+    /// Returns where the held-out error of a calibration comes from: on each axis, and over the axes of each pool.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the work was cancelled.
+    pub fn budget(
+        &self,
+        pools: &[Vec<usize>],
+        model: Model<'_>,
+        progress: &Progress,
+    ) -> Result<Budget, Cancelled> {
+        let guarded = |own: Vec<Result<Shares, NoBudget>>| {
+            own.into_iter().map(|own| own.and_then(Shares::if_loads_suffice)).collect()
+        };
+        let found = self.split(pools, model, progress)?;
+        Ok(Budget { axes: guarded(found.axes), pools: guarded(found.pools), ..found })
+    }
+
+    /// Splits the errors by cause, also where load cases are missing.
+    fn split(
+        &self,
+        pools: &[Vec<usize>],
+        model: Model<'_>,
+        progress: &Progress,
+    ) -> Result<Budget, Cancelled> {
+        let Self { runs, full_scale, scale, .. } = *self;
+        let n_model = model.map_or(0, |own| own.0.n_columns());
+        let columns = Columns::new(Arc::clone(&self.inputs), scale, self.median_samples, n_model);
+        let most_blocks = MOST_NUMBERS / columns.width.pow(2);
+        let units = Unit::all(runs, scale.change_samples, most_blocks);
+        let base = Base { runs, columns: &columns, model };
+        let sums = Sums::collect(&base, &units, scale.separates_noise(), progress)?;
+        let are_segments = runs.len() < FEWEST_RECORDINGS;
+        let held_out = HeldOut {
+            columns: &columns,
+            units: &units,
+            sums: &sums,
+            model_ridge: model.map_or(0.0, |own| own.1),
+            of_units: of_units(&units, &sums, are_segments, scale.is_table),
+            full_scale,
+        };
+        let errors = held_out.errors(progress)?;
+        let squared = |values: &[f64]| -> Vec<f64> {
+            values.iter().zip(full_scale).map(|(own, full)| own / (full * full)).collect()
+        };
+        let noise = sums.noise.as_ref();
+        let floor = noise.map_or_else(|| vec![0.0; full_scale.len()], |own| squared(&own.floor));
+        let with_columns = sums.of_causes.iter().map(|own| own.0);
+        let tested: Vec<Cause> = with_columns.chain(held_out.of_units.iter().copied()).collect();
+        let decision = Decision {
+            errors: &errors,
+            n_samples: &sums.n_samples,
+            floor: &floor,
+            in_sample: &squared(&sums.in_sample),
+            tested: &tested,
+        };
+        Ok(Budget {
+            are_segments,
+            is_table: scale.is_table,
+            noise_is_known: noise.is_some(),
+            change_samples: scale.change_samples,
+            n_recordings: runs.len(),
+            in_model: if model.is_some() { sums.in_base(IN_MODEL) } else { Vec::new() },
+            axes: (0..full_scale.len()).map(|axis| decision.shares(&[axis])).collect(),
+            pools: pools.iter().map(|axes| decision.shares(axes)).collect(),
+            tested,
+        })
+    }
 }
 
 /// Returns the causes of units that can be tested. Segments of one recording do not tell drift from slow changes.

@@ -2,6 +2,10 @@
 
 use std::ops::Range;
 
+use crate::calibration::NormalEquations;
+
+/// Number of rows whose products are summed together.
+const ROWS: usize = 256;
 /// Maximum number of blocks of a unit.
 const BLOCKS: usize = 8;
 /// Minimum number of samples of a block, unless the whole unit is shorter.
@@ -36,6 +40,9 @@ pub trait ModelColumns: Sync {
     /// Returns the columns of a run from its first sample on, as the calibration computes them after a cold start.
     fn stream(&self, run: usize) -> ColumnStream<'_>;
 }
+
+/// Columns of a calibration beside the gauges, and the ridge on them, per sample; `None` for the conventional calibration.
+pub type Model<'a> = Option<(&'a dyn ModelColumns, f64)>;
 
 /// Contiguous samples of one recording that cross-validation leaves out together: the whole recording, or a segment if there
 /// are fewer than three recordings.
@@ -87,4 +94,19 @@ fn split(samples: &Range<usize>, count: usize) -> Vec<Range<usize>> {
     let (even, longer) = (samples.len() / count, samples.len() % count);
     let start = |at: usize| samples.start + at * even + at.min(longer);
     (0..count).map(|at| start(at)..start(at + 1)).collect()
+}
+
+/// Adds the rows of all samples of a recording. `write` writes the row of one sample.
+pub(super) fn add_run(
+    sums: &mut NormalEquations,
+    n_samples: usize,
+    mut write: impl FnMut(usize, &mut [f64]),
+) {
+    let stride = sums.stride();
+    let mut rows = vec![0.0; ROWS * stride];
+    for first in (0..n_samples).step_by(ROWS) {
+        let rows = &mut rows[..ROWS.min(n_samples - first) * stride];
+        (first..).zip(rows.chunks_exact_mut(stride)).for_each(|(sample, row)| write(sample, row));
+        sums.add_rows(rows);
+    }
 }

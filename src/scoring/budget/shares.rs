@@ -1,11 +1,13 @@
 //! Decides which causes the error comes from, and how large the share of each is.
 
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
-use crate::scoring::budget::{
-    cause::{Cause, Causes},
-    held_out::{AllErrors, SetErrors},
+use crate::{
+    calibration::t_beyond,
+    scoring::budget::{
+        cause::{Cause, Causes},
+        held_out::{AllErrors, SetErrors},
+    },
 };
 
 /// Mean squared error (full scale²) below which there is no error to explain.
@@ -292,5 +294,5 @@ fn certainty(without: &OfSet<'_>, with: &OfSet<'_>) -> f64 {
 /// Returns the one-sided quantile of Student's t distribution for this number of blocks.
 fn critical(n_blocks: usize) -> f64 {
     let freedom = n_blocks.saturating_sub(1).max(2) as f64;
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |own| own.inverse_cdf(CONFIDENCE))
+    t_beyond(freedom, 1.0 - CONFIDENCE)
 }

@@ -61,13 +61,10 @@ impl Sums {
     ) -> Result<Self, Cancelled> {
         let columns = base.columns;
         let fit = base.fit(progress)?;
-        let noise = match separates_noise {
-            true => base.noise(&fit, units, progress)?,
-            false => None,
-        };
+        let noise = if separates_noise { base.noise(&fit, units, progress)? } else { None };
         let of_run = |at: usize| {
             progress.check()?;
-            let mut rows = base.rows(at);
+            let mut rows = base.rows(at).with_causes();
             let mut of_differences = NormalEquations::new(columns.width, 0);
             let mut blocks = Vec::new();
             for (number, unit) in units.iter().enumerate().filter(|(_, unit)| unit.run == at) {
@@ -154,6 +151,7 @@ impl NoiseSums {
         Self { differences, scales, floor }
     }
 }
+
 /// Returns the coefficients of the unbiased calibration that passes on least noise, by generalised least squares.
 fn best_weights(columns: &Columns, differences: &Mat<f64>) -> Option<Mat<f64>> {
     let g = columns.n_gauges();

@@ -86,8 +86,9 @@ fn shares_equal_those_of_numpy() {
             })
             .collect();
         let pools = vec![(0..full_scale.len()).collect::<Vec<usize>>()];
-        let asked = Asked { runs: &runs, full_scale: &full_scale, pools: &pools, model: None };
-        let found = split(&asked, &Progress::default()).unwrap().unwrap();
+        let progress = Progress::default();
+        let measured = Measured::of(&runs, &full_scale, &progress).unwrap().unwrap();
+        let found = measured.split(&pools, None, &progress).unwrap();
         let change = expected["h10"].as_f64().unwrap();
         assert!((found.change_samples - change).abs() < 1e-9 * change, "{}", found.change_samples);
         for (axis, expected) in expected["axes"].as_array().unwrap().iter().enumerate() {

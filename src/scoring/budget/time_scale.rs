@@ -26,8 +26,9 @@ pub(super) struct TimeScale {
 impl TimeScale {
     /// Measures the axes for which `moves` is true.
     pub fn of(runs: &[Run<'_>], moves: &[bool]) -> Self {
-        let within = mean_of_runs(runs, moves, |loads| Some(variances(loads, moves.len())));
-        let overall = overall_variances(runs, moves.len());
+        let all: Vec<&[f64]> = runs.iter().map(|run| run.loads).collect();
+        let within = mean_of_runs(runs, moves, |loads| Some(variances(&[loads], moves.len())));
+        let overall = variances(&all, moves.len());
         let moving: Vec<usize> = (0..moves.len()).filter(|axis| moves[*axis]).collect();
         let is_constant = moving.iter().all(|axis| within[*axis] <= CONSTANT * overall[*axis]);
         if moving.is_empty() || is_constant {
@@ -89,19 +90,10 @@ fn mean_of_runs(
     sums.iter().map(|sum| sum / n).collect()
 }
 
-fn variances(loads: &[f64], n_axes: usize) -> Vec<f64> {
-    let n = (loads.len() / n_axes) as f64;
+/// Returns the variance of each axis over all these recordings together. Each holds `n_samples × n_axes` loads.
+fn variances(loads: &[&[f64]], n_axes: usize) -> Vec<f64> {
     let of_axis = |axis: usize| {
-        let values = || loads.iter().skip(axis).step_by(n_axes);
-        let mean = values().sum::<f64>() / n;
-        values().map(|value| (value - mean).powi(2)).sum::<f64>() / n
-    };
-    (0..n_axes).map(of_axis).collect()
-}
-
-fn overall_variances(runs: &[Run<'_>], n_axes: usize) -> Vec<f64> {
-    let of_axis = |axis: usize| {
-        let values = || runs.iter().flat_map(|run| run.loads.iter().skip(axis).step_by(n_axes));
+        let values = || loads.iter().flat_map(|own| own.iter().skip(axis).step_by(n_axes));
         let n = values().count() as f64;
         let mean = values().sum::<f64>() / n;
         values().map(|value| (value - mean).powi(2)).sum::<f64>() / n

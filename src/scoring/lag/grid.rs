@@ -306,8 +306,8 @@ impl Piece<'_> {
         driver.iter().zip(&self.loads).fold(0.0, |strain, (share, load)| strain + share * load[k])
     }
 
-    /// Returns the terms of hysteresis and curvature in each part: for each driver the outputs of the play operators, the
-    /// squares and the cubes.
+    /// Returns the columns that describe hysteresis and curvature, for each part of the interval. Each gauge gives the output
+    /// of a play operator for each radius, the square of its strain, and the cube.
     fn hysteresis(
         &self,
         drivers: &[Vec<f64>],
@@ -367,7 +367,7 @@ impl Piece<'_> {
         columns
     }
 
-    /// Returns a part of the interval.
+    /// Returns the samples in the range `part`, smoothed and thinned.
     fn part(&self, part: &Range<usize>, window: &Window) -> Part {
         let start = self.samples.start;
         let times = window.thinned(&self.times[part.clone()]);
@@ -614,7 +614,7 @@ fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
     (0..n_gauges).map(strain).collect()
 }
 
-/// Returns the range and the noise of the strain that a driver describes.
+/// Returns the range and the noise of the strain of one gauge. `driver` holds the strain for a unit load on each axis.
 fn range_and_noise(pieces: &[Piece<'_>], driver: &[f64]) -> (MinMax, f64) {
     const BLOCK: usize = 4096;
     let range = pieces.iter().flat_map(|piece| {

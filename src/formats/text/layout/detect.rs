@@ -168,8 +168,8 @@ fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     row.is_none_or(|row| is_rowlike(row.text, delimiter))
 }
 
-/// Returns the index of the header above a row: the nearest line above with as many cells. Lines of units, lines of numbers and
-/// lines such as `Sample rate: 200 Hz` are no header. Cells of the row may be blank.
+/// Returns the index of the header of a row of numbers. It is the nearest line above the row that has the same number of cells,
+/// except for lines with units, lines with numbers, and lines such as `Sample rate: 200 Hz`. Cells of the row may be blank.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
     let n_cells = |at: usize| names(lines[at].text, delimiter).len();
     let n_filled = n_cells(row);
@@ -190,8 +190,8 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
     Some(header).filter(is_as_wide)
 }
 
-/// Returns true if a line below the names of the columns belongs to them: it holds units, or it goes on where the first line of
-/// names has blank cells.
+/// Returns true if a line below the header is part of the header: it holds units, or names of columns whose cells in the first
+/// line of the header are blank.
 fn is_below_names(names_above: &[u8], text: &[u8], delimiter: Delimiter) -> bool {
     let starts_blank = |text| Cells::new(text, delimiter).next().is_some_and(<[u8]>::is_empty);
     let (n_values, n_others) = counts(text, delimiter);
