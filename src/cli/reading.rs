@@ -18,6 +18,7 @@ use crate::{
     import::{
         self, Loaded,
         map::{ColumnMap, ColumnRole},
+        unit_note,
     },
     progress::Progress,
     recording::{
@@ -25,7 +26,7 @@ use crate::{
         identity::rate,
     },
     scoring::faults::{Faults, faults, faults_of},
-    shown::{and_more, listed},
+    shown::and_more,
 };
 
 /// Maximum number of faulty recordings of one file that are reported one by one. Further ones are only counted.
@@ -250,11 +251,8 @@ impl ReadArgs {
             Ok(())
         });
         Finding::by_file(warnings).into_iter().for_each(|found| run.say.finding(found));
-        if !without_unit.is_empty() {
-            run.say.note(format_args!(
-                "no unit in the file, so forces are read in N and moments in N·m: {}",
-                listed(&without_unit)
-            ));
+        if let Some(note) = unit_note(&without_unit) {
+            run.say.note(format_args!("{note}"));
         }
         read.map(|()| all)
     }
@@ -357,9 +355,7 @@ fn open_question(path: &Path, loaded: &Loaded) -> Option<String> {
         Some(format!("{}: {question} Answer with --columns \"{answer}\"", path.display()))
     };
     if let Some(answer) = loaded.answer() {
-        let about = loaded.questions.iter().filter(|question| question.is_about_load());
-        let about: Vec<String> = about.map(|question| question.text(&loaded.columns)).collect();
-        return asked(&about.join(" "), &answer);
+        return asked(&loaded.load_questions().collect::<Vec<_>>().join(" "), &answer);
     }
     let missing = loaded.recordings.iter().find_map(Recording::missing)?;
     let key = |is: &[ColumnRole]| {

@@ -414,6 +414,29 @@ fn warnings_of_a_file_become_notices() {
 }
 
 #[test]
+fn loads_without_a_unit_are_said_and_counts_are_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let said_of = |name: &str, largest: f64, digits: usize| {
+        let mut text = "t [s],S1,Fz\n".to_owned();
+        for k in 0..200 {
+            let strain = (f64::from(k) / 20.0).sin();
+            let (secs, load) = (f64::from(k) / 100.0, largest * strain);
+            writeln!(text, "{secs},{strain},{load:.digits$}").unwrap();
+        }
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        let mut engine = engine();
+        engine.act(Action::Open(vec![path]));
+        settle(&mut engine);
+        assert_eq!(engine.project().recordings.entries().len(), 1);
+        let of_file = engine.notices.iter().filter(|notice| notice.text.starts_with(name));
+        of_file.map(|notice| notice.level).collect::<Vec<_>>()
+    };
+    assert_eq!(said_of("counts.csv", 2e7, 0), [Level::Warning]);
+    assert_eq!(said_of("newtons.csv", 40.5, 3), [Level::Info]);
+}
+
+#[test]
 fn a_calibration_is_applied_until_fit_again() {
     let mut engine = engine_with_files();
     let calibration = Arc::clone(&analysed(&mut engine).calibration);

@@ -25,6 +25,7 @@ use crate::{
     },
     progress::Progress,
     recording::Recording,
+    shown::listed,
 };
 
 /// Number of bytes of a file that are parsed at a time: few enough for the cache of a processor core, and enough to make the
@@ -65,6 +66,20 @@ impl Loaded {
     pub fn answer(&self) -> Option<String> {
         answer(&self.questions, &self.columns)
     }
+
+    /// Returns the open questions about the load.
+    pub fn load_questions(&self) -> impl Iterator<Item = String> {
+        let about = self.questions.iter().filter(|question| question.is_about_load());
+        about.map(|question| question.text(&self.columns))
+    }
+}
+
+/// Returns the note that these loads have no unit; `None` if there are none.
+pub fn unit_note(without_unit: &[String]) -> Option<String> {
+    let names = listed(without_unit);
+    (!without_unit.is_empty()).then(|| {
+        format!("no unit in the file, so forces are read in N and moments in N·m: {names}")
+    })
 }
 
 /// Roles of the columns of one file: those that a column map gives, and the proposed ones.

@@ -53,7 +53,7 @@ pub use error::ReadError;
 pub(crate) use error::TableError;
 pub(crate) use estimate::estimate_weight;
 pub(crate) use folder::{is_pattern, matching, recordings_in};
-pub use load::Loaded;
+pub use load::{Loaded, unit_note};
 pub use read::read;
 pub(crate) use set_role::{ChannelRole, with_role};
 #[cfg(test)]

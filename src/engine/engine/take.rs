@@ -1,6 +1,7 @@
 //! Puts results of background work into the document.
 
 use super::*;
+use crate::{import::unit_note, shown::file_name};
 
 impl Engine {
     /// Puts the finished results of background work into the document. The window calls this before each frame.
@@ -281,6 +282,21 @@ impl Engine {
                 Ok(Opened::Recordings(loaded)) => {
                     for warning in &loaded.warnings {
                         self.notice(Level::Warning, warning.text(Face::Window));
+                    }
+                    let questions: Vec<String> = loaded.load_questions().collect();
+                    match (&questions[..], unit_note(&loaded.without_unit)) {
+                        ([], None) => {}
+                        ([], Some(note)) => {
+                            self.notice(Level::Info, format!("{}: {note}", file_name(&path)));
+                        }
+                        (asked, _) => {
+                            let text = format!(
+                                "{}: {} Answer with the menu of each channel in Import > Channels.",
+                                file_name(&path),
+                                asked.join(" ")
+                            );
+                            self.notice(Level::Warning, text);
+                        }
                     }
                     recordings.push(loaded.recordings);
                     if let Some(map) = loaded.map {
