@@ -170,8 +170,6 @@ pub struct Engine {
     /// Trained calibration that was read with the session, until it is checked that it was trained on the session's
     /// recordings.
     unproven: Option<Arc<Calibration>>,
-    /// Layout of the panes in the session that was just opened; the window takes and applies it.
-    pub layout: Option<serde_json::Value>,
     /// Recordings and thresholds when the automatic search for thresholds began, to detect later changes by the user.
     first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,
     /// True if the thresholds F_th and t_th are chosen automatically whenever recordings are opened.
@@ -374,9 +372,9 @@ impl Engine {
         }
     }
 
-    /// Returns the content of the session file to be written. `layout` is the layout of the panes.
-    pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
-        let session = Box::new(Session::of(&self.project, layout));
+    /// Returns the content of the session file to be written.
+    pub fn session_content(&self) -> FileContent {
+        let session = Box::new(Session::of(&self.project));
         FileContent::Session(session, self.trained_to_save().cloned())
     }
 

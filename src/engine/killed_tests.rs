@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::{
     engine::{
-        preferences::PreferencesFile,
+        preferences::{Preferences, PreferencesFile},
         project::Project,
         recovery::{Recovery, Unsaved},
         saving::FileContent,
@@ -35,10 +35,14 @@ fn round_of(read: &Session) -> u64 {
     round
 }
 
+/// The newest of the recent files has the number of the round as its name.
+fn last_round(preferences: &Preferences) -> Option<u64> {
+    preferences.recent.first()?.file_name()?.to_str()?.parse().ok()
+}
+
 fn round_in(folder: &Path) -> u64 {
     let kept = PreferencesFile::read_in(folder).expect("the preferences can be read");
-    let round = kept.layout.and_then(|layout| layout["round"].as_u64());
-    round.expect("the program that wrote the file has ended")
+    last_round(&kept).expect("the program that wrote the file has ended")
 }
 
 fn n_temporary(folder: &Path) -> usize {
@@ -57,12 +61,11 @@ fn writes_until_killed() {
     let recovery = Recovery::begin_every(folder, Duration::ZERO);
     let begun = PreferencesFile::read_in(folder).unwrap_or_default();
     let mut preferences = PreferencesFile::new(folder, begun.clone());
-    let round = begun.layout.as_ref().and_then(|own| own["round"].as_u64());
-    let first = round.map_or(0, |round| round + 1);
-    let mut own = begun;
+    let first = last_round(&begun).map_or(0, |round| round + 1);
+    let mut now = begun;
     for round in first.. {
-        own.layout = Some(serde_json::json!({ "round": round }));
-        preferences.write(&own).unwrap();
+        now.remember(Path::new(&format!("/{round}")));
+        preferences.write(&now).unwrap();
         let saved = FileContent::Session(Box::new(session(round)), None);
         let path = folder.join("saved").join("s.json");
         saved.write(&path, &Progress::default()).unwrap();

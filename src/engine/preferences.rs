@@ -57,7 +57,6 @@ fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T
 /// | `text_scale` | 1 | 0.5 to 3, times the display's own |
 /// | `recent` | none | 12 files, newest first |
 /// | `maps` | none | 40 column maps, newest first |
-/// | `layout` | the program's | |
 /// | `advanced` | no | whether the advanced settings are visible |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -74,8 +73,6 @@ pub struct Preferences {
     /// Column maps that were used to read files, newest first.
     #[serde(deserialize_with = "each")]
     pub maps: Vec<ColumnMap>,
-    /// Layout of the panes; `None` for the default layout.
-    pub layout: Option<serde_json::Value>,
     /// True if the window shows the advanced settings.
     #[serde(deserialize_with = "one_by_one")]
     pub advanced: bool,
@@ -88,7 +85,6 @@ impl Default for Preferences {
             text_scale: 1.0,
             recent: Vec::new(),
             maps: Vec::new(),
-            layout: None,
             advanced: false,
         }
     }
@@ -143,7 +139,6 @@ impl Preferences {
         }
         take(&self.theme, &known.theme, &mut file.theme);
         take(&self.text_scale, &known.text_scale, &mut file.text_scale);
-        take(&self.layout, &known.layout, &mut file.layout);
         take(&self.advanced, &known.advanced, &mut file.advanced);
         let forgotten = forgotten(&self.recent, &known.recent, MAX_RECENT);
         file.recent.retain(|path| !forgotten.contains(&path));
@@ -289,7 +284,7 @@ mod tests {
         of_a.remember_map(&map(1));
         a.write(&of_a).unwrap();
         of_b.text_scale = 1.5;
-        of_b.layout = Some(serde_json::json!({"b": 1}));
+        of_b.advanced = true;
         of_b.remember_map(&map(2));
         of_b.remember(Path::new("/b.csv"));
         of_b.recent.retain(|path| !path.ends_with("gone.csv"));
@@ -298,7 +293,7 @@ mod tests {
         a.write(&of_a).unwrap();
         let kept = PreferencesFile::read_in(folder.path()).unwrap();
         assert_eq!((kept.theme, kept.text_scale), (Theme::Light, 1.5));
-        assert_eq!(kept.layout, of_b.layout);
+        assert!(kept.advanced);
         let expected = ["/b.csv", "/a.csv", "/old.csv"].map(PathBuf::from);
         assert_eq!(kept.recent, expected);
         assert_eq!(kept.maps, [map(2), map(1)]);

@@ -425,7 +425,7 @@ mod tests {
 
     fn unsaved(notes: &str) -> Unsaved {
         let project = Project { notes: notes.to_owned(), ..Project::default() };
-        Unsaved { session: Session::of(&project, None), trained: None }
+        Unsaved { session: Session::of(&project), trained: None }
     }
 
     #[test]

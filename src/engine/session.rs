@@ -51,7 +51,6 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// | `overload_tolerance` | share by which a load may exceed the rated load, if entered |
 /// | `on_screen` | name of the shown recording; absent for all |
 /// | `hidden_axes` | axes that are hidden |
-/// | `layout` | layout of the panes |
 /// | `trained` | file of the trained calibration beside the session, if the settings have a network or kernel |
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -68,7 +67,6 @@ pub struct Session {
     pub cut: Option<f64>,
     pub calibration: Option<PathBuf>,
     pub on_screen: Option<String>,
-    pub layout: Option<serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trained: Option<PathBuf>,
 }
@@ -152,7 +150,7 @@ pub struct OpenedSession {
 }
 
 impl Session {
-    pub fn of(project: &Project, layout: Option<serde_json::Value>) -> Self {
+    pub fn of(project: &Project) -> Self {
         let whole = project.split.as_ref().map(|split| &split.whole);
         let whole = whole.unwrap_or(&project.recordings);
         let mut files: Vec<SessionFile> = Vec::new();
@@ -204,7 +202,6 @@ impl Session {
             cut: project.split.as_ref().map(|split| split.fraction),
             calibration: project.applied.as_ref().map(|own| own.path.clone()),
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
-            layout,
             trained: None,
         }
     }
@@ -560,7 +557,7 @@ mod tests {
 
     #[test]
     fn a_session_that_is_cut_off_is_named_as_one() {
-        let whole = Session::of(&Project::default(), None).to_json(Path::new(""));
+        let whole = Session::of(&Project::default()).to_json(Path::new(""));
         let half = &whole[..whole.len() / 2];
         assert!(Session::is_one(&whole) && Session::is_one(half));
         let error = Session::from_json(half).unwrap_err();
@@ -594,10 +591,10 @@ mod tests {
             project.edit(edit).unwrap();
         }
         project.view = View::One(3);
-        let text = Session::of(&project, None).to_json(Path::new("/data"));
+        let text = Session::of(&project).to_json(Path::new("/data"));
         assert!(String::from_utf8_lossy(&text).contains(r#""path": "a.csv""#));
         let back = reopened(&text);
-        assert_eq!(Session::of(&back, None), Session::of(&project, None));
+        assert_eq!(Session::of(&back), Session::of(&project));
         assert_eq!(back.recordings, project.recordings);
         assert_eq!((back.view, &*back.notes), (View::One(3), "oiled"));
     }
@@ -608,7 +605,7 @@ mod tests {
         for path in ["/data/a.csv", "/data/b.csv", "/data/c.csv"] {
             add(&mut project, path, &["S1"], &[Axis::Fz]);
         }
-        let text = Session::of(&project, None).to_json(Path::new(""));
+        let text = Session::of(&project).to_json(Path::new(""));
         let session = Session::from_json(&text).unwrap();
         let found = [
             None,
@@ -631,7 +628,7 @@ mod tests {
         };
         let (back, notices) = opened.into_project();
         assert_eq!(back.lost, session.files[..1]);
-        let again = Session::of(&back, None).with_hashes();
+        let again = Session::of(&back).with_hashes();
         assert!(again.files.contains(&session.files[0]), "the missing file stays in the session");
         let torn = Notice::new(Level::Error, "/data/b.csv: torn");
         assert_eq!(notices, [torn]);

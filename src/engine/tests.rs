@@ -504,7 +504,7 @@ fn open_other(engine: &mut Engine) {
 
 /// Returns everything that a session of the document would save.
 fn saved_of(project: &Project) -> serde_json::Value {
-    let text = Session::of(project, None).to_json(Path::new(""));
+    let text = Session::of(project).to_json(Path::new(""));
     serde_json::from_slice(&text).unwrap()
 }
 
@@ -1372,7 +1372,7 @@ fn empty_session(name: &str) -> Done {
 
 #[track_caller]
 fn save_session(engine: &mut Engine, path: &Path) {
-    let content = engine.session_content(None);
+    let content = engine.session_content();
     engine.act(Action::Save(content, path.to_owned(), Existing::Replace));
     settle(engine);
 }
@@ -1464,7 +1464,7 @@ fn a_session_of_a_set_with_a_lag_opens_that_set() {
     let mut engine = engine();
     engine.act(Action::OpenBuiltIn(Some(Late::Both)));
     settle_until(&mut engine, "the set", |engine| engine.project().recordings.is_simulated());
-    let session = Session::of(engine.project(), None);
+    let session = Session::of(engine.project());
     assert_eq!((session.built_in, session.built_in_lag), (true, Some(Late::Both)));
 }
 
@@ -1502,7 +1502,7 @@ fn autosaved_sessions_stay_until_they_are_restored_or_discarded() {
     assert_eq!(engine.project().notes, "text of a crashed window");
     assert!(engine.session.is_none() && engine.is_unsaved());
     save_session(&mut engine, &path("saved"));
-    engine.write_down(&|| serde_json::Value::Null);
+    engine.write_down();
     assert!(!path("3").exists(), "the restored file is removed once its content is saved");
     engine.act(Action::ShowLeft(false));
     assert_eq!(engine.recoverable, [left("1")]);
@@ -1525,7 +1525,7 @@ fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
     // Only a complete session may replace the autosaved one.
     loop {
         engine.take();
-        engine.write_down(&|| serde_json::Value::Null);
+        engine.write_down();
         if !path.exists() {
             break;
         }
@@ -1713,7 +1713,7 @@ fn a_crash_costs_no_training() {
     crashed.recover_in(&left);
     let trained = crashed.fitting().unwrap().clone();
     crashed.act(Action::Edit(Edit::Notes("not saved".to_owned())));
-    crashed.write_down(&|| serde_json::Value::Null);
+    crashed.write_down();
     let deadline = Instant::now() + Duration::from_secs(60);
     let is_written = || fs::read_dir(&left).unwrap().count() == 3; // the lock and the pair
     while !is_written() {
@@ -1729,7 +1729,7 @@ fn a_crash_costs_no_training() {
     assert_eq!(engine.project().notes, "not saved");
     assert_eq!(engine.fitting().unwrap().learned, trained.learned);
     // After this window is closed normally, neither autosave remains.
-    engine.write_down(&|| serde_json::Value::Null);
+    engine.write_down();
     while engine.recoverable.iter().any(|own| own.path.exists())
         || fs::read_dir(&left).unwrap().count() != 3
     {

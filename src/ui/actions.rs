@@ -153,13 +153,13 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
     let session = [
         action(
             "Save session",
-            "Saves the list of recordings, their roles, all settings, the notes and the arrangement of the panes",
+            "Saves the list of recordings, their roles, all settings and the notes",
             ctrl(Key::S),
             Command::SaveSession,
         ),
         action(
             "Save session as…",
-            "Saves recordings, settings, notes and panes to another session file",
+            "Saves recordings, settings and notes to another session file",
             ctrl_shift(Key::S),
             Command::SaveSessionAs,
         ),
@@ -383,12 +383,6 @@ pub fn workspaces() -> Vec<Action> {
             alone(Key::F11),
             Command::TogglePresenter,
         ),
-        action(
-            "Reset arrangement of the panes",
-            "Restores the default arrangement of the panes for this kind of work",
-            None,
-            Command::ResetWorkspace,
-        ),
     ];
     Workspace::ALL.into_iter().zip(keys).map(show).chain(of_window).collect()
 }
@@ -402,15 +396,6 @@ pub fn panes() -> Vec<Action> {
         action(name, pane.explanation, keys, Command::ShowPane(pane))
     };
     panes::all().zip(keys).map(show).collect()
-}
-
-fn close(pane: Pane) -> Action {
-    action(
-        format!("{}: close", pane.title),
-        "Closes the pane; the View menu shows it again",
-        None,
-        Command::ClosePane(pane),
-    )
 }
 
 pub const THEMES: [(&str, Theme, &str); 3] = [
@@ -488,7 +473,6 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         models(engine),
         workspaces(),
         panes(),
-        panes::all().map(close).collect(),
         themes(engine),
         text_scales(),
         pictures(),

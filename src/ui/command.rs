@@ -2,17 +2,15 @@
 
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
-
 use crate::{
     engine::{Action, Edit, FileContent, ImportCommand, Level, Notice},
     features::Setting,
 };
 
-/// A part of the window that can be moved, closed and opened again.
+/// A part of the window with a tab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pane {
-    /// Name of the pane in files that store the arrangement of the window.
+    /// Name of the pane in tests and in the program.
     pub key: &'static str,
     /// Title on the tab.
     pub title: &'static str,
@@ -21,8 +19,7 @@ pub struct Pane {
 }
 
 /// Kind of work, with its own arrangement of panes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workspace {
     /// Recordings and their roles (training, test, off).
     Import,
@@ -93,14 +90,12 @@ pub enum TimeMove {
 }
 
 /// Destination of an image of the window.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageTo {
     /// The clipboard.
     Clipboard,
     /// A file that the user chooses.
     File,
-    /// The file at this path.
-    Path(PathBuf),
 }
 
 /// Command of the user to the engine or the window.
@@ -110,14 +105,8 @@ pub enum Command {
     Do(Action),
     /// Selects the tab of a pane, in a workspace that contains the pane.
     ShowPane(Pane),
-    /// Closes a pane.
-    ClosePane(Pane),
-    /// Opens a pane in the present workspace.
-    OpenPane(Pane),
     /// Shows a workspace.
     Show(Workspace),
-    /// Restores the default arrangement of the present workspace.
-    ResetWorkspace,
     /// Maximises a pane, or shows all panes again.
     ToggleMaximized(Option<Pane>),
     /// Starts or ends presenter mode: full screen, larger text and no menus.

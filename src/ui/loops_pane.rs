@@ -5,7 +5,6 @@ mod cross_view;
 mod dwell_view;
 mod linked;
 mod loop_view;
-mod save;
 
 use egui::{ComboBox, Ui};
 
@@ -85,7 +84,6 @@ pub struct LoopsPane {
     /// Width and height of the drawing in pixels. Each is that of the plot on screen or of a saved figure, whichever is
     /// larger.
     pixels: [f64; 2],
-    path: String,
     /// Single channels, which are shown if the recordings lack something for a calibration.
     channels: channels_pane::View,
 }
@@ -105,7 +103,6 @@ impl Default for LoopsPane {
             rest: None,
             zooms: [None; 3],
             pixels: STANDS_ALONE.into(),
-            path: "loops.svg".to_owned(),
             channels: channels_pane::View::asking_as(PANE.key, true),
         }
     }
@@ -313,8 +310,7 @@ impl LoopsPane {
         );
     }
 
-    /// Draws the plot on the left, and the field for saving the plot on the right. Below the field, `figures` draws the table
-    /// of values.
+    /// Draws the plot on the left. On the right, `figures` draws the table of values.
     fn lay_out<'a>(
         &mut self,
         ui: &mut Ui,
@@ -325,26 +321,22 @@ impl LoopsPane {
         let size @ egui::Vec2 { x: width, y: height } = plot_size(ui);
         ui.horizontal_top(|ui| {
             let top_down = egui::Layout::top_down(egui::Align::Min);
-            let shown = ui.allocate_ui_with_layout(size, top_down, |ui| {
+            let drawn = ui.allocate_ui_with_layout(size, top_down, |ui| {
                 ui.set_width(width);
                 let id = ["loop", "cross-plot", "drift"][self.mode as usize];
                 let zoom = &mut self.zooms[self.mode as usize];
                 plots::plot(ui, (id, name), height, figure, zoom, out)
             });
-            let picture = shown.response.rect;
             ui.vertical(|ui| {
                 ui.set_width(FIGURES_WIDTH);
                 egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
                     ui,
                     |ui| {
-                        // The axis labels extend a little beyond the plot, so the saved image is larger than the plot.
-                        save::row(ui, &mut self.path, figure, picture.expand(6.0), out);
-                        ui.separator();
                         figures(ui, self, out);
                     },
                 );
             });
-            shown.inner
+            drawn.inner
         })
         .inner
     }

@@ -8,7 +8,6 @@ use crate::{
         actions::{self, Action, CanGo},
         command::{Command, Out, Workspace},
         controls::Controls as _,
-        panes,
         workspace::Workspaces,
     },
 };
@@ -26,7 +25,7 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
         ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
         ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
-        ui.menu_button("View", |ui| view(ui, engine, workspaces, out));
+        ui.menu_button("View", |ui| view(ui, engine, out));
         ui.menu_button("Help", |ui| items(ui, actions::help(), out));
         ui.separator();
         for (workspace, title, explanation) in Workspace::ALL {
@@ -71,15 +70,10 @@ fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     });
 }
 
-fn view(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Out) {
+fn view(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
-    for pane in panes::all() {
-        let mut open = workspaces.is_open(pane);
-        if ui.tick(&mut open, pane.title, pane.explanation) {
-            out.send(if open { Command::OpenPane(pane) } else { Command::ClosePane(pane) });
-        }
-    }
+    items(ui, actions::panes(), out);
     ui.separator();
     items(ui, actions::pictures(), out);
     ui.separator();

@@ -28,18 +28,11 @@ pub const PANE: Pane = Pane {
     explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk and errors of the uncompensated and the compensated load",
 };
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct MetrologyPane {
     /// Recordings that the table covers; `None` for the default recordings, see [`TableOf::usual`].
     of: Option<TableOf>,
     shown: Shown,
-    path: String,
-}
-
-impl Default for MetrologyPane {
-    fn default() -> Self {
-        Self { of: None, shown: Shown::default(), path: "metrology.csv".to_owned() }
-    }
 }
 
 impl PaneView for MetrologyPane {
@@ -78,9 +71,8 @@ impl MetrologyPane {
             }
             ui.separator();
             let holds = "Saves all metrology figures of the table in units and in % of full scale, with definitions, sources and the reasons for missing figures";
-            let saved = (&mut self.path, holds, table.is_some());
-            let content = || Some(FileContent::Table("metrology.csv", Box::new(figure_records(table?))));
-            table::saving(ui, saved, || table::joined(&tables), content, out);
+            let content = table.map(|table| || FileContent::Table("metrology.csv", Box::new(figure_records(table))));
+            table::saving(ui, holds, || table::joined(&tables), content, out);
         });
         ui.separator();
         if let Some(problem) = problem {

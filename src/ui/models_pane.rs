@@ -45,7 +45,6 @@ pub struct View {
     errors_on: ScoreSet,
     minutes: f64,
     sort: Sort,
-    path: String,
     plots: ModelPlots,
 }
 
@@ -55,7 +54,6 @@ impl Default for View {
             errors_on: ScoreSet::LeftOut,
             minutes: SEARCH_MINUTES,
             sort: Sort::by(RELATIVE),
-            path: "models.csv".to_owned(),
             plots: ModelPlots::default(),
         }
     }
@@ -74,9 +72,9 @@ impl PaneView for View {
             let whole = || whole(engine, &self.sort, self.errors_on);
             let holds =
                 "Saves all rows of the list in the present order, with training, test and cross-validated errors";
-            let saved = (&mut self.path, holds, !engine.models.rows.is_empty());
-            let content = || Some(FileContent::Table("models.csv", Box::new(whole())));
-            table::saving(ui, saved, || whole().tab_separated(), content, out);
+            let any = !engine.models.rows.is_empty();
+            let content = any.then_some(|| FileContent::Table("models.csv", Box::new(whole())));
+            table::saving(ui, holds, || whole().tab_separated(), content, out);
         });
         ui.separator();
         if engine.models.rows.is_empty() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use egui::{Color32, ColorImage, Rect};
 
 use crate::{
-    engine::{Action, Existing, FileContent, Level},
+    engine::{FileContent, Level},
     report::figure::{Figure, STANDS_ALONE, png},
     ui::{
         appearance::focus_ring,
@@ -82,21 +82,19 @@ impl Images {
             if *wait > 0 {
                 return true;
             }
-            let (part, to, reply) = (*part, to.clone(), reply.clone());
+            let (part, to, reply) = (*part, *to, reply.clone());
             let (clipboard, scale) = (context.clone(), context.pixels_per_point());
             context.request_screenshot(move |screen| {
                 let picture = cut(&screen, part, scale);
-                let content = || encoded(&picture).map(FileContent::Bytes);
-                let failed = |error: io::Error| Command::tell(Level::Error, error.to_string());
                 reply.send(match to {
                     ImageTo::Clipboard => {
                         clipboard.copy_image(picture);
                         Command::tell(Level::Info, "The plot was copied to the clipboard")
                     }
-                    ImageTo::File => content().map_or_else(failed, Command::ChooseFileFor),
-                    ImageTo::Path(path) => content().map_or_else(failed, |content| {
-                        Action::Save(content, path, Existing::Ask).into()
-                    }),
+                    ImageTo::File => match encoded(&picture) {
+                        Ok(png) => Command::ChooseFileFor(FileContent::Bytes(png)),
+                        Err(error) => Command::tell(Level::Error, error.to_string()),
+                    },
                 });
             });
             false

@@ -116,9 +116,6 @@ impl Shell {
 
     /// Applies the stored preferences.
     pub fn with_preferences(mut self, preferences: Preferences) -> Self {
-        if let Some(layout) = preferences.layout.as_ref().and_then(Workspaces::from_value) {
-            self.workspaces = layout;
-        }
         self.engine.preferences = preferences;
         self
     }
@@ -131,7 +128,7 @@ impl Shell {
 
     /// Returns the preferences to store.
     pub fn preferences(&self) -> Preferences {
-        Preferences { layout: Some(self.workspaces.to_value()), ..self.engine.preferences.clone() }
+        self.engine.preferences.clone()
     }
 
     /// Returns the engine.
@@ -199,10 +196,7 @@ impl Shell {
                 self.engine.act(action);
             }
             Command::ShowPane(pane) => self.workspaces.bring(pane),
-            Command::OpenPane(pane) => self.workspaces.arrangement_mut().bring(pane),
-            Command::ClosePane(pane) => self.workspaces.arrangement_mut().close(pane),
             Command::Show(workspace) => self.workspaces.show(workspace),
-            Command::ResetWorkspace => self.workspaces.reset(),
             Command::ToggleMaximized(pane) => {
                 let pointer = ui.ctx().pointer_latest_pos();
                 let is_pointed =
@@ -250,7 +244,7 @@ impl Shell {
                 self.ask_where(content, "There are no traces to save yet");
             }
             Command::SaveSession | Command::SaveSessionAs => {
-                let content = self.engine.session_content(Some(self.workspaces.to_value()));
+                let content = self.engine.session_content();
                 match self.engine.session.clone() {
                     Some(path) if matches!(command, Command::SaveSession) => {
                         self.engine.act(Action::Save(content, path, Existing::Replace));
@@ -313,10 +307,6 @@ impl Shell {
             self.n_documents = self.engine.n_documents;
             (self.views, self.time) = (Views::default(), TimeView::default());
         }
-        let layout = self.engine.layout.take();
-        if let Some(workspaces) = layout.as_ref().and_then(Workspaces::from_value) {
-            self.workspaces = workspaces;
-        }
         if std::mem::take(&mut self.engine.closes) {
             self.closing = true;
             ui.send_viewport_cmd(egui::ViewportCommand::Close);
@@ -327,8 +317,7 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
-        let workspaces = &self.workspaces;
-        self.engine.write_down(&|| workspaces.to_value());
+        self.engine.write_down();
     }
 
     fn draw(&mut self, ui: &mut Ui, out: &mut Out) {

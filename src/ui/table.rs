@@ -3,9 +3,13 @@
 use egui::{Response, RichText, Role, Ui, WidgetInfo};
 
 use crate::{
-    engine::{Action, Existing, FileContent},
+    engine::FileContent,
     report::{Column, Table, Value},
-    ui::{command::Out, controls::Controls as _, numbers::elided},
+    ui::{
+        command::{Command, Out},
+        controls::Controls as _,
+        numbers::elided,
+    },
 };
 
 const NUMBER_WIDTH: f32 = 38.0;
@@ -47,22 +51,21 @@ pub fn show(ui: &mut Ui, table: &Table) {
     }
 }
 
-/// Draws the buttons that copy a table and save it as CSV. `holds` is the hover text about the file; `text` returns the text
-/// for the clipboard, `content` the contents of the file.
+/// Draws the buttons that copy a table and save it. `holds` is the hover text about the file; `text` returns the text for the
+/// clipboard, `content` the contents of the file, or `None` while there is no table.
 pub fn saving(
     ui: &mut Ui,
-    (path, holds, enabled): (&mut String, &str, bool),
+    holds: &str,
     text: impl FnOnce() -> String,
-    content: impl FnOnce() -> Option<FileContent>,
+    content: Option<impl FnOnce() -> FileContent>,
     out: &mut Out,
 ) {
-    ui.add_enabled_ui(enabled, |ui| {
+    ui.add_enabled_ui(content.is_some(), |ui| {
         ui.copies("table", text);
-        let about = ["Path of the CSV file", "Save", holds];
-        if let Some(path) = ui.path_field("CSV", path, (120.0, ""), about)
-            && let Some(content) = content()
+        if ui.press("Save as…", holds)
+            && let Some(content) = content
         {
-            out.send(Action::Save(content, path, Existing::Ask));
+            out.send(Command::ChooseFileFor(content()));
         }
     });
 }

@@ -10,8 +10,7 @@ use std::sync::Arc;
 use egui::Ui;
 
 use crate::{
-    engine::{Action, Edit, Engine, Existing, FileContent, Level, query::Background as _},
-    export::FileFormat,
+    engine::{Action, Edit, Engine, FileContent, Level, query::Background as _},
     features::{BLOCKS, Distance, Thresholds},
     finding::Face,
     questions::thresholds::{
@@ -21,7 +20,7 @@ use crate::{
     scoring::score_set::ScoreSet,
     ui::{
         choice::choice,
-        command::{Command, ImageTo, Out, Pane},
+        command::{Command, Out, Pane},
         controls::Controls as _,
         numbers::significant,
         pane::{Cx, PaneView},
@@ -46,18 +45,12 @@ pub struct View {
     /// Axis or group of axes whose errors are shown; `None` until the user chooses one.
     measure: Option<Measure>,
     on: ScoreSet,
-    path: String,
     texture: MapTexture,
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self {
-            measure: None,
-            on: ScoreSet::LeftOut,
-            path: "thresholds.csv".to_owned(),
-            texture: MapTexture::default(),
-        }
+        Self { measure: None, on: ScoreSet::LeftOut, texture: MapTexture::default() }
     }
 }
 
@@ -93,8 +86,7 @@ impl View {
         let chosen = self.measure;
         let chosen = chosen.filter(|measure| measure.weights(&map.scale).is_some());
         let measure = chosen.unwrap_or_else(|| map.scale.default_measure());
-        let pane = ui.max_rect();
-        self.choices(ui, map, measure, pane, out);
+        self.choices(ui, map, measure, out);
         if let Some(lag) = &study.lag {
             ui.warn(lag.text(Face::Window));
         }
@@ -120,14 +112,7 @@ impl View {
         });
     }
 
-    fn choices(
-        &mut self,
-        ui: &mut Ui,
-        map: &Arc<ThresholdMap>,
-        measure: Measure,
-        pane: egui::Rect,
-        out: &mut Out,
-    ) {
+    fn choices(&mut self, ui: &mut Ui, map: &Arc<ThresholdMap>, measure: Measure, out: &mut Out) {
         ui.horizontal_wrapped(|ui| {
             let label = ui.label("Errors of");
             let button = egui::ComboBox::from_id_salt("measure");
@@ -144,20 +129,11 @@ impl View {
             ui.separator();
             let sets = [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test];
             ui.select_from(&mut self.on, sets.map(|set| (set, set.title(), set.explanation())));
-            let hint = format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS));
             let formats =
-                MAP_FORMATS.iter().map(|format| format!(".{}: {}; ", format.ending, format.holds));
-            let formats = formats.collect::<String>() + ".png: this pane as on screen";
-            let about = ["Path of the file; its ending chooses the format", "Save", &formats];
-            if let Some(path) = ui.path_field("Save as", &mut self.path, (130.0, &hint), about) {
-                let ending = path.extension();
-                let is_png = ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-                out.send(if is_png {
-                    Command::Image(pane, ImageTo::Path(path))
-                } else {
-                    let content = FileContent::Thresholds(Arc::clone(map), measure);
-                    Action::Save(content, path, Existing::Ask).into()
-                });
+                MAP_FORMATS.iter().map(|format| format!(".{}: {}", format.ending, format.holds));
+            if ui.press("Save as…", formats.collect::<Vec<_>>().join("; ")) {
+                let content = FileContent::Thresholds(Arc::clone(map), measure);
+                out.send(Command::ChooseFileFor(content));
             }
             if !map.is_complete() {
                 ui.weak(format!(

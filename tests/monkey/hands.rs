@@ -436,7 +436,7 @@ impl Hands {
         let pane = *self.random.of(&panes);
         let command = match self.random.below(6) {
             0 => Command::Show(self.random.of(&Workspace::ALL).0),
-            1 | 2 => Command::ClosePane(pane),
+            1 | 2 => Command::ToggleMaximized(Some(pane)),
             3 => Command::Time(*self.random.of(&[
                 TimeMove::Fit,
                 TimeMove::Zoom(1e-3),

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::workspace::named;
 
 const CONTROLS: [Role; 8] = [
     Role::Button,
@@ -120,11 +119,6 @@ fn every_control_of_the_import_window_has_a_hover_text() {
     window.set_size(Vec2::new(1600.0, 1400.0));
     quick_to_explain(&mut window);
     assert!(state(&window).importing.is_some());
-    for below in [named("settings"), named("recordings"), named("traces")] {
-        let close = Command::ClosePane(below);
-        window.state_mut().as_mut().unwrap().send(close);
-    }
-    settle(&mut window);
     for tick in [
         "Computes the reference load of a known weight from the pose columns",
         "The reference load is in a separate file",

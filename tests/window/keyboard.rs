@@ -51,11 +51,11 @@ fn chosen(window: &Window, button: &str) -> String {
 fn text_typed_right_after_the_palettes_keys_goes_into_the_palette() {
     let files = Files::new();
     // The key works without a focus, and while a text field has the focus.
-    for field in [None, Some("CSV")] {
+    for field in [None, Some("Export to")] {
         let mut window = window(files.three());
         if let Some(field) = field {
             let shell = window.state_mut().as_mut().unwrap();
-            shell.send(Command::ShowPane(crate::workspace::named("metrology")));
+            shell.send(Command::ShowPane(crate::workspace::named("export")));
             settle(&mut window);
             window.get_by_role_and_label(Role::TextInput, field).focus();
             window.run_steps(2);
@@ -109,7 +109,7 @@ fn the_palette_finds_the_control_of_each_setting() {
     let files = Files::new();
     let mut window = window(files.three());
     let send = window.state_mut().as_mut().unwrap();
-    send.send(Command::ClosePane(crate::workspace::named("settings")));
+    send.send(Command::Show(loopscope::ui::Workspace::Import));
     settle(&mut window);
     let mut settings = state(&window).project().settings.clone();
     for (words, control) in [

@@ -217,9 +217,11 @@ fn show(window: &mut Window, pane: &str) {
     settle(window);
 }
 
-fn close(window: &mut Window, pane: &str) {
+/// Shows this pane alone.
+fn maximize(window: &mut Window, pane: &str) {
+    show(window, pane);
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::ClosePane(workspace::named(pane)));
+    shell.send(Command::ToggleMaximized(Some(workspace::named(pane))));
     settle(window);
 }
 
@@ -916,7 +918,8 @@ fn a_training_that_cannot_begin_gives_the_reason() {
 #[test]
 fn models_are_found_sorted_brought_back_and_saved() {
     let files = Files::new();
-    let mut window = window(files.three());
+    let choices = Choices::default();
+    let mut window = window_with(files.three(), choices.clone());
     click(&mut window, Role::Button, "Models");
     let find = window.get_by_role_and_label(Role::Button, "Find the best");
     find.click();
@@ -941,8 +944,8 @@ fn models_are_found_sorted_brought_back_and_saved() {
     assert!(state(&window).models.rows[0].is_pinned);
 
     let path = files.path("table.csv");
-    type_into(&mut window, "CSV", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Save");
+    choices.export.replace(Some(path.clone()));
+    click(&mut window, Role::Button, "Save as…");
     let table = std::fs::read_to_string(&path).unwrap();
     assert_eq!(table.lines().count(), rows.len() + 2, "the table has a header and the kept model");
     assert!(table.starts_with(",model,train relative RMSE [%],test relative RMSE [%]"), "{table}");
@@ -955,7 +958,8 @@ fn models_are_found_sorted_brought_back_and_saved() {
 #[test]
 fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     let files = Files::new();
-    let mut window = window(files.three());
+    let choices = Choices::default();
+    let mut window = window_with(files.three(), choices.clone());
     click(&mut window, Role::Button, "Thresholds");
     let study = state(&window).lane::<StudyThresholds>().answer();
     let study = study.expect("the map is made while the pane is shown");
@@ -974,8 +978,8 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!((fresh / on_map - 1.0).abs() < 1e-9);
     for (name, start) in [("map.csv", "f_th"), ("map.svg", "<svg")] {
         let path = files.path(name);
-        type_into(&mut window, "Save as", path.to_str().unwrap());
-        click(&mut window, Role::Button, "Save");
+        choices.export.replace(Some(path.clone()));
+        click(&mut window, Role::Button, "Save as…");
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains(start), "{name}");
     }
@@ -1018,8 +1022,7 @@ fn numbers_on_screen(window: &Window) -> usize {
 fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     let files = Files::new();
     let mut window = window(files.three());
-    show(&mut window, "loops");
-    close(&mut window, "metrology");
+    maximize(&mut window, "loops");
     window.check_accessibility();
     assert_eq!(panes(&window, "Fz error [N] against Fz Reference [N]"), 1);
     assert_eq!(panes(&window, "Loop width against load"), 1);
@@ -1075,9 +1078,9 @@ fn a_press_on_a_notice_dismisses_it() {
 #[test]
 fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     let files = Files::new();
-    let mut window = window(files.three());
-    show(&mut window, "loops");
-    close(&mut window, "metrology");
+    let choices = Choices::default();
+    let mut window = window_with(files.three(), choices.clone());
+    maximize(&mut window, "loops");
     click(&mut window, Role::Button, "Cross-plot");
     assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "across");
@@ -1086,13 +1089,16 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     click(&mut window, Role::Button, "Fx Compensated");
     assert_eq!(panes(&window, "Fx Compensated [N] against Time [s]"), 1);
     let path = files.path("cross.svg");
-    type_into(&mut window, "Figure", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Save");
+    choices.export.replace(Some(path.clone()));
+    let plot =
+        window.get_by_role_and_label(Role::GraphicsObject, "Fx Compensated [N] against Time [s]");
+    plot.focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::SHIFT, Key::F10);
+    window.run_steps(3);
+    click(&mut window, Role::Button, "Save as SVG…");
     let svg = std::fs::read_to_string(&path).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains(">Fx Compensated [N]</text>"));
-    type_into(&mut window, "Figure", "cross.bmp");
-    click(&mut window, Role::Button, "Save");
-    message(&mut window, Level::Error, "saved as .svg or .png");
 }
 
 #[test]
@@ -1144,9 +1150,9 @@ fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
 #[test]
 fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     let files = Files::new();
-    let mut window = window(files.three());
-    show(&mut window, "metrology");
-    close(&mut window, "loops");
+    let choices = Choices::default();
+    let mut window = window_with(files.three(), choices.clone());
+    maximize(&mut window, "metrology");
     window.check_accessibility();
     for part in ["Hysteresis, mean loop", "RMSE", "1 recording, 400 samples"] {
         assert!(has(&window, part), "{part}");
@@ -1158,8 +1164,8 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click_first(&mut window, Role::Button, "All");
     assert!(has(&window, "3 recordings, 1200 samples"));
     let path = files.path("figures.csv");
-    type_into(&mut window, "CSV", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Save");
+    choices.export.replace(Some(path.clone()));
+    click(&mut window, Role::Button, "Save as…");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
     // Each of three axes has 7 rows of loops, 2 of lag, 4 of dwells, 3 of crosstalk and 3 of errors. One more row is the header.

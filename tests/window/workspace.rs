@@ -28,7 +28,7 @@ fn f_th(window: &Window) -> f64 {
 }
 
 #[test]
-fn a_pane_is_closed_opened_again_and_maximised() {
+fn a_pane_is_brought_by_key_and_menu_and_maximised() {
     let files = Files::new();
     let mut window = window(files.three());
     assert!(on_screen(&window, named("traces")) && !on_screen(&window, named("loops")));
@@ -36,20 +36,16 @@ fn a_pane_is_closed_opened_again_and_maximised() {
     assert!(on_screen(&window, named("loops")) && !on_screen(&window, named("errors")));
     window.key_press(Key::F3);
     settle(&mut window);
-    let toggle = |window: &mut Window| {
-        click(window, Role::Button, "View");
-        click(window, Role::CheckBox, "Traces");
-        window.key_press(Key::Escape);
-        settle(window);
-    };
-    toggle(&mut window);
-    assert!(window.query_by_role_and_label(Role::Button, "Traces").is_none());
-    toggle(&mut window);
-    assert!(on_screen(&window, named("traces")), "the pane is in front");
+    menu(&mut window, "View", "Show Channels");
+    assert!(on_screen(&window, named("channels")) && !on_screen(&window, named("traces")));
+    click(&mut window, Role::Button, "Traces");
+    assert!(on_screen(&window, named("traces")) && !on_screen(&window, named("channels")));
+    window.key_press(Key::F3);
+    settle(&mut window);
     let traces = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect().center();
     window.hover_at(traces);
     window.step();
-    for n_shown in [1, 3] {
+    for n_shown in [1, 4] {
         window.key_press(Key::F9);
         settle(&mut window);
         assert_eq!(shell(&window).on_screen().len(), n_shown);
@@ -58,7 +54,7 @@ fn a_pane_is_closed_opened_again_and_maximised() {
 }
 
 #[test]
-fn workspaces_are_opened_by_click_and_key_and_are_remembered() {
+fn workspaces_are_opened_by_click_and_key() {
     let files = Files::new();
     let mut window = window(files.three());
     window.key_press(Key::F4);
@@ -69,12 +65,6 @@ fn workspaces_are_opened_by_click_and_key_and_are_remembered() {
     for pane in [named("settings"), named("traces"), named("thresholds")] {
         assert!(on_screen(&window, pane), "{pane:?}");
     }
-    let written = shell(&window).preferences().to_json();
-    let remembered: Preferences = serde_json::from_str(&written).expect("preferences are JSON");
-    let layout = remembered.layout.clone();
-    let again = window_of(files.three(), Choices::default(), remembered);
-    assert_eq!(shell(&again).on_screen(), shell(&window).on_screen());
-    assert_eq!(shell(&again).preferences().layout, layout);
 }
 
 /// If preferences are unchanged, they must not overwrite the preferences that another window has stored.
@@ -84,7 +74,7 @@ fn drawing_alone_changes_no_preferences() {
     let (context, dialogs) = (egui::Context::default(), Box::new(Choices::default()));
     let begun = Shell::new(&context, files.three(), dialogs).preferences();
     let drawn = shell(&window(files.three())).preferences();
-    assert_eq!(drawn.layout, begun.layout);
+    assert_eq!(drawn, begun);
 }
 
 /// Three tick labels fit into a plot that is 48 points high, because labels need 12 points.

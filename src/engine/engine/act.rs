@@ -213,7 +213,7 @@ impl Engine {
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
             InTurn::SetRole(asked) => {
                 let is_open = |file: &SessionFile| !self.project.lost.contains(file);
-                let mut files = Session::of(&self.project, None).files;
+                let mut files = Session::of(&self.project).files;
                 files.retain(is_open);
                 Task::set_role(recordings, files, asked)
             }

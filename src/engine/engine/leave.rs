@@ -5,7 +5,6 @@ use super::*;
 impl Engine {
     /// Replaces all loaded data by an opened session. `path` is `None` for an autosaved session.
     pub(super) fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
-        self.layout.clone_from(&opened.session.layout);
         self.unproven = opened.trained.take().transpose().unwrap_or_else(|error| {
             self.notice(Level::Warning, error);
             None
@@ -97,12 +96,12 @@ impl Engine {
         self.act(Action::ShowLeft(true));
     }
 
-    /// Passes the newest document to the autosave if it has changed. `layout` returns the layout of the panes.
-    pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
+    /// Passes the newest document to the autosave if it has changed.
+    pub fn write_down(&mut self) {
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
         if !self.recovery.has(&self.project, trained, is_saved) {
-            let session = Session::of(&self.project, Some(layout()));
+            let session = Session::of(&self.project);
             self.recovery.keep(Unsaved { session, trained: trained.cloned() }, is_saved);
         }
         // The autosave of this window replaces the files of restored sessions. This begins only when all their recordings are
