@@ -4,8 +4,12 @@
 //! document is analysed again automatically ([`Engine::follow`]). A file that cannot be read never replaces loaded data.
 
 mod act;
-mod leave;
+mod columns;
+mod documents;
+mod modelling;
+mod reading;
 mod take;
+mod writing;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,40 +19,33 @@ use std::time::Duration;
 use crate::{
     calibration::Calibration,
     engine::{
-        files::{Opened, OpenedFile},
-        importing::{self, ImportCommand, Importing, Preview},
+        files::OpenedFile,
+        importing::{ImportCommand, Importing, Preview},
         lanes::{ANYONE, Asked, Asker, Lanes},
         live::{Current, Follow},
         models::{ModelChange, Models},
         notice::{Level, Notice},
         preferences::Preferences,
-        project::{Edit, Project, SessionFile, Split},
-        query::{Background, Lane, LaneEvent, Notify, Running},
-        recovery::{LeftSession, Recovery, Unsaved, drop_left},
-        saving::{Doubt, Existing, FileContent, Output, Unwritten},
-        session::{OpenedSession, Session, SessionPart, add_parts, read_again, trained_beside},
-        task::{Done, Task},
-        tasks::{Files, InTurn, Tasks},
+        project::{Edit, Project},
+        query::{Background, Lane, Notify, Running},
+        recovery::{LeftSession, Recovery},
+        saving::{Doubt, Existing, FileContent, Output},
+        session::{OpenedSession, Session},
+        tasks::Tasks,
         undo::History,
     },
-    export::known_target,
     features::Thresholds,
-    finding::Face,
     import::ChannelRole,
     panicked::locked,
     questions::{
-        Analysis, Candidates, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search,
-        View,
+        Analysis, Candidates, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, View,
         check::query::{FaultyRecording, FindFaults},
         errors::query::Analyse,
         loops::{LookRequest, Question},
-        models::asked::{OnTrained, Train, Trained, TryModels},
+        models::asked::{Train, TryModels},
         page::ReportRequest,
         question::Query,
-        thresholds::{
-            Measure,
-            asked::{ChooseBlock, StudyThresholds},
-        },
+        thresholds::Measure,
     },
     recording::{Entry, RecordingSet, Role, Tare, simulated::Late},
 };
@@ -232,21 +229,21 @@ impl Engine {
 
     /// Returns the newest finished analysis of the loaded recordings, even if a newer analysis is being computed.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
-        let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
-        let of = &of.0.recordings;
-        let fits = own.layout() == of.layout()
-            && own.is_simulated() == of.is_simulated()
-            && !own.entries().is_empty();
+        let now = &self.project.recordings;
+        let analysed = &self.lane::<Analyse>().answered()?.0.recordings;
+        let fits = now.layout() == analysed.layout()
+            && now.is_simulated() == analysed.is_simulated()
+            && !now.entries().is_empty();
         self.lane::<Analyse>().answer().filter(|_| fits)
     }
 
     /// Returns the results of the recording with this index, if the newest analysis contains the recording.
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
-        let own = &self.entries().get(at)?.recording;
-        let of = self.lane::<Analyse>().answered()?.0.recordings.entries();
-        let is_own = |at: &usize| Arc::ptr_eq(&of[*at].recording, own);
-        let same_place = Some(at).filter(|at| *at < of.len() && is_own(at));
-        let place = same_place.or_else(|| (0..of.len()).find(is_own))?;
+        let recording = &self.entries().get(at)?.recording;
+        let analysed = self.lane::<Analyse>().answered()?.0.recordings.entries();
+        let is_it = |entry: &Entry| Arc::ptr_eq(&entry.recording, recording);
+        let is_in_place = analysed.get(at).is_some_and(is_it);
+        let place = if is_in_place { at } else { analysed.iter().position(is_it)? };
         self.analysis()?.recordings.get(place)
     }
 
@@ -275,8 +272,8 @@ impl Engine {
 
     fn fitted_last(&self) -> Option<&Arc<Calibration>> {
         let (Train { request: of, .. }, trained) = self.lane::<Train>().whole()?;
-        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
-        let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
+        let is_present = Arc::ptr_eq(&of.recordings, &self.project.recordings);
+        let calibration = trained.calibration.as_ref().filter(|_| is_present)?;
         let mut settings = of.settings.clone();
         settings.network.cross_validate = self.project.settings.network.cross_validate;
         (settings == self.project.settings).then_some(calibration)
@@ -383,7 +380,7 @@ impl Engine {
     pub fn calibration_content(&self) -> Option<FileContent> {
         let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
-        let calibration = applied.map_or(&analysis.calibration, |own| &own.calibration);
+        let calibration = applied.map_or(&analysis.calibration, |applied| &applied.calibration);
         let fitted_to = applied.is_none().then(|| Box::new(self.request()));
         let identity = &self.project.identity;
         let calibration = if *identity == calibration.identity {
@@ -446,8 +443,8 @@ impl Engine {
     /// Returns the faulty samples of each recording; `None` until they are found.
     pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
         let faults = self.lane::<FindFaults>();
-        let is_own = Arc::ptr_eq(&faults.answered()?.recordings, &self.project.recordings);
-        faults.answer().filter(|_| is_own).map(Vec::as_slice)
+        let is_present = Arc::ptr_eq(&faults.answered()?.recordings, &self.project.recordings);
+        faults.answer().filter(|_| is_present).map(Vec::as_slice)
     }
 
     /// Returns the faulty samples of the recording with this index; `None` until they are found.

@@ -1,6 +1,22 @@
 //! Actions that discard all loaded data, such as opening a session, and the autosave that protects the data.
 
-use super::*;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::{Action, Engine, Leaving, SetAside};
+use crate::{
+    engine::{
+        lanes::ANYONE,
+        notice::Level,
+        project::{Edit, Project},
+        query::Background as _,
+        recovery::{Recovery, Unsaved, drop_left},
+        session::{OpenedSession, Session},
+        tasks::InTurn,
+        undo::History,
+    },
+    questions::{errors::query::Analyse, models::asked::TryModels},
+};
 
 impl Engine {
     /// Replaces all loaded data by an opened session. `path` is `None` for an autosaved session.
@@ -45,7 +61,7 @@ impl Engine {
         self.lanes.of_mut::<TryModels>(ANYONE).forget();
         (self.saved, self.saved_trained, self.unproven) = (None, None, None);
         self.n_documents += 1;
-        self.aside.retain(|own| own.recordings.strong_count() > 0);
+        self.aside.retain(|aside| aside.recordings.strong_count() > 0);
         self.aside.push(SetAside {
             recordings: Arc::downgrade(&self.project.recordings),
             session: self.session.take(),
@@ -58,12 +74,12 @@ impl Engine {
         let before = Arc::downgrade(&self.project.recordings);
         step(&mut self.history, &mut self.project);
         let now = Arc::as_ptr(&self.project.recordings);
-        let is_own = |own: &&mut SetAside| std::ptr::eq(own.recordings.as_ptr(), now);
-        if let Some(own) = self.aside.iter_mut().find(is_own) {
+        let is_now = |aside: &&mut SetAside| std::ptr::eq(aside.recordings.as_ptr(), now);
+        if let Some(aside) = self.aside.iter_mut().find(is_now) {
             self.lanes.of_mut::<TryModels>(ANYONE).forget();
-            std::mem::swap(&mut self.session, &mut own.session);
-            std::mem::swap(&mut self.models, &mut own.models);
-            own.recordings = before;
+            std::mem::swap(&mut self.session, &mut aside.session);
+            std::mem::swap(&mut self.models, &mut aside.models);
+            aside.recordings = before;
             self.saved = None;
         }
     }
@@ -94,6 +110,21 @@ impl Engine {
     pub fn recover_in(&mut self, folder: &Path) {
         self.recovery = Recovery::begin(folder);
         self.act(Action::ShowLeft(true));
+    }
+
+    pub(super) fn show_left(&mut self, yes: bool) {
+        self.shows_left = yes;
+        if yes {
+            // Since this list of autosaved sessions was made, other windows may have crashed, or restored or discarded
+            // sessions.
+            self.recoverable = self.recovery.left();
+            self.recoverable.retain(|left| !self.restored.contains(&left.path));
+        }
+    }
+
+    pub(super) fn drop_left(&mut self, path: &Path) {
+        self.recoverable.retain(|left| left.path != path);
+        drop_left(path);
     }
 
     /// Passes the newest document to the autosave if it has changed.

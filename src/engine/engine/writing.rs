@@ -1,0 +1,124 @@
+//! Writes files, and asks before it replaces existing ones.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::Engine;
+use crate::{
+    calibration::Calibration,
+    engine::{
+        notice::Level,
+        project::Project,
+        saving::{Doubt, Existing, FileContent, Output, Unwritten},
+        session::trained_beside,
+        task::Task,
+    },
+    export::known_target,
+};
+
+impl Engine {
+    /// Writes the files that wait for confirmation in [`Engine::replacing`] if `yes`; otherwise drops them.
+    pub(super) fn replace(&mut self, yes: bool) {
+        match self.replacing.take().filter(|_| yes) {
+            None => {}
+            Some((output, Doubt::IsThere)) => {
+                self.save(Output { existing: Existing::Replace, ..output });
+            }
+            Some((output, Doubt::Undetermined(_))) => self.save_whole(output),
+        }
+    }
+
+    pub(super) fn save(&mut self, mut output: Output) {
+        for path in &mut output.paths {
+            if let Ok(absolute) = std::path::absolute(&*path) {
+                *path = absolute;
+            }
+        }
+        let inputs = self.project.files().map(Path::to_owned).collect();
+        self.tasks.start(Task::write(output, inputs));
+    }
+
+    pub(super) fn export(&mut self, mut paths: Vec<PathBuf>, existing: Existing) {
+        let Some(content) = self.calibration_content() else {
+            self.notice(Level::Error, "There is no calibration to export yet");
+            return;
+        };
+        paths.retain(|path| {
+            let unknown = known_target(path).err();
+            let is_known = unknown.is_none();
+            unknown.into_iter().for_each(|text| self.notice(Level::Error, text));
+            is_known
+        });
+        let output = Output { content, paths, existing };
+        // A calibration that comes with a request was fitted in this session, not read from a file.
+        if let FileContent::Calibration(calibration, Some(_)) = &output.content
+            && let Some(undetermined) = calibration.undetermined()
+        {
+            self.replacing = Some((output, Doubt::Undetermined(undetermined)));
+        } else {
+            self.save_whole(output);
+        }
+    }
+
+    /// Writes the whole content to its files, with a warning for each file format that cannot hold a part of a calibration.
+    fn save_whole(&mut self, output: Output) {
+        for caution in output.paths.iter().filter_map(|path| output.content.caution(path)) {
+            self.notice(Level::Warning, caution);
+        }
+        self.save(output);
+    }
+
+    /// Reports which files were written, and asks whether those that exist may be replaced.
+    pub(super) fn take_written(
+        &mut self,
+        content: FileContent,
+        files: Vec<(PathBuf, Result<(), Unwritten>)>,
+    ) {
+        let (mut existing, mut results) = (Vec::new(), BTreeMap::new());
+        for (path, written) in files {
+            let result = match (written, &content) {
+                (Err(Unwritten::Exists), _) => {
+                    existing.push(path);
+                    continue;
+                }
+                (Err(Unwritten::Because(reason)), _) => Err(reason),
+                (Ok(()), FileContent::Session(session, trained)) => {
+                    self.take_saved(session.project.clone(), trained.clone(), path);
+                    continue;
+                }
+                (Ok(()), _) => Ok(()),
+            };
+            match &result {
+                Ok(()) => self.notice(Level::Info, format!("Wrote {}", path.display())),
+                Err(reason) => self.notice(Level::Error, reason),
+            }
+            results.insert(path, result);
+        }
+        if let FileContent::Calibration(..) = content {
+            let earlier = self.exported.take().filter(|(of, _)| *of == self.project);
+            let mut all = earlier.map_or_else(BTreeMap::new, |(_, files)| files);
+            all.extend(results);
+            self.exported = Some((self.project.clone(), all));
+        }
+        if !existing.is_empty() {
+            let output = Output { content, paths: existing, existing: Existing::Ask };
+            self.replacing = Some((output, Doubt::IsThere));
+        }
+    }
+
+    fn take_saved(&mut self, project: Project, trained: Option<Arc<Calibration>>, path: PathBuf) {
+        self.preferences.remember(&path);
+        let beside = trained.as_ref().map(|_| trained_beside(&path));
+        let beside = beside.map_or_else(String::new, |path| {
+            format!(", with the trained calibration {}", path.display())
+        });
+        self.notice(Level::Info, format!("Saved the session {}{beside}", path.display()));
+        self.session = Some(path);
+        self.saved = Some(project);
+        self.saved_trained = trained;
+        if !self.is_unsaved() {
+            self.leave();
+        }
+    }
+}
