@@ -124,10 +124,7 @@ fn with_ways(text: String, ways: &[Way], face: Face) -> String {
         Face::Window => ways.iter().map(|way| way.words()[1]).collect(),
         Face::Page => return text,
     };
-    match ways.is_empty() {
-        true => text,
-        false => format!("{text} ({})", ways.join("; ")),
-    }
+    if ways.is_empty() { text } else { format!("{text} ({})", ways.join("; ")) }
 }
 
 /// Place in a file where something was found. Lines are counted from 1.
@@ -178,16 +175,20 @@ impl Finding {
     /// both by severity and by size of the effect.
     pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<Vec<Self>> = Vec::new();
-        for own in found {
-            match all.iter_mut().find(|of| of[0].id == own.id && of[0].severity == own.severity) {
-                Some(of) => of.push(own),
-                None => all.push(vec![own]),
+        for finding in found {
+            let is_alike = |alike: &&mut Vec<Self>| {
+                alike[0].id == finding.id && alike[0].severity == finding.severity
+            };
+            match all.iter_mut().find(is_alike) {
+                Some(alike) => alike.push(finding),
+                None => all.push(vec![finding]),
             }
         }
         let mut merged: Vec<Self> = all.into_iter().map(Self::merged).collect();
         merged.sort_by(|a, b| {
-            let key = |own: &Self| {
-                (!(own.severity > Verdict::Enough && own.id.is_cause()), Reverse(own.severity))
+            let key = |finding: &Self| {
+                let is_fault = finding.severity > Verdict::Enough && finding.id.is_cause();
+                (!is_fault, Reverse(finding.severity))
             };
             key(a).cmp(&key(b)).then(b.cost.total_cmp(&a.cost))
         });
@@ -197,31 +198,34 @@ impl Finding {
     /// Joins findings that say the same about several files. The first finding then names the other files.
     pub(crate) fn by_file(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<(Self, Vec<String>)> = Vec::new();
-        for own in found {
-            let is_same = |other: &&mut (Self, Vec<String>)| {
-                other.0.place.is_some() && (&other.0.seen, other.0.id) == (&own.seen, own.id)
+        for finding in found {
+            let is_same = |(other, _): &&mut (Self, Vec<String>)| {
+                other.place.is_some() && (&other.seen, other.id) == (&finding.seen, finding.id)
             };
-            match (all.iter_mut().find(is_same), &own.place) {
+            match (all.iter_mut().find(is_same), &finding.place) {
                 (Some((_, files)), Some(place)) => files.push(place.path.display().to_string()),
-                _ => all.push((own, Vec::new())),
+                _ => all.push((finding, Vec::new())),
             }
         }
-        let named = |(own, files): (Self, Vec<String>)| match files.is_empty() {
-            true => own,
-            false => own.with(format!("also in {}", first(LISTED, files))),
+        let named = |(finding, files): (Self, Vec<String>)| {
+            if files.is_empty() {
+                finding
+            } else {
+                finding.with(format!("also in {}", first(LISTED, files)))
+            }
         };
         all.into_iter().map(named).collect()
     }
 
     /// Joins the observations of findings of one kind and severity in one finding. The observation with the largest effect
     /// comes first.
-    fn merged(mut own: Vec<Self>) -> Self {
-        own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
-        if own.len() == 1 {
-            return own.remove(0);
+    fn merged(mut found: Vec<Self>) -> Self {
+        found.sort_by(|a, b| b.cost.total_cmp(&a.cost));
+        if found.len() == 1 {
+            return found.remove(0);
         }
-        let seen = first_clauses(LISTED, own.iter().map(Self::observation).collect::<Vec<_>>());
-        Self { seen, figures: String::new(), ..own.remove(0) }
+        let seen = first_clauses(LISTED, found.iter().map(Self::observation).collect::<Vec<_>>());
+        Self { seen, figures: String::new(), ..found.remove(0) }
     }
 
     fn observation(&self) -> String {

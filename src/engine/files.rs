@@ -82,11 +82,12 @@ fn open(
     let calibration = read_with_notes(path);
     let (calibration, notes) =
         calibration.map_err(|error| Unanswered::Because(error.to_string()))?;
-    let own = Some(FromFile { path: path.to_owned(), calibration: Arc::new(calibration) });
+    let opened = Some(FromFile { path: path.to_owned(), calibration: Arc::new(calibration) });
     // A file format without gauge names holds a manufacturer's matrix, which is compared with the fit, not applied.
-    Ok(match names_gauges(path) {
-        true => Opened::Calibration(Edit::Apply(own), notes),
-        false => Opened::Calibration(Edit::Compare(own), Vec::new()),
+    Ok(if names_gauges(path) {
+        Opened::Calibration(Edit::Apply(opened), notes)
+    } else {
+        Opened::Calibration(Edit::Compare(opened), Vec::new())
     })
 }
 

@@ -123,7 +123,7 @@ fn taken_of(
     let is_held = places.is_held(row, calibration.gap_secs);
     let (status, compensated) = estimator.update_or_nan(row.time, &gauges, &auxiliary, is_held);
     let reference = calibration.axes.iter().map(|axis| {
-        let place = table.axes().iter().position(|own| own == axis);
+        let place = table.axes().iter().position(|known| known == axis);
         place.map_or(f64::NAN, |place| row.loads[place])
     });
     let loads = [estimator.conventional().to_vec(), compensated, reference.collect()];
@@ -231,16 +231,16 @@ impl Minute {
         of: &Follow,
     ) -> Result<(), Unanswered> {
         let because = |error: &dyn ToString| Unanswered::Because(error.to_string());
-        let design = calibration.map(|own| own.design());
+        let design = calibration.map(|calibration| calibration.design());
         let (mut estimator, mut status) = (None, "no calibration yet".to_owned());
         self.kept_secs = SHOWN_SECS;
-        if let Some((own, design)) = calibration.zip(design.as_ref()) {
-            estimator = Some(Estimator::new(own, design).map_err(|error| because(&error))?);
+        if let Some((calibration, design)) = calibration.zip(design.as_ref()) {
+            estimator = Some(Estimator::new(calibration, design).map_err(|error| because(&error))?);
             "no row yet".clone_into(&mut status);
-            self.kept_secs += own.features.window_secs().min(10.0 * SHOWN_SECS);
-            let channels = [own.gauges.clone(), own.features.auxiliary_names()];
-            if self.step_secs != own.step_secs() || self.channels != channels {
-                self.step_secs = own.step_secs();
+            self.kept_secs += calibration.features.window_secs().min(10.0 * SHOWN_SECS);
+            let channels = [calibration.gauges.clone(), calibration.features.auxiliary_names()];
+            if self.step_secs != calibration.step_secs() || self.channels != channels {
+                self.step_secs = calibration.step_secs();
                 self.channels = channels;
                 // The unit of the times was guessed from the sample interval of another calibration, so the file is read
                 // again.
@@ -256,7 +256,7 @@ impl Minute {
         self.changed = true;
         loop {
             progress.check()?;
-            if let (Some(table), Some((own, estimator))) =
+            if let (Some(table), Some((calibration, estimator))) =
                 (&self.table, calibration.zip(estimator.as_mut()))
             {
                 let [gauges, auxiliary] = &self.channels;
@@ -272,7 +272,7 @@ impl Minute {
                     let new = self.rows.len() - waiting..self.rows.len();
                     for row in self.rows.range(new) {
                         let sample;
-                        (status, sample) = taken_of(own, estimator, table, places, row);
+                        (status, sample) = taken_of(calibration, estimator, table, places, row);
                         taken.push_back(sample);
                     }
                 }
@@ -312,7 +312,7 @@ impl Minute {
         let times = &times[shown.clone()];
         let span = times.first().copied().zip(times.last().copied()).unwrap_or_default();
         let column_secs = (span.1 - span.0) / COLUMNS;
-        let axes = calibration.map_or(&[][..], |own| &own.axes).iter().enumerate();
+        let axes = calibration.map_or(&[][..], |calibration| &calibration.axes).iter().enumerate();
         let axes = axes.map(|(at, axis)| {
             let [conventional, compensated, reference] = [0, 1, 2].map(|kind| {
                 let values = taken.range(shown.clone()).map(|taken| taken.loads[kind][at]);

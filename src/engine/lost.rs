@@ -19,10 +19,7 @@ struct Claim {
 /// folder. Files are recognised by name, by folder and by content. Files in `others` are already open and are not considered.
 pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usize, PathBuf)> {
     let place = std::path::absolute(place).unwrap_or_else(|_| place.to_owned());
-    let folder = match place.is_file() {
-        true => place.parent().unwrap_or(Path::new("")),
-        false => &place,
-    };
+    let folder = if place.is_file() { place.parent().unwrap_or(Path::new("")) } else { &place };
     let parents = lost.iter().filter_map(|file| file.absolute.parent());
     let parents: BTreeSet<&Path> = parents.collect();
     let mut places: Vec<(usize, PathBuf)> = Vec::new();
@@ -64,10 +61,10 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
 fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)> {
     let meets = |a: &Claim, b: &Claim| a.of == b.of || a.path == b.path;
     for at in 0..claims.len() {
-        let own = &claims[at];
+        let claim = &claims[at];
         // The contents are compared only where several paths or several missing files compete.
-        if claims.iter().filter(|other| meets(own, other)).count() > 1 {
-            claims[at].fits.0 = holds_the_same(&lost[own.of], &own.path);
+        if claims.iter().filter(|other| meets(claim, other)).count() > 1 {
+            claims[at].fits.0 = holds_the_same(&lost[claim.of], &claim.path);
         }
     }
     claims.sort_by_key(|claim| std::cmp::Reverse(claim.fits));

@@ -56,8 +56,8 @@ impl Row {
     /// Returns true if the settings of the model are those of the document. Full scales are not compared, because they belong
     /// to the sensor.
     pub fn is_present(&self, project: &Project) -> bool {
-        let own = project.with_full_scale(self.model.settings.clone());
-        project.applied.is_none() && own == project.settings
+        let settings = project.with_full_scale(self.model.settings.clone());
+        project.applied.is_none() && settings == project.settings
     }
 }
 
@@ -176,11 +176,12 @@ impl Models {
     /// samples).
     pub fn table(&self, project: &Project, sets: &[ScoreSet]) -> Table {
         let rows = self.rows.iter().map(|row| ModelRow {
-            mark: match row.is_stale(project) {
-                true => Cell::words("others").about(
+            mark: if row.is_stale(project) {
+                Cell::words("others").about(
                     "Stale: fitted to other recordings, roles or groups than the present ones",
-                ),
-                false => row.mark.cell(),
+                )
+            } else {
+                row.mark.cell()
             },
             name: &row.name,
             model: &row.model,

@@ -132,9 +132,9 @@ impl Preferences {
 
     /// Returns the preferences `file` with the changes that this window made: the differences between `known` and `self`.
     fn onto(&self, known: &Self, mut file: Self) -> Self {
-        fn take<T: Clone + PartialEq>(own: &T, known: &T, file: &mut T) {
-            if own != known {
-                file.clone_from(own);
+        fn take<T: Clone + PartialEq>(now: &T, known: &T, file: &mut T) {
+            if now != known {
+                file.clone_from(now);
             }
         }
         take(&self.theme, &known.theme, &mut file.theme);
@@ -198,8 +198,8 @@ impl PreferencesFile {
     ///
     /// # Errors
     /// [`WriteError`] if the file cannot be written. The next call tries again.
-    pub fn write(&mut self, own: &Preferences) -> Result<(), WriteError> {
-        if *own == self.known {
+    pub fn write(&mut self, now: &Preferences) -> Result<(), WriteError> {
+        if *now == self.known {
             return Ok(());
         }
         let at = |source: io::Error| WriteError { path: self.path.clone(), source };
@@ -215,9 +215,9 @@ impl PreferencesFile {
         // dropped.
         let _ = lock.lock();
         let kept = Self::read_at(&self.path).unwrap_or_else(|| self.known.clone());
-        let merged = own.onto(&self.known, kept);
+        let merged = now.onto(&self.known, kept);
         write_atomically(&self.path, |out| out.write_all(merged.to_json().as_bytes()))?;
-        self.known = own.clone();
+        self.known = now.clone();
         Ok(())
     }
 }

@@ -170,11 +170,11 @@ pub enum EditError {
     NothingToSplit,
     #[error(
         "{}: the calibration is for the gauges {}, but the loaded recordings have {}; first open recordings of the same sensor",
-        .path.display(), .own.join(" "), .loaded.join(" ")
+        .path.display(), .wanted.join(" "), .loaded.join(" ")
     )]
-    OtherGauges { path: PathBuf, own: Vec<String>, loaded: Vec<String> },
-    #[error("{}: the matrix was made for {own} gauges, but the loaded recordings have {}", .path.display(), .loaded.join(" "))]
-    OtherFactoryGauges { path: PathBuf, own: usize, loaded: Vec<String> },
+    OtherGauges { path: PathBuf, wanted: Vec<String>, loaded: Vec<String> },
+    #[error("{}: the matrix was made for {wanted} gauges, but the loaded recordings have {}", .path.display(), .loaded.join(" "))]
+    OtherFactoryGauges { path: PathBuf, wanted: usize, loaded: Vec<String> },
 }
 
 impl Project {
@@ -243,11 +243,11 @@ impl Project {
             Edit::Identity(identity) => self.identity = identity,
             Edit::Apply(Some(applied)) => {
                 let loaded = &self.recordings.layout().gauge_names;
-                let own = &applied.calibration.gauges;
-                if !loaded.is_empty() && loaded != own {
+                let wanted = &applied.calibration.gauges;
+                if !loaded.is_empty() && loaded != wanted {
                     return Err(EditError::OtherGauges {
                         path: applied.path,
-                        own: own.clone(),
+                        wanted: wanted.clone(),
                         loaded: loaded.clone(),
                     });
                 }
@@ -377,7 +377,7 @@ impl Project {
         let recordings = entries.map(|entry| &*entry.recording);
         let ranges = load_ranges(recordings, layout.axes.len());
         let forces = layout.axes.iter().zip(ranges).filter(|(axis, _)| axis.is_force());
-        let spans = forces.map(|(_, own)| own.span());
+        let spans = forces.map(|(_, range)| range.span());
         spans.reduce(f64::max).filter(|span| *span > 0.0 && span.is_finite())
     }
 
@@ -393,8 +393,8 @@ impl Project {
     /// recordings.
     pub fn request(&self, trained: Option<&Arc<Calibration>>) -> Request {
         let trained = trained.filter(|_| self.applied.is_none()).cloned();
-        let applied = self.applied.as_ref().map(|own| &own.calibration);
-        let factory = self.factory.as_ref().map(|own| &own.calibration);
+        let applied = self.applied.as_ref().map(|applied| &applied.calibration);
+        let factory = self.factory.as_ref().map(|factory| &factory.calibration);
         Request {
             recordings: Arc::clone(&self.recordings),
             settings: self.settings.clone(),
@@ -570,7 +570,7 @@ impl Project {
         }
         let error = EditError::OtherFactoryGauges {
             path: factory.path.clone(),
-            own: factory.calibration.gauges.len(),
+            wanted: factory.calibration.gauges.len(),
             loaded: names.clone(),
         };
         self.factory = None;
@@ -580,7 +580,7 @@ impl Project {
 
 fn every_axis_moves(entry: &Entry) -> bool {
     let mut ranges = entry.recording.load_ranges().iter();
-    ranges.all(|own| own.span() > 0.0)
+    ranges.all(|range| range.span() > 0.0)
 }
 
 #[cfg(test)]

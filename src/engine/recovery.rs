@@ -39,12 +39,12 @@ pub struct LeftSession {
 #[derive(Default)]
 pub struct Recovery {
     folder: Option<PathBuf>,
-    own: Option<Own>,
+    this: Option<ThisWindow>,
     autosave: Autosave,
     thread: Option<JoinHandle<()>>,
 }
 
-struct Own {
+struct ThisWindow {
     session: PathBuf,
     lock: PathBuf,
     /// Open lock file. The operating system releases the lock when the process ends.
@@ -92,7 +92,7 @@ struct Desk {
 
 impl Desk {
     fn is_due(&self) -> bool {
-        let is_known = self.written.as_ref().is_some_and(|own| *own == self.newest);
+        let is_known = self.written.as_ref().is_some_and(|written| *written == self.newest);
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 
@@ -159,18 +159,15 @@ impl Autosave {
                 drop(desk);
                 let is_written = unsaved.write(path);
                 desk = self.lock();
-                match is_written {
-                    true => {
-                        desk.written = Some(unsaved);
-                        desk.restored.retain(|own| !restored.contains(own));
-                        drop_all(restored);
-                    }
+                if is_written {
+                    desk.written = Some(unsaved);
+                    desk.restored.retain(|session| !restored.contains(session));
+                    drop_all(restored);
+                } else {
                     // A failed autosave is not reported, because the user did not ask for it. It is tried again after the
                     // interval.
-                    false => {
-                        let waited = self.0.1.wait_timeout(desk, every);
-                        desk = waited.unwrap_or_else(PoisonError::into_inner).0;
-                    }
+                    let waited = self.0.1.wait_timeout(desk, every);
+                    desk = waited.unwrap_or_else(PoisonError::into_inner).0;
                 }
                 desk.tidy(Some(path));
             }
@@ -185,16 +182,16 @@ impl Recovery {
     }
 
     pub fn begin_every(folder: &Path, every: Duration) -> Self {
-        let own = Own::new(folder);
+        let this = ThisWindow::new(folder);
         // A window that was killed leaves its temporary files behind, so they are removed here.
         clean_up_in(folder);
         let autosave = Autosave::default();
         autosave.lock().is_saved = true;
-        let thread = own.as_ref().map(|own| {
-            let (autosave, path) = (autosave.clone(), own.session.clone());
+        let thread = this.as_ref().map(|this| {
+            let (autosave, path) = (autosave.clone(), this.session.clone());
             std::thread::spawn(move || autosave.run(&path, every))
         });
-        Self { folder: Some(folder.to_owned()), own, autosave, thread }
+        Self { folder: Some(folder.to_owned()), this, autosave, thread }
     }
 
     pub fn autosave(&self) -> Autosave {
@@ -228,7 +225,7 @@ impl Recovery {
         let trained = newest.trained.as_ref();
         desk.is_urgent |= trained.is_some() && !desk.newest.is_training(trained);
         (desk.newest, desk.is_saved) = (newest, is_saved);
-        desk.tidy(self.own.as_ref().map(|own| &*own.session));
+        desk.tidy(self.this.as_ref().map(|this| &*this.session));
         self.autosave.wake();
     }
 
@@ -237,7 +234,7 @@ impl Recovery {
         if !restored.is_empty() {
             let mut desk = self.autosave.lock();
             desk.restored.extend(restored);
-            desk.tidy(self.own.as_ref().map(|own| &*own.session));
+            desk.tidy(self.this.as_ref().map(|this| &*this.session));
             self.autosave.wake();
         }
     }
@@ -245,9 +242,9 @@ impl Recovery {
     /// Ends the autosave thread, and removes the autosave file of this window.
     pub fn end(&mut self) {
         self.stop();
-        if let Some(own) = self.own.take() {
-            remove_pair(&own.session);
-            let _ = fs::remove_file(&own.lock);
+        if let Some(this) = self.this.take() {
+            remove_pair(&this.session);
+            let _ = fs::remove_file(&this.lock);
         }
     }
 
@@ -267,7 +264,7 @@ impl Drop for Recovery {
     }
 }
 
-impl Own {
+impl ThisWindow {
     fn new(folder: &Path) -> Option<Self> {
         fs::create_dir_all(folder).ok()?;
         // The process number of this window may be that of an earlier crashed process, so the next free number is used.
@@ -358,7 +355,7 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         let mut living = Recovery::begin(folder.path());
         assert!(living.left().is_empty());
-        let own = living.own.as_ref().unwrap().session.clone();
+        let own = living.this.as_ref().unwrap().session.clone();
         fs::write(&own, "{}").unwrap();
         fs::write(path("autosave-1.lock"), "").unwrap();
         fs::write(path("autosave-1.json"), "{}").unwrap();
@@ -394,7 +391,7 @@ mod tests {
         let mut next = Recovery::begin(folder.path());
         let left = next.left();
         assert_eq!(left.len(), 1);
-        assert_ne!(next.own.as_ref().unwrap().session, left[0].path);
+        assert_ne!(next.this.as_ref().unwrap().session, left[0].path);
         next.end();
         assert!(left[0].path.exists());
     }
@@ -433,7 +430,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let other = folder.path().join("autosave-1.json");
         let mut window = Recovery::begin_every(folder.path(), Duration::from_millis(5));
-        let own = window.own.as_ref().unwrap().session.clone();
+        let own = window.this.as_ref().unwrap().session.clone();
         for is_saved in [false, true] {
             fs::write(&other, "{}").unwrap();
             window.keep(unsaved("restored"), is_saved);
@@ -460,7 +457,7 @@ mod tests {
     fn a_training_in_a_hidden_window_is_written_at_once() {
         let folder = tempfile::tempdir().unwrap();
         let mut window = Recovery::begin_every(folder.path(), Duration::from_secs(3600));
-        let own = window.own.as_ref().unwrap().session.clone();
+        let own = window.this.as_ref().unwrap().session.clone();
         let set = Arc::new(crate::recording::simulated::recordings(3));
         let settings = FitSettings { decimation: 50, ..FitSettings::default() };
         let mut newest = unsaved("saved");

@@ -85,7 +85,7 @@ impl FileContent {
     /// Returns the names of the possible file formats with their endings; empty if there is only one format.
     pub fn formats(&self) -> Vec<(&'static str, Vec<&'static str>)> {
         fn named<W>(all: &[FileFormat<W>]) -> Vec<(&'static str, Vec<&'static str>)> {
-            all.iter().map(|own| (own.name, vec![own.ending])).collect()
+            all.iter().map(|format| (format.name, vec![format.ending])).collect()
         }
         match self {
             Self::Calibration(..) => {

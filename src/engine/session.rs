@@ -98,20 +98,23 @@ impl Session {
     /// # Errors
     /// The reason in words, if the text is not a session or has a newer version.
     pub fn from_json(text: &[u8]) -> Result<Self, String> {
-        let session: Self = serde_json::from_slice(text).map_err(|error| match error.is_eof() {
-            true if Self::is_one(text) => format!(
-                "the session is cut off in line {}; open a copy, or save the session again",
-                error.line()
-            ),
-            _ => format!("not a session: {error}"),
+        let session: Self = serde_json::from_slice(text).map_err(|error| {
+            if error.is_eof() && Self::is_one(text) {
+                let line = error.line();
+                format!(
+                    "the session is cut off in line {line}; open a copy, or save the session again"
+                )
+            } else {
+                format!("not a session: {error}")
+            }
         })?;
-        match session.version > VERSION {
-            true => Err(format!(
+        if session.version > VERSION {
+            return Err(format!(
                 "the session has version {}, but this program reads versions up to {VERSION}; open it with a newer program",
                 session.version
-            )),
-            false => Ok(session),
+            ));
         }
+        Ok(session)
     }
 
     /// Returns the session as JSON for a session file in `folder`. Recordings in this folder are named by relative paths.
@@ -172,7 +175,8 @@ impl Session {
             let (file, recording) = (&mut files[at], &entry.recording);
             let name = recording.name().to_owned();
             let left_out = recording.left_out();
-            file.left_out.extend(left_out.map(|own| (own.of.clone(), own.judged.clone())));
+            file.left_out
+                .extend(left_out.map(|removed| (removed.of.clone(), removed.judged.clone())));
             let by_map = file.columns.as_ref().and_then(|map| map.tare);
             let tare = recording.tare().filter(|tare| Some(*tare) != by_map);
             file.tares.extend(tare.map(|tare| (name.clone(), tare)));
@@ -200,7 +204,7 @@ impl Session {
             built_in_lag: Late::of(&project.recordings),
             files,
             cut: project.split.as_ref().map(|split| split.fraction),
-            calibration: project.applied.as_ref().map(|own| own.path.clone()),
+            calibration: project.applied.as_ref().map(|applied| applied.path.clone()),
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             trained: None,
         }
@@ -264,11 +268,12 @@ pub fn write_session(
     if let Some(trained) = trained {
         // A trained calibration that was read with its session keeps its list of recordings, because some of them may be
         // missing now.
-        let own = match trained.sources.is_empty() {
-            true => &with_sources(trained, &session.project.recordings),
-            false => trained,
+        let trained = if trained.sources.is_empty() {
+            &with_sources(trained, &session.project.recordings)
+        } else {
+            trained
         };
-        add_calibration(&mut files, own, &beside)?;
+        add_calibration(&mut files, trained, &beside)?;
     }
     let text = session.to_json(path.parent().unwrap_or(Path::new("")));
     files.write(path, |out| out.write_all(&text))?;
@@ -287,8 +292,8 @@ pub fn prove_trained(trained: &Calibration, recordings: &RecordingSet) -> Result
     }
     let now = with_sources(trained, recordings).sources;
     let then = &trained.sources;
-    let is_known = |own: &&UsedRecording| !then.contains(own);
-    let gone = then.iter().find(|own| !now.contains(own));
+    let is_known = |recording: &&UsedRecording| !then.contains(recording);
+    let gone = then.iter().find(|recording| !now.contains(recording));
     match now.iter().find(is_known).or(gone) {
         None => Ok(()),
         Some(other) => Err(format!(
@@ -488,8 +493,8 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let found: Vec<_> = ranges.iter().map(|range| faults_of(&all, range)).collect();
     for (at, recording) in as_judged.iter().enumerate() {
         let range = judged(recording).map(|judged| &judged.range);
-        match ranges.iter().position(|own| Some(*own) == range) {
-            Some(own) => recordings.extend(found[own][at].left_out_of(recording, ranges[own])),
+        match ranges.iter().zip(&found).find(|(known, _)| Some(**known) == range) {
+            Some((range, found)) => recordings.extend(found[at].left_out_of(recording, range)),
             None => recordings.push(recording.clone()),
         }
     }

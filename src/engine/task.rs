@@ -240,9 +240,12 @@ fn tared(
     tare: Tare,
 ) -> Result<(RecordingSet, Vec<String>), Unanswered> {
     let (mut set, mut warnings) = (recordings.clone(), Vec::new());
-    for (at, Entry { recording: own, .. }) in recordings.entries().iter().enumerate() {
-        if which.iter().any(|meant| meant.name() == own.name() && meant.source() == own.source()) {
-            let (tared, place) = Recording::clone(own).tared(tare).map_err(because)?;
+    for (at, Entry { recording, .. }) in recordings.entries().iter().enumerate() {
+        if which
+            .iter()
+            .any(|meant| meant.name() == recording.name() && meant.source() == recording.source())
+        {
+            let (tared, place) = Recording::clone(recording).tared(tare).map_err(because)?;
             warnings.extend(tared.loaded_while_tared(place).map(|found| found.text(Face::Window)));
             set.replace(at, tared);
         }
@@ -260,11 +263,11 @@ fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSe
             set.push(part).map_err(|error| error.to_string())?;
         }
     }
-    match set.entries().is_empty() {
-        true => Err(
+    if set.entries().is_empty() {
+        return Err(
             "all samples look faulty, so none is left; check the gauge range and the rated loads"
                 .to_owned(),
-        ),
-        false => Ok(set),
+        );
     }
+    Ok(set)
 }

@@ -56,11 +56,14 @@ impl History {
         };
         let mut counted: HashSet<_> = recordings(now).iter().map(Arc::as_ptr).collect();
         let earlier = self.before.iter().flat_map(recordings);
-        let other = earlier.filter(|own| counted.insert(Arc::as_ptr(own)));
-        let width = |own: &Recording| {
-            1 + own.n_gauges() + own.axes().len() + own.auxiliary().len() + own.others().len()
+        let other = earlier.filter(|recording| counted.insert(Arc::as_ptr(recording)));
+        let width = |recording: &Recording| {
+            1 + recording.n_gauges()
+                + recording.axes().len()
+                + recording.auxiliary().len()
+                + recording.others().len()
         };
-        other.map(|own| own.n_samples() * width(&own)).sum()
+        other.map(|recording| recording.n_samples() * width(&recording)).sum()
     }
 
     pub fn can_undo(&self) -> bool {

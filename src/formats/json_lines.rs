@@ -77,7 +77,7 @@ impl LineKeys {
     /// Reads the first lines of a stream as a table, with the column names that a file would have; `None` if no line is an
     /// object.
     pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
-        let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
+        let mut rows: Vec<Row> = lines.iter().filter_map(|line| row(line.as_bytes())).collect();
         let n_rows = rows.len();
         // A single row is added twice: in a table of one row, a list of numbers would be taken for a column.
         rows.extend(rows.first().filter(|_| n_rows == 1).cloned());
@@ -96,7 +96,7 @@ impl LineKeys {
     pub fn row(&self, line: &str) -> Option<Columns> {
         let row = row(line.as_bytes())?;
         let column = |key: &Key| {
-            let value = row.iter().find(|(own, _)| own == key);
+            let value = row.iter().find(|(known, _)| known == key);
             Column {
                 values: vec![value.map_or(f64::NAN, |(_, value)| value.number)],
                 ..Column::default()
@@ -301,12 +301,12 @@ impl Table {
         for mut channel in self.channels {
             channel.values.resize(self.n_rows, f64::NAN);
             let (name, index) = &channel.key;
-            let is_own = |(own, _): &&mut (Array, Vec<Key>)| {
-                own.shape.len() == 2 && index.is_some() && own.name == *name
+            let is_own = |(list, _): &&mut (Array, Vec<Key>)| {
+                list.shape.len() == 2 && index.is_some() && list.name == *name
             };
-            if let Some((own, keys)) = lists.iter_mut().find(is_own) {
-                own.shape[1] += 1;
-                own.values.append(&mut channel.values);
+            if let Some((list, keys)) = lists.iter_mut().find(is_own) {
+                list.shape[1] += 1;
+                list.values.append(&mut channel.values);
                 keys.push(channel.key);
                 continue;
             }
@@ -325,9 +325,11 @@ impl Table {
         }
         let (with, without): (Vec<_>, Vec<_>) = lists
             .into_iter()
-            .partition(|(own, _)| own.values.iter().any(|number| !number.is_nan()));
-        let mut left_out: Vec<String> =
-            without.into_iter().map(|(own, _)| format!("{} (no numbers)", own.name)).collect();
+            .partition(|(channel, _)| channel.values.iter().any(|number| !number.is_nan()));
+        let mut left_out: Vec<String> = without
+            .into_iter()
+            .map(|(channel, _)| format!("{} (no numbers)", channel.name))
+            .collect();
         if self.has_more {
             left_out.push(format!("keys after the first {COLUMN_LIMIT} keys"));
         }

@@ -156,7 +156,7 @@ impl OlderHeader {
         let is_big_endian = bytes.starts_with(&[0, 0]) && bytes.get(2) != Some(&0);
         let parts = Elements { bytes, is_big_endian };
         let integers = bytes.get(..20)?.chunks_exact(4);
-        let integers: Option<Vec<u32>> = integers.map(|own| parts.uint32(own)).collect();
+        let integers: Option<Vec<u32>> = integers.map(|part| parts.uint32(part)).collect();
         let [digits, n_rows, n_columns, is_complex @ (0 | 1), name_bytes] = integers?[..] else {
             return None;
         };
@@ -244,8 +244,8 @@ impl Fields {
 
     /// Returns the table of a file: its variables form one group, and each struct forms another.
     fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
-        let own = Group { arrays: self.arrays, ..Group::default() };
-        let groups = std::iter::once(own).chain(structs).collect();
+        let top = Group { arrays: self.arrays, ..Group::default() };
+        let groups = std::iter::once(top).chain(structs).collect();
         parts::of_groups(groups, '.', self.left_out, source.parts)
     }
 }
@@ -290,7 +290,7 @@ fn structs(
                     let arrays = inner
                         .arrays
                         .into_iter()
-                        .map(|own| Array { name: within(&own.name), ..own });
+                        .map(|array| Array { name: within(&array.name), ..array });
                     fields.arrays.extend(arrays);
                 }
                 Err(_) => fields.leave_out(&name, "structs within a struct"),

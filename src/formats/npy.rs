@@ -264,7 +264,8 @@ fn of_kind(kind: &str) -> Option<Record> {
     let size = &kind[letter.len_utf8()..];
     let (size, unit) = size.split_once('[').unwrap_or((size, ""));
     let size: usize = size.parse().ok()?;
-    let unit = ["s", "ms", "us", "ns"].into_iter().find(|own| unit.strip_suffix(']') == Some(own));
+    let unit =
+        ["s", "ms", "us", "ns"].into_iter().find(|known| unit.strip_suffix(']') == Some(known));
     let number = match (letter, size, unit) {
         ('b', 1, _) => Some(Number::Uint(1)),
         ('M' | 'm', 8, Some(_)) => Some(Number::Time),

@@ -80,7 +80,7 @@ fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
 }
 
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
-    let files = entries.iter().map(|own| (format!("{}.npy", own.name()), npy::written(own)));
+    let files = entries.iter().map(|entry| (format!("{}.npy", entry.name()), npy::written(entry)));
     out.write_all(&zipped(CompressionMethod::Stored, files)?)
 }
 

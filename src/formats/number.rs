@@ -38,16 +38,16 @@ impl Number {
 
     pub fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
         let elements = bytes.chunks_exact(self.n_bytes());
-        elements.map(|own| self.value(own, is_big_endian)).collect()
+        elements.map(|element| self.value(element, is_big_endian)).collect()
     }
 
     /// Returns the value that these bytes store. Whole numbers are returned minus the origin of their column.
     fn value_since(self, bytes: &[u8], is_big_endian: bool, origin: &mut Option<i64>) -> f64 {
         let mut eight = [0; 8];
-        let own = &mut eight[..bytes.len()];
-        own.copy_from_slice(bytes);
+        let number = &mut eight[..bytes.len()];
+        number.copy_from_slice(bytes);
         if is_big_endian {
-            own.reverse();
+            number.reverse();
         }
         let unsigned = u64::from_le_bytes(eight);
         let shift = 64 - 8 * bytes.len() as u32;
@@ -100,9 +100,9 @@ impl Field {
     pub fn append(&self, records: &[u8], record_bytes: usize, (values, origin): &mut FromOrigin) {
         let n_bytes = self.number.n_bytes();
         for record in records.chunks_exact(record_bytes) {
-            let own = &record[self.offset..][..self.n_each * n_bytes];
-            let value = |own| self.number.value_since(own, self.is_big_endian, origin);
-            values.extend(own.chunks_exact(n_bytes).map(value));
+            let element = &record[self.offset..][..self.n_each * n_bytes];
+            let value = |element| self.number.value_since(element, self.is_big_endian, origin);
+            values.extend(element.chunks_exact(n_bytes).map(value));
         }
     }
 

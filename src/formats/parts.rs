@@ -27,7 +27,7 @@ pub(super) fn check_wanted<'a>(
     wanted: &[String],
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<(), FileError> {
-    match wanted.iter().find(|name| !names.clone().any(|own| own == *name)) {
+    match wanted.iter().find(|name| !names.clone().any(|known| known == *name)) {
         None => Ok(()),
         Some(missing) => Err(FileError::NoSuchPart {
             part: missing.clone(),

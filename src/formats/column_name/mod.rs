@@ -51,7 +51,7 @@ impl ColumnName {
         });
         let understood = understood.or_else(|| path::understood(name));
         let (kind, unit, source) = understood
-            .map_or((None, None, String::new()), |own| (Some(own.kind), own.unit, own.source));
+            .map_or((None, None, String::new()), |name| (Some(name.kind), name.unit, name.source));
         let is_time =
             |unit: &str| plain(name) == TIME_WITH_UNIT && TimeUnit::from_name(unit).is_some();
         let unit = bracketed.or(unit);

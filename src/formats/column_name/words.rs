@@ -69,7 +69,7 @@ pub(crate) enum Kind {
 
 /// Returns true if a list of words, separated by blanks, contains this word.
 pub(in crate::formats) fn is_one_of(word: &str, list: &str) -> bool {
-    list.split(' ').any(|own| own == word)
+    list.split(' ').any(|listed| listed == word)
 }
 
 pub(super) fn plain(name: &str) -> String {

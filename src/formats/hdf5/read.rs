@@ -244,16 +244,17 @@ impl Gaps {
 
     /// Replaces elements of the dataset that were never written by NaN; each element has `n_each` values.
     fn mark(&self, values: &mut [f64], n_each: usize) {
-        for (at, own) in values.chunks_mut(n_each.max(1)).enumerate() {
+        for (at, row) in values.chunks_mut(n_each.max(1)).enumerate() {
             if self.has(at) {
-                own.fill(f64::NAN);
+                row.fill(f64::NAN);
             }
         }
     }
 }
 
 fn is_complex(members: &[CompoundMember]) -> bool {
-    let is_part = |own: &CompoundMember| ["r", "i", "real", "imag"].contains(&own.name.as_str());
+    let is_part =
+        |member: &CompoundMember| ["r", "i", "real", "imag"].contains(&member.name.as_str());
     members.len() == 2 && members.iter().all(is_part)
 }
 

@@ -171,7 +171,7 @@ impl Shape {
             let kind = name.trim_end_matches(|c: char| c.is_ascii_digit());
             let n_bytes = name[kind.len()..].parse::<usize>().ok()? / 8;
             let kinds = [("Int", 'i'), ("UInt", 'u'), ("Float", 'f')];
-            let (_, letter) = kinds.into_iter().find(|(own, _)| *own == kind)?;
+            let (_, letter) = kinds.into_iter().find(|(known, _)| *known == kind)?;
             Number::of_kind(letter, n_bytes)
         };
         match (package, message) {
@@ -308,9 +308,9 @@ impl Topics {
         };
         // A rival is an unused topic that could have been chosen in place of a chosen topic.
         let is_rival = |topic: &Topic| {
-            let is_like = |own: &&u16| {
-                let own = &self.topics[*own];
-                own.is_wrench() == topic.is_wrench() && own.is_list() <= topic.is_list()
+            let is_like = |other: &&u16| {
+                let other = &self.topics[*other];
+                other.is_wrench() == topic.is_wrench() && other.is_list() <= topic.is_list()
             };
             chosen.iter().flatten().any(|id| is_like(&id))
         };

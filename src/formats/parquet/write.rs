@@ -69,8 +69,8 @@ impl<'a> ParquetTable<'a> {
             if let Some(mut column) = group.next_column()? {
                 let present: Vec<i16> = numbers.iter().map(|n| i16::from(n.is_some())).collect();
                 let values: Vec<f64> = numbers.iter().flatten().copied().collect();
-                let own = column.typed::<DoubleType>();
-                own.write_batch(&values, Some(&present), None)?;
+                let numbers = column.typed::<DoubleType>();
+                numbers.write_batch(&values, Some(&present), None)?;
                 column.close()?;
             }
         }

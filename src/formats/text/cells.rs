@@ -17,8 +17,8 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
     // `max_by_key` returns the last of equal elements, so a tab is preferred to a semicolon, and both to a comma.
     [Comma, Semicolon, Tab]
         .into_iter()
-        .filter(|own| count(*own) > 0)
-        .max_by_key(|own| count(*own))
+        .filter(|mark| count(*mark) > 0)
+        .max_by_key(|mark| count(*mark))
         .unwrap_or(Spaces)
 }
 
@@ -70,7 +70,7 @@ impl TextLayout {
         // If commas separate the cells, a comma within a quoted cell separates thousands.
         let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
         let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
-        let grouped = before_thousands.and_then(|own| grouped_by(cell, own, point));
+        let grouped = before_thousands.and_then(|separator| grouped_by(cell, separator, point));
         if let Some(value) = grouped.filter(|_| self.thousands.is_some()) {
             return Some((value, false));
         }
@@ -281,7 +281,8 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
         && !later.is_empty()
         && later.iter().all(|group| group.len() == 3);
     let decimals = decimals.unwrap_or("0");
-    let is_number = is_grouped && groups.iter().all(|own| are_digits(own)) && are_digits(decimals);
+    let is_number =
+        is_grouped && groups.iter().all(|group| are_digits(group)) && are_digits(decimals);
     let sign = if text.starts_with('-') { "-" } else { "" };
     is_number.then(|| format!("{sign}{}.{decimals}", groups.concat()).parse().ok())?
 }
@@ -290,7 +291,7 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
 /// `1.234,5`, `1,234,567`.
 pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     let of = |thousands: Thousands, point| Some((grouped_by(cell, thousands, point)?, thousands));
-    let count = |byte: u8| cell.iter().filter(|own| **own == byte).count();
+    let count = |byte: u8| cell.iter().filter(|other| **other == byte).count();
     match (count(b','), count(b'.')) {
         (0, 0 | 1) => of(Thousands::Apostrophe, '.').or_else(|| of(Thousands::Space, '.')),
         (1, 0) => of(Thousands::Apostrophe, ',').or_else(|| of(Thousands::Space, ',')),

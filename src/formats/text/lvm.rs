@@ -69,15 +69,13 @@ struct Table {
 
 impl Table {
     fn line(&mut self, line: &[u8]) {
-        let delimiter = match self.is_begun {
-            true => self.delimiter,
-            // In the first header, the first tab, comma or semicolon in a line is the delimiter. A later one may be a value,
-            // such as the decimal comma.
-            false => match line.iter().find(|byte| b"\t,;".contains(byte)) {
-                Some(b',') => Delimiter::Comma,
-                Some(b';') => Delimiter::Semicolon,
-                _ => Delimiter::Tab,
-            },
+        // In the first header, the first tab, comma or semicolon in a line is the delimiter. A later one may be a value, such
+        // as the decimal comma.
+        let delimiter = match line.iter().find(|byte| b"\t,;".contains(byte)) {
+            _ if self.is_begun => self.delimiter,
+            Some(b',') => Delimiter::Comma,
+            Some(b';') => Delimiter::Semicolon,
+            _ => Delimiter::Tab,
         };
         let cells: Vec<&[u8]> = Cells::new(line, delimiter).collect();
         match cells[0] {
@@ -167,7 +165,7 @@ impl Table {
             time_of(time_at).unwrap_or(f64::NAN)
         };
         let is_other =
-            |at: Option<usize>| at != time_at && time_of(at).is_some_and(|own| own != time);
+            |at: Option<usize>| at != time_at && time_of(at).is_some_and(|other| other != time);
         let differs = !self.is_counted && self.places.iter().any(|(_, at)| is_other(*at));
         let values: Vec<f64> =
             self.places.iter().map(|(at, _)| number(*at).unwrap_or(f64::NAN)).collect();

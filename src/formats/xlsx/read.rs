@@ -285,25 +285,26 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     budget.take(sheet, n_values, size_of::<f64>() as u64)?;
     let mut table = Columns { is_named: header.is_some(), ..Columns::default() };
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
-    for (column, own) in cells_of {
+    for (column, cells) in cells_of {
         let name = match (table.is_named, cell_text(header, column)) {
             (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
             (_, name) => name,
         };
         let count = |of: fn(&DataRef) -> Option<f64>| {
-            own.iter().filter(|(_, value)| of(value).is_some()).count()
+            cells.iter().filter(|(_, value)| of(value).is_some()).count()
         };
         let (n_numbers, n_times) = (count(number), count(time));
-        let is_time = n_times > n_numbers && n_times * 2 > own.len();
-        if own.is_empty() {
+        let is_time = n_times > n_numbers && n_times * 2 > cells.len();
+        if cells.is_empty() {
             table.left_out.push(format!("{name} (nothing)"));
-        } else if (!is_time && n_numbers * 2 <= own.len()) || table.columns.len() == COLUMN_LIMIT {
+        } else if (!is_time && n_numbers * 2 <= cells.len()) || table.columns.len() == COLUMN_LIMIT
+        {
             table.left_out.push(format!("{name} (text)"));
         } else {
             let unit = cell_text(units, column);
             let unit = unit.trim_matches(['[', ']', '(', ')']);
             let mut values = vec![f64::NAN; samples.len()];
-            for (at, value) in own {
+            for (at, value) in cells {
                 let value = if is_time { time(value) } else { number(value) };
                 values[at] = value.unwrap_or(f64::NAN);
             }

@@ -53,7 +53,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     };
     let below_header = header.map_or(0, |at| at + 1);
     let delimiter = match header.map(|at| (at, delimiter_of_header(lines[at].text))) {
-        Some((at, own)) if fits_rows(&lines[at..], own) => own,
+        Some((at, named)) if fits_rows(&lines[at..], named) => named,
         _ => delimiter,
     };
     let is_units_row =
@@ -243,7 +243,7 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
     };
     let cells = || lines.iter().flat_map(|line| Cells::new(line.text, delimiter));
     let is_before_decimals = |cell: &[u8]| {
-        let at = |byte| cell.iter().rposition(|own| *own == byte);
+        let at = |byte| cell.iter().rposition(|other| *other == byte);
         unmistakable_number(cell).is_some() && at(b',') > at(b'.')
     };
     let groups_by_comma = thousands_of(lines, delimiter) == Some(Thousands::Comma);

@@ -118,7 +118,7 @@ pub(crate) fn inspected(head: &[u8]) -> (usize, usize) {
 
 /// Returns the number that occurs most often (of several, the first), or 0 for an empty list.
 fn most_frequent(numbers: &[usize]) -> usize {
-    let count = |number: &&usize| numbers.iter().filter(|own| own == number).count();
+    let count = |number: &&usize| numbers.iter().filter(|other| other == number).count();
     // `max_by_key` returns the last of equal elements, so the order is reversed to get the first.
     numbers.iter().rev().max_by_key(count).copied().unwrap_or(0)
 }
