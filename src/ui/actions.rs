@@ -117,17 +117,8 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         None,
         Do::ShowLeft(true),
     );
-    let close = action(
-        "Close all recordings",
-        "Does the same as New: settings, identity and notes go with the recordings; their files are kept",
-        None,
-        Do::New,
-    );
-    let last = [
-        recover.only_if(!engine.recoverable.is_empty()),
-        close.only_if(!engine.entries().is_empty()),
-    ];
-    files.into_iter().chain(built_in).chain(last).collect()
+    let recover = recover.only_if(!engine.recoverable.is_empty());
+    files.into_iter().chain(built_in).chain([recover]).collect()
 }
 
 pub fn writing(engine: &Engine) -> Vec<Action> {
@@ -431,7 +422,7 @@ pub fn help() -> Vec<Action> {
     vec![
         action(
             "Help",
-            "Opens the guide, the list of shortcuts, the glossary and the equations",
+            "Opens the guide and the list of shortcuts",
             alone(Key::F1),
             Command::ToggleHelp,
         ),

@@ -1,12 +1,9 @@
-//! Help window: the guide, the shortcuts, and the equations.
+//! Help window: the guide, the shortcuts, and the page About.
 
 use egui::{Label, RichText, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
-use crate::{
-    features::BLOCKS,
-    ui::{about::About, actions::Action, controls::Controls as _, equation::laid_out},
-};
+use crate::ui::{about::About, actions::Action, controls::Controls as _};
 
 #[derive(Debug, Default)]
 pub struct Help {
@@ -22,18 +19,12 @@ enum Page {
     #[default]
     Guide,
     Shortcuts,
-    Equations,
     About,
 }
 
-const PAGES: [(Page, &str, &str); 4] = [
+const PAGES: [(Page, &str, &str); 3] = [
     (Page::Guide, "Guide", "Explains the use of the program, page by page"),
     (Page::Shortcuts, "Shortcuts", "Keys and mouse actions"),
-    (
-        Page::Equations,
-        "Equations",
-        "The equations of the paper by Koike et al. (2019), with their numbers",
-    ),
     (Page::About, "About", "Version, build and licences of the program"),
 ];
 
@@ -45,7 +36,7 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-errors.png", include_bytes!("../../assets/guide/first-errors.png")),
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
-const GUIDE: [(&str, &str); 15] = [
+const GUIDE: [(&str, &str); 16] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Your files", include_str!("../../assets/guide/your-files.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
@@ -58,63 +49,10 @@ const GUIDE: [(&str, &str); 15] = [
     ("Checking the rig", include_str!("../../assets/guide/checking.md")),
     ("Choosing a model", include_str!("../../assets/guide/choosing.md")),
     ("Method", include_str!("../../assets/guide/method.md")),
+    ("Equations", include_str!("../../assets/guide/equations.md")),
     ("Built-in sensor", include_str!("../../assets/guide/built-in-sensor.md")),
     ("Speed", include_str!("../../assets/guide/speed.md")),
     ("Glossary", include_str!("../../assets/guide/glossary.md")),
-];
-
-/// Equations of the paper by Koike et al. (2019) with their numbers, then further equations of the program.
-const EQUATIONS: [(&str, &str, &str); 14] = [
-    ("Eq. 1", "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T", "the load L: forces [N] and moments [N·m]"),
-    ("Eq. 2", "S = [S_1, S_2, …, S_i]^T", "the values of the gauges, at least six"),
-    ("Eq. 3", "S = C L", "the gauge values depend linearly on the load"),
-    ("Eq. 4", "L = C^{-1} S", "the load from exactly six gauges"),
-    ("Eq. 5", "L = (C^T C)^{-1} C^T S", "the load from more than six gauges, by least squares"),
-    (
-        "Eq. 6, 7",
-        "F_x^{k*} = a_{11} S_1^k + a_{12} S_2^k + … + a_{16} S_6^k",
-        "the first axis of the load at sample k, by the first row of C⁻¹",
-    ),
-    (
-        "Eq. 8",
-        "Σ_k (F_x^k − F_x^{k*})^2 → min",
-        "the first row of C⁻¹ minimises the squared errors of all training samples; the other rows likewise",
-    ),
-    (
-        "Eq. 9",
-        "t_{past} = t_{current} − t_{interval}",
-        "t_interval is the time since the force last differed from the present force by the force threshold F_th (Fig. 2)",
-    ),
-    (
-        "Eq. 10",
-        "F_{current} = f(S_{past}, S_{current})",
-        "the calibration f uses present and earlier gauge values; it is linear, a network, or both",
-    ),
-    (
-        "Eq. 11",
-        "F_{current} = f(S_{current}, S_{current})",
-        "if the force never differed by F_th before, there is no earlier sample; the present gauge values replace it",
-    ),
-    (
-        "Eq. 12",
-        "S_{past} = S_{past} if t_{interval} ≤ t_{th}, else S_{current}",
-        "an earlier sample that is older than the time threshold t_th is not used",
-    ),
-    (
-        "Trigger",
-        "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
-        "condition for the earlier sample; F is the force by the conventional calibration, which a robot knows without a reference",
-    ),
-    (
-        "Uncompensated",
-        "L = C^{-1} S + c",
-        "the load by least squares from the present gauge values; the offset c can be turned off",
-    ),
-    (
-        "Compensated",
-        "L = C^{-1} [S, S_{past}, …]^T + c",
-        "the load by least squares from the present gauge values and all other features of the model",
-    ),
 ];
 
 impl Help {
@@ -164,16 +102,13 @@ impl Help {
                 ui.separator();
                 let (page, guide) = (self.page, self.guide);
                 let area = egui::ScrollArea::vertical().id_salt((page, guide));
+                let area = area.auto_shrink([false, false]);
                 match page {
+                    Page::Guide => {
+                        drop(area.show(ui, |ui| guide_page(ui, &mut self.laid_out, GUIDE[guide].1)))
+                    }
+                    Page::Shortcuts => drop(area.show(ui, |ui| shortcuts(ui, &actions()))),
                     Page::About => self.about.ui(ui),
-                    _ => drop(area.auto_shrink([false, false]).show(ui, |ui| match page {
-                        Page::Guide => guide_page(ui, &mut self.laid_out, GUIDE[guide].1),
-                        Page::Shortcuts => shortcuts(ui, &actions()),
-                        Page::Equations | Page::About => {
-                            ui.weak("R. Koike, S. Sakaino, T. Tsuji: Hysteresis Compensation in Force/Torque Sensors Using Time Series Information, 2019");
-                            equations(ui);
-                        }
-                    })),
                 }
             });
         self.open = open;
@@ -216,7 +151,6 @@ fn shortcuts(ui: &mut Ui, actions: &[Action]) {
         ("+, −", "zoom the plot that has the focus; with Alt, zoom its value axis"),
         ("Backspace", "shows all data of the plot that has the focus"),
         ("Shift+F10, Menu", "opens the menu of the plot that has the focus"),
-        ("Ctrl+Tab", "shows the next tab of the pane under the pointer"),
         ("Escape", "removes the cursors, closes dialogs and lists"),
     ];
     let others = others.map(|(keys, name)| (keys.to_owned(), name));
@@ -224,23 +158,6 @@ fn shortcuts(ui: &mut Ui, actions: &[Action]) {
         for (keys, name) in of_actions.chain(others) {
             ui.label(RichText::new(keys).strong());
             ui.add(Label::new(name).wrap());
-            ui.end_row();
-        }
-    });
-}
-
-fn equations(ui: &mut Ui) {
-    let color = ui.visuals().strong_text_color();
-    egui::Grid::new("equations").num_columns(2).striped(true).spacing([16.0, 8.0]).show(ui, |ui| {
-        let known = EQUATIONS.map(|(number, equation, words)| (number, equation, words.to_owned()));
-        let blocks =
-            BLOCKS.iter().map(|block| (block.name(), block.formula(), block.setting().help()));
-        for (number, equation, words) in known.into_iter().chain(blocks) {
-            ui.label(RichText::new(number).strong());
-            ui.vertical(|ui| {
-                ui.label(laid_out(ui, equation, color));
-                ui.add(Label::new(words).wrap());
-            });
             ui.end_row();
         }
     });
