@@ -32,8 +32,6 @@ pub struct Target {
     /// Writes a calibration that was checked for this format.
     pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
     pub reader: Option<ReadBack>,
-    /// True if a microcontroller can run the written files. The export pane then shows the memory that they need.
-    pub on_controller: bool,
     /// True if the files contain the names of the gauges. Otherwise gauges are identified by their order.
     pub names_gauges: bool,
 }
@@ -50,7 +48,6 @@ impl Target {
         refusal: |_| None,
         write: |_, _| Ok(()),
         reader: None,
-        on_controller: false,
         names_gauges: true,
     };
 }

@@ -63,10 +63,11 @@ impl PaneView for View {
             cx.ask(ask);
         }
         let footprint = Footprint::of(calibration);
-        let to_need_less = "To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play";
         let on_controller = format!("Needed on a controller, {footprint}");
-        if footprint.is_large() {
-            ui.warn(&on_controller).on_hover_text(to_need_less);
+        if !footprint.is_large() {
+            ui.weak(on_controller);
+        } else {
+            ui.warn(on_controller).on_hover_text("To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play");
         }
         if footprint.is_large()
             && let Some((of, _)) = cx.engine.exact()
@@ -93,20 +94,11 @@ impl PaneView for View {
             for target in TARGETS {
                 ui.separator();
                 let refusal = (target.refusal)(&outline);
-                self.format_row(ui, target, refusal.is_none(), cx.engine);
-                ui.label(format!("This format holds {}", target.holds));
+                let left_out = (target.leaves_out)(calibration);
+                self.format_row(ui, target, (refusal.is_none(), left_out), cx.engine);
                 if let Some(refusal) = refusal {
                     ui.warn(refusal);
-                    continue;
-                }
-                if target.on_controller {
-                    ui.weak(&on_controller).on_hover_text(to_need_less);
-                }
-                match (target.leaves_out)(calibration) {
-                    "nothing" => {}
-                    left_out => drop(ui.weak(format!("This format does not contain {left_out}"))),
-                }
-                if let Some(caution) = (target.caution)(calibration) {
+                } else if let Some(caution) = (target.caution)(calibration) {
                     ui.warn(format!("This format leaves out {caution}"));
                 }
             }
@@ -206,17 +198,25 @@ impl View {
     }
 
     /// Draws the name of a format with its tick, and beside it the result of the last export in this format.
-    fn format_row(&mut self, ui: &mut Ui, target: &Target, is_possible: bool, engine: &Engine) {
+    fn format_row(
+        &mut self,
+        ui: &mut Ui,
+        target: &Target,
+        (is_possible, left_out): (bool, &str),
+        engine: &Engine,
+    ) {
         let ending = target.endings[0];
         let is_typed = self.is_typed(target);
         let mut chosen = is_typed || self.also.contains(&ending);
         ui.horizontal(|ui| {
             let name = RichText::new(format!("{} (.{ending})", target.name)).strong();
-            let about =
-                "Also writes the calibration in this format, to the same path with this ending";
+            let about = format!(
+                "Writes this format, to the path above with this ending. It holds {}; it leaves out {left_out}",
+                target.holds
+            );
             ui.add_enabled_ui(is_possible && !is_typed, |ui| {
                 if ui.tick(&mut chosen, name, about) {
-                    self.also.retain(|own| *own != ending);
+                    self.also.retain(|other| *other != ending);
                     self.also.extend(chosen.then_some(ending));
                 }
             });

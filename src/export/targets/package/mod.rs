@@ -75,7 +75,6 @@ pub(super) static PACKAGE: Target = Target {
             .map(|(path, content)| (format!("{folder}/{path}"), content));
         out.write_all(&zipped(CompressionMethod::Deflated, files)?)
     },
-    on_controller: true,
     ..CODE
 };
 
