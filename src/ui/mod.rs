@@ -14,7 +14,6 @@ mod command_palette;
 mod context_menu;
 mod controls;
 mod dialogs;
-mod equation;
 mod errors_pane;
 mod export_pane;
 mod hand;

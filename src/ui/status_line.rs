@@ -54,8 +54,6 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
             ui.fail(problem);
         } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;
-            let condition = quality.condition.map(|value| significant(value, 3));
-            let condition = condition.unwrap_or_else(|| "none".to_owned());
             if let Some(each) = analysis.preview_of {
                 ui.warn(preview_of(each))
                     .on_hover_text("These results are computed from a part of the samples. The result of all samples replaces them as soon as it is computed");
@@ -63,16 +61,11 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
             }
             let verb = if analysis.fitted { "Refit" } else { "Applied" };
             ui.label(format!(
-                "{verb} in {} ms · {} training and {} test samples · rank {} of {} · condition {condition}",
+                "{verb} in {} ms · {} training and {} test samples",
                 significant(1e3 * analysis.elapsed.as_secs_f64(), 3),
                 quality.n_train,
                 quality.n_test,
-                quality.rank,
-                analysis.calibration.feature_names().len(),
-            ))
-            .on_hover_text(
-                "Rank: number of independent features of the compensated fit. Condition: 1 means independent features, a large number means nearly dependent features",
-            );
+            ));
             if let Some(share) = engine.share_with_past() {
                 ui.label(format!("· look-back finds an earlier sample for {:.0} %", 100.0 * share)).on_hover_text(
                     "For the remaining samples, no load within the time threshold t_th differed by the force threshold F_th; their present gauges stand in for the earlier gauges",

@@ -24,7 +24,7 @@ fn the_text_of_a_table_cell_has_its_row_column_and_unit() {
     }
     show(&mut window, "calibration");
     // A number of the matrix is read with the names of its axis and feature.
-    assert!(has(&window, "Fx S1 "));
+    assert!(has(&window, "S1 Fx "));
 }
 
 #[test]
