@@ -119,6 +119,8 @@ fn every_control_of_the_import_window_has_a_hover_text() {
     window.set_size(Vec2::new(1600.0, 1400.0));
     quick_to_explain(&mut window);
     assert!(state(&window).importing.is_some());
+    // No pane with small controls is below the import window.
+    maximize(&mut window, "errors");
     for tick in [
         "Computes the reference load of a known weight from the pose columns",
         "The reference load is in a separate file",

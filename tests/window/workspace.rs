@@ -70,11 +70,9 @@ fn workspaces_are_opened_by_click_and_key() {
 /// If preferences are unchanged, they must not overwrite the preferences that another window has stored.
 #[test]
 fn drawing_alone_changes_no_preferences() {
-    let files = Files::new();
-    let (context, dialogs) = (egui::Context::default(), Box::new(Choices::default()));
-    let begun = Shell::new(&context, files.three(), dialogs).preferences();
-    let drawn = shell(&window(files.three())).preferences();
-    assert_eq!(drawn, begun);
+    let begun = Preferences { text_scale: 1.5, ..Preferences::default() };
+    let window = window_of(Vec::new(), Choices::default(), begun.clone());
+    assert_eq!(shell(&window).preferences(), begun);
 }
 
 /// Three tick labels fit into a plot that is 48 points high, because labels need 12 points.
