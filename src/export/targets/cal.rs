@@ -3,13 +3,10 @@
 //! Guarantees: a written file gives the same matrix when it is read back. Names of elements and attributes are
 //! case-sensitive. A file with a missing row, an invalid number or an unknown unit is refused, so that nothing is guessed.
 
-use std::collections::BTreeMap;
 use std::io;
 
 use minijinja::{Value, context};
-use quick_xml::Reader;
-use quick_xml::XmlVersion;
-use quick_xml::events::{BytesStart, Event};
+use serde::Deserialize;
 
 use super::matrix::{self, MATRIX};
 use crate::{
@@ -59,14 +56,12 @@ const MOST_GAUGES: usize = 8;
 
 #[derive(Debug, thiserror::Error)]
 enum CalError {
-    #[error("not an XML file: {reason}")]
-    Xml { reason: String },
+    #[error("not an ATI-style calibration in XML (names are case-sensitive): {0}")]
+    Xml(#[from] quick_xml::DeError),
     #[error("there is no element {element}; this is not an ATI-style calibration of version 1.1")]
     Missing { element: &'static str },
-    #[error("element {element} has no attribute {attribute} (names are case-sensitive)")]
-    Attribute { element: &'static str, attribute: &'static str },
-    #[error("element {element} occurs twice")]
-    Twice { element: String },
+    #[error("element UserAxis {axis} occurs twice")]
+    Twice { axis: Axis },
     #[error("{place}: {text:?} is not a usable number")]
     Number { place: String, text: String },
     #[error("{axis} has {actual} values, but NumGages is {expected}")]
@@ -121,60 +116,72 @@ pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
     calibration.gauges = names.to_vec();
 }
 
-type Attributes = BTreeMap<String, String>;
+/// Elements and attributes of a `.cal` file that are read.
+#[derive(Deserialize)]
+struct Sensor {
+    #[serde(rename = "@Serial", default)]
+    serial: String,
+    #[serde(rename = "@BodyStyle", default)]
+    model: String,
+    #[serde(rename = "@NumGages")]
+    n_gauges: String,
+    #[serde(rename = "Calibration")]
+    about: About,
+}
+
+#[derive(Deserialize)]
+struct About {
+    #[serde(rename = "@CalDate", default)]
+    date: String,
+    #[serde(rename = "@ForceUnits")]
+    force_unit: String,
+    #[serde(rename = "@TorqueUnits")]
+    moment_unit: String,
+    #[serde(rename = "UserAxis", default)]
+    rows: Vec<Row>,
+}
+
+#[derive(Deserialize)]
+struct Row {
+    #[serde(rename = "@Name")]
+    name: String,
+    #[serde(rename = "@values")]
+    values: String,
+    #[serde(rename = "@max")]
+    max: String,
+}
 
 /// Reads the matrix from the XML elements `UserAxis`. Gauges are called SG0, SG1 and so on.
 fn read(content: &[u8]) -> Result<Calibration, CalError> {
-    let mut sensor = None;
-    let mut about = None;
-    let mut rows = BTreeMap::new();
-    let mut reader = Reader::from_reader(content);
-    loop {
-        let event = reader.read_event().map_err(|error| xml(&error))?;
-        let element = match &event {
-            Event::Eof => break,
-            Event::Start(element) | Event::Empty(element) => element,
-            _ => continue,
-        };
-        match element.name().as_ref() {
-            b"FTSensor" => once(&mut sensor, "FTSensor", attributes(element)?)?,
-            b"Calibration" => once(&mut about, "Calibration", attributes(element)?)?,
-            b"UserAxis" => {
-                let row = attributes(element)?;
-                let name = attribute(&row, "UserAxis", "Name")?;
-                let axis = Axis::ALL.into_iter().find(|axis| spelled(*axis) == name);
-                if let Some(axis) = axis
-                    && rows.insert(axis, row).is_some()
-                {
-                    return Err(CalError::Twice { element: format!("UserAxis {axis}") });
-                }
-            }
-            _ => {}
-        }
+    if memchr::memmem::find(content, b"<FTSensor").is_none() {
+        return Err(CalError::Missing { element: "FTSensor" });
     }
-    let sensor = sensor.ok_or(CalError::Missing { element: "FTSensor" })?;
-    let about = about.ok_or(CalError::Missing { element: "Calibration" })?;
-    let n_gauges = number(&sensor, "FTSensor", "NumGages")?;
-    let to_newtons = unit(&about, "ForceUnits", force_in_newtons, "N, kN, lbf, klbf, kgf")?;
+    let Sensor { serial, model, n_gauges, about } = quick_xml::de::from_reader(content)?;
+    let n_gauges = parsed(&n_gauges, "NumGages", 0.0)?;
+    let to_newtons =
+        unit(&about.force_unit, "ForceUnits", force_in_newtons, "N, kN, lbf, klbf, kgf")?;
     let to_newton_metres = unit(
-        &about,
+        &about.moment_unit,
         "TorqueUnits",
         moment_in_newton_metres,
         "N-m, N-mm, kN-m, lbf-in, lbf-ft, kgf-cm",
     )?;
     let (mut matrix, mut full_scale) = (Vec::new(), Vec::new());
     for axis in Axis::ALL {
-        let row = rows.get(&axis).ok_or(CalError::Missing {
+        let mut rows = about.rows.iter().filter(|row| row.name.trim() == spelled(axis));
+        let row = rows.next().ok_or(CalError::Missing {
             element: if axis.is_force() {
                 "UserAxis for each of Fx Fy Fz"
             } else {
                 "UserAxis for each of Tx Ty Tz"
             },
         })?;
+        if rows.next().is_some() {
+            return Err(CalError::Twice { axis });
+        }
         let factor = if axis.is_force() { to_newtons } else { to_newton_metres };
         let place = format!("values of {}", spelled(axis));
-        let values: Vec<f64> = attribute(row, "UserAxis", "values")?
-            .split_whitespace()
+        let values: Vec<f64> = (row.values.split_whitespace())
             .map(|text| Ok(parsed(text, &place, f64::MIN)? * factor))
             .collect::<Result<_, CalError>>()?;
         if values.len() as f64 != n_gauges || values.is_empty() {
@@ -185,16 +192,11 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
             });
         }
         matrix.push(values);
-        full_scale.push(number(row, "UserAxis", "max")? * factor);
+        full_scale.push(parsed(&row.max, "max", 0.0)? * factor);
     }
     let mut identity = Identity::default();
-    for (item, from, name) in [
-        (Item::Serial, &sensor, "Serial"),
-        (Item::Model, &sensor, "BodyStyle"),
-        (Item::Date, &about, "CalDate"),
-    ] {
-        let text = from.get(name).map_or("", String::as_str);
-        identity.set(item, in_order(text, ["%m/%d/%Y", "%Y-%m-%d"]));
+    for (item, text) in [(Item::Serial, serial), (Item::Model, model), (Item::Date, about.date)] {
+        identity.set(item, in_order(&text, ["%m/%d/%Y", "%Y-%m-%d"]));
     }
     Ok(conventional(matrix, full_scale, identity))
 }
@@ -236,60 +238,19 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
 
 /// Returns the unit that an attribute names, as its value in N or N·m. The unit must be one of `known`.
 fn unit(
-    about: &Attributes,
-    attribute_name: &'static str,
+    named: &str,
+    attribute: &'static str,
     in_si: fn(&str) -> Option<f64>,
     known: &'static str,
 ) -> Result<f64, CalError> {
-    let named = attribute(about, "Calibration", attribute_name)?;
-    let found = known.split(", ").find(|unit| *unit == named);
-    found.and_then(in_si).ok_or_else(|| CalError::Unit {
-        attribute: attribute_name,
-        unit: named.to_owned(),
-        known,
-    })
+    let found = known.split(", ").find(|unit| *unit == named.trim());
+    let unit = || named.to_owned();
+    found.and_then(in_si).ok_or_else(|| CalError::Unit { attribute, unit: unit(), known })
 }
 
-fn once(slot: &mut Option<Attributes>, element: &str, found: Attributes) -> Result<(), CalError> {
-    match slot.replace(found) {
-        None => Ok(()),
-        Some(_) => Err(CalError::Twice { element: element.to_owned() }),
-    }
-}
-
-fn xml(error: &dyn std::fmt::Display) -> CalError {
-    CalError::Xml { reason: error.to_string() }
-}
-
-fn attributes(element: &BytesStart) -> Result<Attributes, CalError> {
-    element
-        .attributes()
-        .map(|attribute| {
-            let attribute = attribute.map_err(|error| xml(&error))?;
-            let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
-            let value =
-                attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| xml(&error))?;
-            Ok((name, value.into_owned()))
-        })
-        .collect()
-}
-
-fn attribute<'a>(
-    of: &'a Attributes,
-    element: &'static str,
-    attribute: &'static str,
-) -> Result<&'a str, CalError> {
-    let text = of.get(attribute).ok_or(CalError::Attribute { element, attribute })?;
-    Ok(text.trim())
-}
-
-/// Returns the number in an attribute. A negative number is an error.
-fn number(of: &Attributes, element: &'static str, name: &'static str) -> Result<f64, CalError> {
-    parsed(attribute(of, element, name)?, name, 0.0)
-}
-
+/// Returns the number in a text. A number below `min` is an error.
 fn parsed(text: &str, place: &str, min: f64) -> Result<f64, CalError> {
-    let value: Option<f64> = text.parse().ok();
+    let value: Option<f64> = text.trim().parse().ok();
     value
         .filter(|value| value.is_finite() && *value >= min)
         .ok_or_else(|| CalError::Number { place: place.to_owned(), text: text.to_owned() })
