@@ -108,7 +108,8 @@ impl Quality {
         };
         if !self.ridge_by_block.is_empty() {
             let blocks = self.ridge_by_block.iter();
-            let blocks = blocks.map(|own| format!("{}: {}", own.block, by_axis(&own.strengths)));
+            let blocks =
+                blocks.map(|ridge| format!("{}: {}", ridge.block, by_axis(&ridge.strengths)));
             return Some(blocks.collect::<Vec<_>>().join("; "));
         }
         let is_shrunk = self.ridge.iter().any(|strength| *strength > 0.0);
@@ -281,9 +282,9 @@ impl Calibration {
             return Vec::new();
         };
         let channels = self.features.auxiliary.iter();
-        let outside = channels
-            .zip(prepared.auxiliary().ranges())
-            .filter(|(channel, own)| channel.is_beyond(own.min) || channel.is_beyond(own.max));
+        let outside = channels.zip(prepared.auxiliary().ranges()).filter(|(channel, range)| {
+            channel.is_beyond(range.min) || channel.is_beyond(range.max)
+        });
         outside
             .map(|(channel, range)| {
                 format!(
@@ -428,14 +429,14 @@ impl Calibration {
         if names.is_empty() {
             return Ok(Cow::Borrowed(recording));
         }
-        let own = || recording.auxiliary().names().iter().zip(recording.auxiliary().units());
+        let channels = || recording.auxiliary().names().iter().zip(recording.auxiliary().units());
         let is_there = |channel: &AuxiliaryChannel| {
-            own()
+            channels()
                 .find(|(name, _)| **name == channel.name)
                 .is_some_and(|(_, unit)| *unit == channel.unit)
         };
-        if let Some(channel) = self.features.auxiliary.iter().find(|own| !is_there(own)) {
-            let found: Vec<String> = own().map(|(name, unit)| named(name, unit)).collect();
+        if let Some(channel) = self.features.auxiliary.iter().find(|channel| !is_there(channel)) {
+            let found: Vec<String> = channels().map(|(name, unit)| named(name, unit)).collect();
             return Err(CalibrationError::Auxiliary {
                 recording: recording.name().to_owned(),
                 channel: named(&channel.name, &channel.unit),

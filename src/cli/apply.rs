@@ -156,7 +156,9 @@ impl ApplyJob {
                     ));
                 }
             }
-            for beyond in recordings.iter().flat_map(|own| calibration.auxiliary_beyond(own)) {
+            for beyond in
+                recordings.iter().flat_map(|recording| calibration.auxiliary_beyond(recording))
+            {
                 run.say.warning(beyond);
             }
             if let Some(output) = outputs.get(at) {

@@ -407,7 +407,7 @@ fn lone_group(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<Lon
     }
     let span = |axis: usize, left_out: Option<&Key>| {
         let kept = ranges.iter().filter(|(key, _)| Some(**key) != left_out);
-        kept.map(|(_, own)| own[axis]).collect::<MinMax>().span()
+        kept.map(|(_, ranges)| ranges[axis]).collect::<MinMax>().span()
     };
     (0..axes.len()).find_map(|axis| {
         let whole = span(axis, None);
@@ -436,7 +436,7 @@ fn words_of(recording: &Recording) -> Vec<String> {
         let mut before = None;
         for letter in word.chars() {
             // A capital letter after a small letter starts a new word, as in `pathA`.
-            if before.is_none_or(|own: char| own.is_lowercase() && letter.is_uppercase()) {
+            if before.is_none_or(|last: char| last.is_lowercase() && letter.is_uppercase()) {
                 words.push(String::new());
             }
             words.last_mut().expect("pushed above").extend(letter.to_lowercase());
@@ -506,7 +506,7 @@ fn day(words: &[String]) -> Option<String> {
         (word.len() == 8).then(|| date(year, month, day)).flatten()
     });
     let mut threes = words.windows(3);
-    written_together.or_else(|| threes.find_map(|own| date(&own[0], &own[1], &own[2])))
+    written_together.or_else(|| threes.find_map(|words| date(&words[0], &words[1], &words[2])))
 }
 
 fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
@@ -539,10 +539,10 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
 fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
     let mut programmes: Vec<&Recording> = Vec::new();
     let mut programme_of = |at: usize| {
-        let own = &*entries[at].recording;
-        let known = programmes.iter().position(|first| own.repeats(first));
+        let recording = &*entries[at].recording;
+        let known = programmes.iter().position(|first| recording.repeats(first));
         known.unwrap_or_else(|| {
-            programmes.push(own);
+            programmes.push(recording);
             programmes.len() - 1
         })
     };
