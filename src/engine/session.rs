@@ -34,39 +34,30 @@ const VERSION: u32 = 1;
 const TRAINED: &str = "trained.json";
 const BYTES_LIMIT: u64 = 64 << 20;
 
-/// Content of a session file.
-///
-/// | part | meaning |
-/// |---|---|
-/// | `notes` | free text |
-/// | `identity` | identity of the sensor, and date, operator and reference of the calibration |
-/// | `built_in` | true if the recordings of the built-in simulated sensor are open; `files` is then empty |
-/// | `built_in_lag` | set of the built-in sensor that shows a time lag, hysteresis, or both: `lag`, `hysteresis` or `both` |
-/// | `files` | files of the recordings, in the order of opening |
-/// | `cut` | share of each recording, from its start, that is used for training, if recordings are split in time |
-/// | `calibration` | file of a calibration that is applied instead of a fit |
-/// | `settings` | settings of the fit |
-/// | `measuring` | settings for loops, dwells and metrology |
-/// | `gauge_range` | minimum and maximum reading of the gauges if entered, for all gauges or a list for each |
-/// | `overload_tolerance` | share by which a load may exceed the rated load, if entered |
-/// | `on_screen` | name of the shown recording; absent for all |
-/// | `hidden_axes` | axes that are hidden |
-/// | `trained` | file of the trained calibration beside the session, if the settings have a network or kernel |
+/// Content of a session file: the document, and in place of its recordings and calibrations the names of their files.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {
     pub format: String,
     pub version: u32,
     pub program: String,
+    /// All fields of the document that are saved as they are.
     #[serde(flatten)]
     pub project: Project,
+    /// True if the recordings of the built-in simulated sensor are open; `files` is then empty.
     pub built_in: bool,
+    /// Set of the built-in sensor that shows a time lag, hysteresis, or both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub built_in_lag: Option<Late>,
+    /// Files of the recordings, in the order of opening.
     pub files: Vec<SessionFile>,
+    /// Share of each recording, from its start, that is used for training, if recordings are split in time.
     pub cut: Option<f64>,
+    /// File of a calibration that is applied instead of a fit.
     pub calibration: Option<PathBuf>,
+    /// Name of the shown recording; `None` for all.
     pub on_screen: Option<String>,
+    /// File of the trained calibration beside the session, if the settings have a network or kernel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trained: Option<PathBuf>,
 }
