@@ -219,9 +219,11 @@ impl Area {
                 };
                 let drag = ui.interact(border, ui.scope_id().with("border"), Sense::DRAG);
                 let drag = drag.on_hover_and_drag_cursor(cursor);
-                let moved = drag.drag_delta() / whole.size();
-                *share += if *is_column { moved.y } else { moved.x };
-                *share = share.clamp(MIN_SHARE, 1.0 - MIN_SHARE);
+                if drag.dragged() {
+                    let moved = drag.drag_delta() / whole.size();
+                    *share += if *is_column { moved.y } else { moved.x };
+                    *share = share.clamp(MIN_SHARE, 1.0 - MIN_SHARE);
+                }
                 let line = if drag.hovered() || drag.dragged() {
                     ui.visuals().widgets.hovered.bg_fill
                 } else {
