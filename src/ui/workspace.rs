@@ -1,6 +1,6 @@
 //! The arrangement of the panes: each workspace has groups of tabs, between which the user can drag the borders.
 
-use egui::{CursorIcon, Rect, Sense, Ui, UiBuilder};
+use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
 use crate::ui::{
     appearance::focus_ring,
@@ -192,37 +192,21 @@ impl Area {
             }
             Self::Two { is_column, share, parts } => {
                 let whole = ui.available_rect_before_wrap();
-                let split_at = |share: f32| {
-                    if *is_column {
-                        whole.split_top_bottom_at_fraction(share)
-                    } else {
-                        whole.split_left_right_at_fraction(share)
-                    }
-                };
-                let (first, second) = split_at(*share);
-                let (border, cursor) = if *is_column {
-                    (
-                        Rect::from_x_y_ranges(
-                            whole.x_range(),
-                            first.bottom()..=first.bottom() + BORDER,
-                        ),
-                        CursorIcon::ResizeVertical,
-                    )
-                } else {
-                    (
-                        Rect::from_x_y_ranges(
-                            first.right()..=first.right() + BORDER,
-                            whole.y_range(),
-                        ),
-                        CursorIcon::ResizeHorizontal,
-                    )
-                };
+                // Index of the coordinate across the border: x, or y in a column.
+                let across = usize::from(*is_column);
+                let (start, end) = (whole.min[across], whole.max[across]);
+                let at = egui::lerp(start..=end, *share);
+                let beyond = (at + BORDER).min(end);
+                let (mut first, mut border, mut second) = (whole, whole, whole);
+                first.max[across] = at;
+                (border.min[across], border.max[across]) = (at, beyond);
+                second.min[across] = beyond;
+                let cursor = [CursorIcon::ResizeHorizontal, CursorIcon::ResizeVertical][across];
                 let drag = ui.interact(border, ui.scope_id().with("border"), Sense::DRAG);
                 let drag = drag.on_hover_and_drag_cursor(cursor);
                 if drag.dragged() {
-                    let moved = drag.drag_delta() / whole.size();
-                    *share += if *is_column { moved.y } else { moved.x };
-                    *share = share.clamp(MIN_SHARE, 1.0 - MIN_SHARE);
+                    let moved = drag.drag_delta()[across] / (end - start);
+                    *share = (*share + moved).clamp(MIN_SHARE, 1.0 - MIN_SHARE);
                 }
                 let line = if drag.hovered() || drag.dragged() {
                     ui.visuals().widgets.hovered.bg_fill
@@ -230,13 +214,8 @@ impl Area {
                     ui.visuals().faint_bg_color
                 };
                 ui.painter().rect_filled(border, 0.0, line);
-                let second = if *is_column {
-                    second.with_min_y(border.bottom())
-                } else {
-                    second.with_min_x(border.right())
-                };
                 for (part, rect) in parts.iter_mut().zip([first, second]) {
-                    let place = UiBuilder::new().max_rect(rect).id_salt(rect.min == first.min);
+                    let place = UiBuilder::new().max_rect(rect).id_salt(rect == first);
                     let mut ui = ui.new_child(place);
                     ui.shrink_clip_rect(rect);
                     part.draw(&mut ui, drawing);
