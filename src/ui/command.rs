@@ -10,7 +10,7 @@ use crate::{
 /// A part of the window with a tab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pane {
-    /// Name of the pane in tests and in the program.
+    /// Name by which the program refers to the pane.
     pub key: &'static str,
     /// Title on the tab.
     pub title: &'static str,

@@ -43,7 +43,7 @@ pub fn needs_calibration(pane: Pane) -> bool {
     waiting.contains(&pane)
 }
 
-/// Returns the pane that has this key in session files.
+/// Returns the pane with this key.
 pub fn named(key: &str) -> Option<Pane> {
     all().find(|pane| pane.key == key)
 }
