@@ -127,10 +127,7 @@ impl LoadCases {
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
             let span = range.span();
             let by_noise = (NOISE_OF_LOAD * extent.noise).min(OTHER_LOAD_AT_MOST * span);
-            match span > 0.0 {
-                true => by_noise.max(OTHER_LOAD * span),
-                false => f64::INFINITY,
-            }
+            if span > 0.0 { by_noise.max(OTHER_LOAD * span) } else { f64::INFINITY }
         });
         let mut cases = Self { tolerances: tolerances.collect(), ..Self::default() };
         let mut n_moves = 0;

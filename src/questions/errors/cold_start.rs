@@ -37,7 +37,7 @@ pub(crate) fn worse_at_start(
         return Ok(None);
     }
     let training = in_role(&data.entries, Role::Train).into_iter();
-    let timed = training.filter(|own| !own.is_static());
+    let timed = training.filter(|recording| !recording.is_static());
     let runs: Vec<_> = timed.flat_map(|own| own.segments(STARTS)).collect();
     let longest = runs.iter().map(Recording::duration_secs).fold(0.0, f64::max);
     let n_axes = calibration.axes.len();

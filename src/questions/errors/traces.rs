@@ -86,19 +86,13 @@ pub struct TraceSet {
 
 impl TraceSet {
     pub fn across(&self) -> &'static str {
-        match self.is_static {
-            true => "row",
-            false => "time [s]",
-        }
+        if self.is_static { "row" } else { "time [s]" }
     }
 
     /// Returns the time of sample `k` (for load cases, its row number) as text with this number of digits.
     pub fn when(&self, k: usize, digits: usize) -> String {
         let time = significant(self.times[k], digits);
-        match self.is_static {
-            true => format!("row {time}"),
-            false => format!("{time} s"),
-        }
+        if self.is_static { format!("row {time}") } else { format!("{time} s") }
     }
 
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
@@ -276,15 +270,14 @@ impl FixedTraces {
         let entries = &data.entries;
         let n_axes = self.axes.len();
         let is_made = data.kept_loads().is_none() && calibration.is_quick_anywhere();
-        let loads = match is_made {
-            true => made(&self.segments, data, calibration, Some(past)),
-            false => {
-                let loads = self.segments.par_iter().map(|segment| {
-                    let at = segment.recording;
-                    Arc::new(calibration.compensated_loads(&entries[at].recording, &past[at]))
-                });
-                tables(&self.segments, n_axes, loads.collect())
-            }
+        let loads = if is_made {
+            made(&self.segments, data, calibration, Some(past))
+        } else {
+            let loads = self.segments.par_iter().map(|segment| {
+                let at = segment.recording;
+                Arc::new(calibration.compensated_loads(&entries[at].recording, &past[at]))
+            });
+            tables(&self.segments, n_axes, loads.collect())
         };
         progress.check()?;
         let deviations: Option<Vec<Vec<f64>>> = (self.segments.par_iter())

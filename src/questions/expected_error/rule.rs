@@ -143,9 +143,10 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
         missing.push("another day".to_owned());
     }
     let last = missing.pop().expect("loads beyond the recorded range are always in the list");
-    match missing.is_empty() {
-        true => format!("The expected error does not cover {last}."),
-        false => format!("The expected error does not cover {}, or {last}.", missing.join(", ")),
+    if missing.is_empty() {
+        format!("The expected error does not cover {last}.")
+    } else {
+        format!("The expected error does not cover {}, or {last}.", missing.join(", "))
     }
 }
 
@@ -263,9 +264,12 @@ mod tests {
 
     #[test]
     fn conditions_that_are_not_covered_are_listed() {
-        let one_at_a_time = |share: f64| match share < 0.5 {
-            true => [10.0 * (12.0 * share).sin(), 0.0],
-            false => [0.0, 10.0 * (12.0 * share).sin()],
+        let one_at_a_time = |share: f64| {
+            if share < 0.5 {
+                [10.0 * (12.0 * share).sin(), 0.0]
+            } else {
+                [0.0, 10.0 * (12.0 * share).sin()]
+            }
         };
         let free: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
         let repeated: Vec<Entry> =

@@ -286,10 +286,7 @@ pub(crate) fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     clouds
         .map(|cloud| Cloud {
             density: Arc::clone(&cloud.density),
-            color: match cloud.rising {
-                true => own,
-                false => color::falling(own, ink),
-            },
+            color: if cloud.rising { own } else { color::falling(own, ink) },
         })
         .collect()
 }

@@ -137,9 +137,12 @@ pub(crate) fn picture(
     };
     let first = cycles(&curves[0].loads);
     let cycles: Vec<_> = (curves.iter())
-        .map(|curve| match Arc::ptr_eq(&curve.loads, &curves[0].loads) {
-            true => Arc::clone(&first),
-            false => cycles(&curve.loads),
+        .map(|curve| {
+            if Arc::ptr_eq(&curve.loads, &curves[0].loads) {
+                Arc::clone(&first)
+            } else {
+                cycles(&curve.loads)
+            }
         })
         .collect();
     let load_range = cycles.iter().map(|own| own.range).collect();

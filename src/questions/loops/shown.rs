@@ -26,10 +26,8 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
             "No significant time lag of the uncompensated load: {late} ± {error} s, which is {samples} samples."
         );
     }
-    let kind = match lag.kind_is_known {
-        true => lag.kind.name(),
-        false => "delay, or time constant of a low-pass",
-    };
+    let kind =
+        if lag.kind_is_known { lag.kind.name() } else { "delay, or time constant of a low-pass" };
     let explains = found.widths.map(|widths| {
         let [width, area] = [widths.explained_share(), widths.explained_area_share()]
             .map(|share| significant(100.0 * share, 2));
@@ -59,9 +57,10 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
         true => "N²".to_owned(),
         false => "N²·m²".to_owned(),
     };
-    let (share, area_share, of_what) = match is_gauge {
-        true => ("%", "%", "In percent of half the range of the gauge"),
-        false => ("% FS", "% FS²", "In percent of full scale"),
+    let (share, area_share, of_what) = if is_gauge {
+        ("%", "%", "In percent of half the range of the gauge")
+    } else {
+        ("% FS", "% FS²", "In percent of full scale")
     };
     let width = (unit, share, scale);
     let area = (&*area_unit, area_share, scale * plot.full_scale);

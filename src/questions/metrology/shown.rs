@@ -35,9 +35,12 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     });
     let own = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
     let rows = Table::of(own.map(|row| (row, &row.cells[at])))
-        .column(Column::words("Figure"), |(row, cell)| match row.quantity.is_time() {
-            true => defined(row, format!("{} [{}]", row.definition.name, cell.unit)),
-            false => defined(row, row.definition.name.clone()),
+        .column(Column::words("Figure"), |(row, cell)| {
+            if row.quantity.is_time() {
+                defined(row, format!("{} [{}]", row.definition.name, cell.unit))
+            } else {
+                defined(row, row.definition.name.clone())
+            }
         })
         .instead(|(_, cell)| match (&cell.conventional, &cell.compensated) {
             (Err(before), Err(after)) if before == after => Some(missing(before)),

@@ -64,9 +64,10 @@ pub fn table_by(
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
-    let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
-        true => (0..axes.len()).map(of_axis).collect(),
-        false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
+    let by_axis: Vec<AxisFigures> = if n_samples > MANY_SAMPLES {
+        (0..axes.len()).map(of_axis).collect()
+    } else {
+        (0..axes.len()).into_par_iter().map(of_axis).collect()
     };
     let rows = (Quantity::all(axes).into_iter())
         .map(|quantity| {

@@ -539,7 +539,9 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
     for (late, tau) in [(Late::Lag, LAG_SECS), (Late::Both, LAG_SECS), (Late::Hysteresis, 0.0)] {
         let recordings = simulated::late(7, late);
         let outputs: Vec<Vec<f64>> = (recordings.iter())
-            .map(|own| own.gauges().iter().step_by(2).map(|gauge| gauge / 0.08).collect())
+            .map(|recording| {
+                recording.gauges().iter().step_by(2).map(|gauge| gauge / 0.08).collect()
+            })
             .collect();
         let runs: Vec<Run<'_>> = (recordings.iter().zip(&outputs))
             .map(|(own, outputs)| Run {

@@ -305,10 +305,7 @@ impl TrainingRows<'_> {
                 if pushed.is_err() {
                     return;
                 }
-                let samples = match self.is_held_out(run, at) {
-                    true => &mut held_out,
-                    false => &mut train,
-                };
+                let samples = if self.is_held_out(run, at) { &mut held_out } else { &mut train };
                 pushed = samples.push_rows(block.inputs, block.targets);
                 at += block.targets.len() / n_axes;
             });

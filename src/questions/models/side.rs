@@ -189,10 +189,7 @@ impl Side {
             Times::Spread => spread(&study.candidates(block, search)),
             Times::EverySample => self.every_sample(),
         };
-        let values = match values.is_empty() {
-            true => block.setting().default.to_vec(),
-            false => values,
-        };
+        let values = if values.is_empty() { block.setting().default.to_vec() } else { values };
         self.values.push((block, times, values.clone()));
         Ok(values)
     }
@@ -202,9 +199,9 @@ impl Side {
     fn every_sample(&self) -> Vec<f64> {
         let Some(rate) = self.recordings.rate_hz(Role::Train) else { return Vec::new() };
         let step = self.settings.decimation as f64 / rate;
-        let training = self.recordings.entries().iter().filter(|own| own.role == Role::Train);
+        let training = self.recordings.entries().iter().filter(|entry| entry.role == Role::Train);
         let shortest =
-            training.map(|own| own.recording.duration_secs()).fold(f64::INFINITY, f64::min);
+            training.map(|entry| entry.recording.duration_secs()).fold(f64::INFINITY, f64::min);
         let n_gauges = self.recordings.layout().gauge_names.len();
         let n_samples = self.recordings.n_samples(Role::Train) / self.settings.decimation;
         let columns = MOST_LAG_COLUMNS.min((MOST_LAG_WORK / n_samples.max(1)).isqrt());

@@ -95,10 +95,7 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
     let n = conventional_rmse.iter().filter(|rmse| counts(rmse)).count();
-    let weight = |rmse: &f64| match counts(rmse) {
-        true => 1.0 / (rmse * rmse * n as f64),
-        false => 0.0,
-    };
+    let weight = |rmse: &f64| if counts(rmse) { 1.0 / (rmse * rmse * n as f64) } else { 0.0 };
     conventional_rmse.iter().map(weight).collect()
 }
 
@@ -212,14 +209,14 @@ pub fn model_table<'a>(
         .about("Samples of the training recordings that were used: all, or every n-th")
         .columns(
             errors,
-            |(set, axis, is_spread)| match is_spread {
-                true => in_group(
-                    set,
-                    Column::numbers(format!("± {axis}"))
-                        .unit(axis.unit())
-                        .about("Standard deviation of the RMSE over the left-out parts"),
-                ),
-                false => in_group(set, Column::load(**axis).about(format!("RMSE, {}", set.label()))),
+            |(set, axis, is_spread)| {
+                let head = if *is_spread {
+                    let about = "Standard deviation of the RMSE over the left-out parts";
+                    Column::numbers(format!("± {axis}")).unit(axis.unit()).about(about)
+                } else {
+                    Column::load(**axis).about(format!("RMSE, {}", set.label()))
+                };
+                in_group(set, head)
             },
             |row, (set, axis, is_spread)| error(row.model, **axis, **set, *is_spread),
         )

@@ -32,9 +32,9 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
         .words("Name", |own| &own.used.name)
         .words("Role", |own| own.used.role.label())
         .words("Group", |own| own.result.group.as_deref().unwrap_or("–"))
-        .column(Column::numbers("Samples"), |own| Cell::whole(own.recording.n_samples()))
-        .digits("Duration [s]", 5, |own| Some(own.recording.duration_secs()))
-        .digits("Rate [Hz]", 4, |own| own.recording.rate_hz())
+        .column(Column::numbers("Samples"), |entry| Cell::whole(entry.recording.n_samples()))
+        .digits("Duration [s]", 5, |entry| Some(entry.recording.duration_secs()))
+        .digits("Rate [Hz]", 4, |entry| entry.recording.rate_hz())
         .words("File", |own| own.used.file.as_deref().unwrap_or("built-in simulated sensor"))
         .column(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") }, |own| {
             match (&own.used.file, &own.used.sha256) {

@@ -263,9 +263,10 @@ impl Drivers {
     /// Returns the inputs of the play operators that are worth trying: gauge strains only if there are several axes and few
     /// gauges.
     fn sensible(run: &LagRun<'_>) -> &'static [Self] {
-        match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
-            true => &[Self::Axes, Self::Gauges],
-            false => &[Self::Axes],
+        if run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
+            &[Self::Axes, Self::Gauges]
+        } else {
+            &[Self::Axes]
         }
     }
 }

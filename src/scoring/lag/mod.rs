@@ -260,9 +260,10 @@ fn chosen(
     match (delay, first) {
         (Some(delay), Some(first)) => {
             let t = solve::paired_t(&delay.block_squares, &first.block_squares);
-            match t > 2.0 {
-                true => Some((LagKind::FirstOrder, true, first)),
-                false => Some((LagKind::Delay, t < -2.0, delay)),
+            if t > 2.0 {
+                Some((LagKind::FirstOrder, true, first))
+            } else {
+                Some((LagKind::Delay, t < -2.0, delay))
             }
         }
         (Some(delay), None) => Some((LagKind::Delay, delay.seconds < -step_secs, delay)),

@@ -130,15 +130,15 @@ fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     let mut random = Random::new(seed, &[]);
     let loads: Vec<Vec<f64>> =
         (0..axes).map(|_| path(sensor.path, n * FINER, step, &mut random)).collect();
-    let played: Vec<Vec<f64>> = match sensor.play_of_axes {
-        true => loads.iter().map(|load| play(load, sensor.play)).collect(),
-        false => loads.clone(),
+    let played: Vec<Vec<f64>> = if sensor.play_of_axes {
+        loads.iter().map(|load| play(load, sensor.play)).collect()
+    } else {
+        loads.clone()
     };
     let of_gauge = if sensor.play_of_axes { 0.0 } else { sensor.play };
     let gauge = |gauge: usize| {
-        let share = |axis: usize| match axis == gauge {
-            true => 1.0,
-            false => 0.2 * ((7 * gauge + 3 * axis) as f64).sin(),
+        let share = |axis: usize| {
+            if axis == gauge { 1.0 } else { 0.2 * ((7 * gauge + 3 * axis) as f64).sin() }
         };
         let strain = |k: usize| (0..axes).map(|axis| share(axis) * played[axis][k]).sum();
         let strain: Vec<f64> = (0..n * FINER).map(strain).collect();

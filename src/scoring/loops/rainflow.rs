@@ -61,9 +61,8 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
 
 /// Returns the first sample of the branch `after` at which the load is back at the start of the branch `own`.
 fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
-    let is_back = |k: &usize| match after.rising {
-        true => loads[*k] >= own.loads.max,
-        false => loads[*k] <= own.loads.min,
+    let is_back = |k: &usize| {
+        if after.rising { loads[*k] >= own.loads.max } else { loads[*k] <= own.loads.min }
     };
     let last = after.samples.end - 1;
     after.kept().find(is_back).unwrap_or(last)

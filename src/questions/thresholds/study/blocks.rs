@@ -127,9 +127,11 @@ impl Study {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
             let training = self.data.training();
-            let step = training.iter().filter_map(|own| own.rate_hz()).map(|rate| 1.0 / rate);
+            let step =
+                training.iter().filter_map(|recording| recording.rate_hz()).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
-            let longest = training.iter().map(|own| own.duration_secs()).fold(0.0, f64::max);
+            let longest =
+                training.iter().map(|recording| recording.duration_secs()).fold(0.0, f64::max);
             candidates.retain(|secs| *secs >= SHORTEST_TIME * shortest && *secs <= longest);
         }
         if candidates.iter().any(|value| block.travel(*value) > 0.0) {
