@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::{
     questions::metrology::{
-        figures::{Figure, Result, Value},
-        measured::{Columns, Measured, OUTPUTS},
+        figures::{Figure, OUTPUTS, Result, Value},
+        measured::{Columns, Measured},
         quantity::Quantity,
         reason::Reason,
     },
@@ -70,7 +70,7 @@ fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
     let of = |output: usize, axis: usize| {
         let points: Vec<Vec<(f64, f64)>> = (runs.iter())
             .map(|(columns, (loads, samples))| {
-                let outputs = columns.outputs()[output];
+                let outputs = columns.run.outputs()[output];
                 let error = |k: usize| outputs[k * n_axes + axis] - loads[axis][k];
                 samples.iter().map(|k| (loads[loaded][*k], error(*k))).collect()
             })
