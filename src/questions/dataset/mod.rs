@@ -460,10 +460,11 @@ impl Dataset {
                 axes: layout.axes.len(),
             });
         }
-        let mut features = match self.key.recordings.is_static() {
+        let mut features = if self.key.recordings.is_static() {
             // Load cases without times have no earlier samples, so features that use them are removed.
-            true => settings.features.without_history(),
-            false => settings.features.clone(),
+            settings.features.without_history()
+        } else {
+            settings.features.clone()
         };
         features.auxiliary = match features.blocks.of(&Auxiliary) {
             [] => Vec::new(),

@@ -40,6 +40,21 @@ pub struct AxisTraces {
 }
 
 impl AxisTraces {
+    /// Returns traces with the conventional load alone, also in place of the compensated load.
+    fn conventional(axis: Axis, conventional: Arc<Series>) -> Self {
+        Self {
+            axis,
+            compensated: Arc::clone(&conventional),
+            conventional,
+            calculated: None,
+            factory: None,
+            conventional_error: None,
+            factory_error: None,
+            compensated_error: None,
+            band: None,
+        }
+    }
+
     pub fn load(&self, trace: Trace) -> Option<&Arc<Series>> {
         match trace {
             Trace::Calculated => self.calculated.as_ref(),
@@ -238,15 +253,11 @@ impl FixedTraces {
             let [conventional, calculated, factory, conventional_error, factory_error] = series;
             let conventional = conventional.expect("each axis has a conventional trace");
             AxisTraces {
-                axis,
-                compensated: Arc::clone(&conventional),
-                conventional,
                 calculated,
                 factory,
                 conventional_error,
                 factory_error,
-                compensated_error: None,
-                band: None,
+                ..AxisTraces::conventional(axis, conventional)
             }
         });
         let axes = axes.collect();
@@ -371,17 +382,10 @@ impl FixedTraces {
             let error = |at, sample| load(at, sample) - truth(at, sample);
             let has_reference =
                 shown.clone().all(|at| entries[at].recording.axes().contains(&axis));
-            let conventional = fixed.held_series(each, load);
             AxisTraces {
-                axis,
-                compensated: Arc::clone(&conventional),
-                conventional,
                 calculated: has_reference.then(|| fixed.held_series(each, truth)),
-                factory: None,
                 conventional_error: has_reference.then(|| fixed.held_series(each, error)),
-                factory_error: None,
-                compensated_error: None,
-                band: None,
+                ..AxisTraces::conventional(axis, fixed.held_series(each, load))
             }
         });
         let axes: Vec<AxisTraces> = axes.collect();
