@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::{
+    column::column,
     features::{Column, MAX_COLUMNS},
     min_max::MinMax,
     recording::{Axis, Entry, Recording, Role, load_ranges},
@@ -96,8 +97,7 @@ fn outside<'a>(
 ) -> Option<Outside> {
     let (mut n, mut n_outside, mut farthest) = (0_u64, 0_u64, 0.0_f64);
     for recording in recordings {
-        let n_axes = recording.axes().len().max(1);
-        for value in recording.loads().iter().skip(axis).step_by(n_axes) {
+        for value in column(recording.loads(), recording.axes().len(), axis) {
             let beyond = (value - range.max).max(range.min - value);
             n += 1;
             n_outside += u64::from(beyond > slack);

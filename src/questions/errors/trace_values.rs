@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::{
     calibration::{Calibration, Past},
+    column::column,
     features::Design,
     panicked::locked,
     recording::Recording,
@@ -77,13 +78,12 @@ impl Values for Columns {
 
     fn read(&self, samples: Range<usize>, out: &mut [f64]) {
         by_segment(&self.segments, samples, |at, samples, begin| {
-            let (table, column, width) = &self.columns[at];
-            let out = &mut out[begin..begin + samples.len()];
-            let rows =
-                table.values()[samples.start * width..samples.end * width].chunks_exact(*width);
-            for (out, row) in out.iter_mut().zip(rows) {
-                *out = row[*column];
-            }
+            let (table, at, width) = &self.columns[at];
+            let values = column(&table.values()[samples.start * width..], *width, *at);
+            out[begin..][..samples.len()]
+                .iter_mut()
+                .zip(values)
+                .for_each(|(out, value)| *out = value);
         });
     }
 }
@@ -178,8 +178,7 @@ impl Made {
                 }
             }
         });
-        let axes = (0..n_axes).flat_map(|axis| rows.iter().skip(axis).step_by(n_axes));
-        axes.copied().collect()
+        (0..n_axes).flat_map(|axis| column(&rows, n_axes, axis)).collect()
     }
 }
 

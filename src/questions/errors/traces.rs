@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::{Calibration, Past},
+    column::column,
     features::{Distance, Thresholds},
     progress::{Cancelled, Progress},
     questions::{
@@ -300,7 +301,7 @@ impl FixedTraces {
         let band = |column: usize, load: &Arc<dyn Values>| {
             let deviations = deviations.as_ref()?;
             let deviations =
-                (deviations.iter()).flat_map(|table| table.iter().skip(column).step_by(n_axes));
+                deviations.iter().flat_map(|table| self::column(table, n_axes, column));
             let mut loads = vec![0.0; load.n_samples()];
             load.read(0..loads.len(), &mut loads);
             let edge = |factor: f64| {
@@ -395,10 +396,8 @@ impl FixedTraces {
 
     /// Returns the reference load of a sample of the thinned recording in segment `at`; NaN without a reference.
     fn reference(&self, thinned: &Dataset, axis: Axis, at: usize, sample: usize) -> f64 {
-        let recording = &thinned.entries[self.segments[at].recording].recording;
-        let column = recording.axes().iter().position(|known| *known == axis);
-        column
-            .map_or(f64::NAN, |column| recording.loads()[sample * recording.axes().len() + column])
+        let loads = thinned.entries[self.segments[at].recording].recording.load(axis);
+        loads.and_then(|mut loads| loads.nth(sample)).unwrap_or(f64::NAN)
     }
 
     /// Returns a trace whose value changes every `each` samples. `value` returns the value of a thinned sample, given the

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::{calibration::simplest_good, scoring::left_out::fits::LeftOut};
+use crate::{calibration::simplest_good, column::column, scoring::left_out::fits::LeftOut};
 
 /// Ridge strengths to try for each block, in descending order.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
@@ -112,7 +112,7 @@ impl Tried<'_> {
 
     fn sum(&self, levels: &Levels, target: usize) -> f64 {
         let q = self.left_out.total.n_targets();
-        self.squares[levels].iter().skip(target).step_by(q).sum()
+        column(&self.squares[levels], q, target).sum()
     }
 
     /// Returns a combination of blocks that is nearly as good as the best: the one with the fewest columns, then with the
