@@ -171,14 +171,14 @@ impl LoadCases {
             return;
         }
         let [a, b] = self.cell(load);
-        let own = |at: u32| {
+        let case = |at: u32| {
             let n_axes = load.len();
             &self.loads[at as usize * n_axes..][..n_axes]
         };
         let around = [-1, 0, 1].map(|step| a.saturating_add(step)).into_iter();
         let around = around.flat_map(|a| [-1, 0, 1].map(|step| [a, b.saturating_add(step)]));
         let mut near = around.filter_map(|cell| self.cells.get(&cell)).flatten();
-        if !near.any(|at| self.distance(load, own(*at)) <= 1.0) {
+        if !near.any(|at| self.distance(load, case(*at)) <= 1.0) {
             let at = self.len() as u32;
             self.loads.extend_from_slice(load);
             self.cells.entry([a, b]).or_default().push(at);
@@ -241,7 +241,7 @@ mod tests {
     #[test]
     fn test_loads_outside_count_and_noise_at_the_edge_does_not() {
         let found = of(vec![0.0, 0.0, 0.1, 10.0], vec![0.15, 10.1, 0.0, 14.0, 0.0, 1.0, 0.0, -2.0]);
-        assert_eq!(found.trained.iter().map(|own| own.max).collect::<Vec<_>>(), [0.1, 10.0]);
+        assert_eq!(found.trained.iter().map(|range| range.max).collect::<Vec<_>>(), [0.1, 10.0]);
         let fz = Outside { share: 0.5, farthest: 4.0 };
         assert_eq!(found.outside, [None, Some(fz)]);
     }

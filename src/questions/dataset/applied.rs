@@ -237,7 +237,7 @@ impl Applied {
             let runs = recordings.iter().zip(&rows).map(|(at, rows)| self.lag_run(*at, rows));
             let runs: Vec<LagRun<'_>> = runs.collect();
             let mut equations = waited_for(&self.equations, progress)?;
-            if equations.as_ref().is_none_or(|(own, _)| *own != recordings) {
+            if equations.as_ref().is_none_or(|(known, _)| *known != recordings) {
                 *equations = Some((recordings.clone(), LagEquations::of(&runs)));
             }
             let (_, equations) = equations.as_ref().expect("the equations were prepared above");
@@ -276,7 +276,7 @@ impl Applied {
         let measured = lag.as_ref().ok();
         let widths = measured.and_then(|lag| widths(lag, column, &runs, reversal_threshold));
         let full_scale = self.calibration.full_scale[column];
-        let is_certain = widths.is_none_or(|own| !own.is_uncertain(full_scale));
+        let is_certain = widths.is_none_or(|widths| !widths.is_uncertain(full_scale));
         let found = OutputLag {
             widths,
             in_time: measured.filter(|_| is_certain).map(|lag| InTime::of(lag, column, &runs)),

@@ -65,7 +65,7 @@ impl Factory {
     }
 
     fn column(&self, axis: Axis) -> Option<usize> {
-        self.axes.iter().position(|own| *own == axis)
+        self.axes.iter().position(|known| *known == axis)
     }
 
     pub fn load(&self, recording: usize, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
@@ -178,10 +178,10 @@ mod tests {
             panic!("two axes");
         };
         for axis in [fz, mx] {
-            let (own, truth) = (axis.factory.as_ref(), axis.calculated.as_ref());
-            let (own, truth) = (own.unwrap(), truth.unwrap());
-            assert_eq!(own.len(), 180);
-            assert!((0..180).all(|k| (own.value(k) - truth.value(k)).abs() < 1e-12));
+            let (factory, truth) = (axis.factory.as_ref(), axis.calculated.as_ref());
+            let (factory, truth) = (factory.unwrap(), truth.unwrap());
+            assert_eq!(factory.len(), 180);
+            assert!((0..180).all(|k| (factory.value(k) - truth.value(k)).abs() < 1e-12));
             assert!(axis.factory_error.as_ref().unwrap().value(7).abs() < 1e-12);
         }
     }

@@ -123,8 +123,8 @@ impl TraceSet {
             let first = segment.samples.start;
             let past = self.past[segment.recording].first()?;
             let at = (k - first) / self.each;
-            let own = *past.get(at)? as usize;
-            (own != at).then_some(first + own * self.each)
+            let earlier = *past.get(at)? as usize;
+            (earlier != at).then_some(first + earlier * self.each)
         });
         past.unwrap_or(k)
     }
@@ -202,7 +202,7 @@ fn series_of<const N: usize>(
     let all = values.iter().flatten().flatten().cloned().collect();
     let mut series = Series::all_of(all, progress).into_iter().map(Arc::new);
     progress.check()?;
-    let of_axis = |own: [Option<_>; N]| own.map(|own| own.and_then(|_| series.next()));
+    let of_axis = |traces: [Option<_>; N]| traces.map(|traces| traces.and_then(|_| series.next()));
     Ok(values.into_iter().map(of_axis).collect())
 }
 
@@ -232,7 +232,7 @@ impl FixedTraces {
         let values = axes.iter().zip(conventional).map(|(axis, load)| {
             let columns = shown.clone().map(|at| {
                 let recording = &entries[at].recording;
-                let column = recording.axes().iter().position(|own| own == axis)?;
+                let column = recording.axes().iter().position(|known| known == axis)?;
                 let table = Table::Reference(Arc::clone(recording));
                 Some((table, column, recording.axes().len()))
             });
@@ -457,7 +457,7 @@ fn tables(
     loads: Vec<Arc<Vec<f64>>>,
 ) -> Vec<Arc<dyn Values>> {
     let axes = (0..n_axes).map(|column| {
-        let columns = loads.iter().map(|own| (Table::Loads(Arc::clone(own)), column, n_axes));
+        let columns = loads.iter().map(|table| (Table::Loads(Arc::clone(table)), column, n_axes));
         let (segments, columns) = (Arc::clone(segments), columns.collect());
         Arc::new(Columns { segments, columns }) as Arc<dyn Values>
     });
@@ -495,8 +495,8 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
         if n_shown == 1 && clock_offset_secs == 0.0 {
             times = recording.shared_times();
         } else {
-            let own = recording.times().iter().map(|time| time - clock_offset_secs);
-            Arc::make_mut(&mut times).extend(own);
+            let shifted = recording.times().iter().map(|time| time - clock_offset_secs);
+            Arc::make_mut(&mut times).extend(shifted);
         }
         segments.push(Segment {
             recording: at,
@@ -513,11 +513,11 @@ fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> A
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {
         let over = |at: usize| (segment.samples.start + at * each).min(segment.samples.end);
-        let own = &past[segment.recording][0];
+        let earlier = &past[segment.recording][0];
         let mut from = 0;
-        let is_own = |at: &usize| own[*at] as usize == *at;
-        while let Some(start) = (from..own.len()).find(is_own) {
-            let end = (start..own.len()).find(|at| !is_own(at)).unwrap_or(own.len());
+        let is_own = |at: &usize| earlier[*at] as usize == *at;
+        while let Some(start) = (from..earlier.len()).find(is_own) {
+            let end = (start..earlier.len()).find(|at| !is_own(at)).unwrap_or(earlier.len());
             intervals.push(over(start)..over(end));
             from = end;
         }

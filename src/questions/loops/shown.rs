@@ -19,7 +19,8 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
         Ok(lag) => lag,
         Err(reason) => return format!("Time lag of the uncompensated load unknown: {reason}."),
     };
-    let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
+    let [late, error] =
+        [lag.seconds, 2.0 * lag.standard_error_secs].map(|secs| significant(secs, 3));
     let samples = significant(lag.samples, 3);
     if !lag.is_significant() {
         return format!(
@@ -131,7 +132,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
 /// Returns a table of the exponential that is fitted to each output's error over one dwell. A cell is a dash if the dwell has
 /// no duration.
 pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
-    let drifts = Trace::OUTPUTS.into_iter().zip(curve.outputs.iter().map(|own| &own.drift));
+    let drifts = Trace::OUTPUTS.into_iter().zip(curve.outputs.iter().map(|output| &output.drift));
     let reasons = drifts.clone().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;
         Some(format!("{} {reason}", trace.label()))

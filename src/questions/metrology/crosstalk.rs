@@ -74,7 +74,7 @@ fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
                 let error = |k: usize| outputs[k * n_axes + axis] - loads[axis][k];
                 samples.iter().map(|k| (loads[loaded][*k], error(*k))).collect()
             })
-            .filter(|own: &Vec<_>| !own.is_empty())
+            .filter(|points: &Vec<_>| !points.is_empty())
             .collect();
         Some(slope(&points, present)? * full_scale)
     };
@@ -114,7 +114,7 @@ pub(crate) fn crosstalk_figures(
         let found = match &responses[loaded] {
             Err(reason @ Reason::OnlyAxis { .. }) => Err(reason.clone()),
             _ if loaded == axis => Err(Reason::LoadedAxis { axis: *from }),
-            Ok(own) => own[output][axis].ok_or(Reason::NotLinear { axis: *from }),
+            Ok(response) => response[output][axis].ok_or(Reason::NotLinear { axis: *from }),
             Err(reason) => Err(reason.clone()),
         };
         (Quantity::Crosstalk(*from), found.map(Value::everywhere))

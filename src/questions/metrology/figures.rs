@@ -195,7 +195,7 @@ impl Metrology {
     /// returned, so that the tables show the reasons. Files contain all rows, with the reasons.
     pub(crate) fn shown_rows(&self) -> impl Iterator<Item = &Row> {
         let has_figure = |row: &Row| {
-            row.cells.iter().any(|own| own.conventional.is_ok() || own.compensated.is_ok())
+            row.cells.iter().any(|cell| cell.conventional.is_ok() || cell.compensated.is_ok())
         };
         let is_empty = !self.rows.iter().any(has_figure);
         self.rows.iter().filter(move |row| is_empty || has_figure(row))

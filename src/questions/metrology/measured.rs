@@ -49,7 +49,7 @@ impl<'a> Columns<'a> {
             }
         }
         let load = |axis: &Axis| {
-            let at = run.reference_axes.iter().position(|own| own == axis)?;
+            let at = run.reference_axes.iter().position(|known| known == axis)?;
             Some(column(run.reference, run.reference_axes.len(), at).collect())
         };
         Ok(Self { loads: axes.iter().map(load).collect(), run })

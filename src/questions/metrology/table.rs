@@ -166,8 +166,8 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
     let axes = is_static.then_some(first.reference_axes)?;
     let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
-        let own = runs.iter().filter(|run| run.reference_axes == axes);
-        own.flat_map(values).copied().collect()
+        let joined_runs = runs.iter().filter(|run| run.reference_axes == axes);
+        joined_runs.flat_map(values).copied().collect()
     };
     let n_rows = joined(|run| run.times).len();
     let columns = [

@@ -71,7 +71,7 @@ fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
     let of_axis = |axis: &Axis| {
         let of_run = |all: LoadExtent, run: &Run<'_>| {
             let axes = run.reference_axes;
-            let Some(at) = axes.iter().position(|own| own == axis) else {
+            let Some(at) = axes.iter().position(|known| known == axis) else {
                 return all;
             };
             let loads = run.reference.iter().skip(at).step_by(axes.len());
@@ -544,12 +544,12 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
             })
             .collect();
         let runs: Vec<Run<'_>> = (recordings.iter().zip(&outputs))
-            .map(|(own, outputs)| Run {
-                name: own.name(),
-                times: own.times(),
-                gauges: own.gauges(),
-                reference_axes: own.axes(),
-                reference: own.loads(),
+            .map(|(recording, outputs)| Run {
+                name: recording.name(),
+                times: recording.times(),
+                gauges: recording.gauges(),
+                reference_axes: recording.axes(),
+                reference: recording.loads(),
                 conventional: outputs,
                 compensated: outputs,
                 is_static: false,

@@ -92,7 +92,7 @@ impl Side {
             let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
             let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
             let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
-            let helps = without_lag.is_none_or(|own| square < LAG_HELPS * own);
+            let helps = without_lag.is_none_or(|before| square < LAG_HELPS * before);
             if helps && square < lowest {
                 self.auxiliary = lags.to_vec();
                 lowest = square;
@@ -177,7 +177,7 @@ impl Side {
             Lists::Even { .. } => Times::Chosen,
         };
         if let Some((_, _, values)) =
-            self.values.iter().find(|own| (own.0, own.1) == (block, times))
+            self.values.iter().find(|chosen| (chosen.0, chosen.1) == (block, times))
         {
             return Ok(values.clone());
         }
@@ -260,7 +260,13 @@ impl Side {
         let tested = tested.filter(|(entry, _)| entry.role == Role::Test);
         let errors = tested.map(|(entry, past)| {
             let loads = calibration.compensated_loads(&entry.recording, past);
-            entry.recording.loads().iter().zip(loads).map(|(load, own)| load - own).collect()
+            entry
+                .recording
+                .loads()
+                .iter()
+                .zip(loads)
+                .map(|(load, computed)| load - computed)
+                .collect()
         });
         Ok(errors.collect())
     }

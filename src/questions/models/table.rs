@@ -81,10 +81,10 @@ impl Model {
 
     /// Returns the RMSE divided by the conventional RMSE, with all axes weighted alike; `None` if one RMSE is unknown.
     pub fn relative(&self, set: ScoreSet) -> Option<f64> {
-        let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
+        let (rmse, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);
         let counts = weights.iter().any(|weight| *weight > 0.0);
-        let squares = own.iter().zip(weights).map(|(own, weight)| weight * own * own);
+        let squares = rmse.iter().zip(weights).map(|(rmse, weight)| weight * rmse * rmse);
         counts.then(|| squares.sum::<f64>().sqrt())
     }
 }
@@ -236,7 +236,7 @@ pub fn model_table<'a>(
 /// Returns the table cell with a model's RMSE on one axis, or with the standard deviation of this RMSE over the left-out
 /// parts.
 fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
-    let at = model.axes.iter().position(|own| *own == axis);
+    let at = model.axes.iter().position(|known| *known == axis);
     let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
     let value = set.rmse(&model.scores).and_then(of);
     if is_spread {

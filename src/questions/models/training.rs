@@ -72,11 +72,13 @@ pub(crate) fn fit_and_score(
     }
     let left_out = moments.as_ref().map(|moments| part_squares(moments, has_shares));
     // A network is scored even if its training was cancelled.
-    let own = calibration.quality.conventional.clone();
+    let conventional = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
-    calibration.quality.conventional = own;
-    if let (true, Some(own)) = (left_out.is_some(), &mut calibration.quality.cross_validation) {
-        own.parts = own.parts.min(MOST_FITS);
+    calibration.quality.conventional = conventional;
+    if let (true, Some(held_out_parts)) =
+        (left_out.is_some(), &mut calibration.quality.cross_validation)
+    {
+        held_out_parts.parts = held_out_parts.parts.min(MOST_FITS);
     }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
     calibration.quality.band = band(&data, &past, &calibration);

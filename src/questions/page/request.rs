@@ -278,8 +278,8 @@ fn thresholds(
 fn grid_through(present: Thresholds, largest: f64) -> Result<ThresholdGrid, AnalysisError> {
     let (n_f, n_t) = CURVE_POINTS;
     let covering = ThresholdGrid::covering(largest, n_f, n_t)?;
-    let with = |values: &[f64], own: f64| {
-        let mut values = [values, &[own]].concat();
+    let with = |values: &[f64], value: f64| {
+        let mut values = [values, &[value]].concat();
         values.sort_by(f64::total_cmp);
         values.dedup();
         values
@@ -301,8 +301,8 @@ fn curves(
     let groups = groups.filter(|group| group.weights(&map.scale).is_some());
     let settings = &request.settings;
     let has_look_back = !settings.features.look_backs.is_empty();
-    let marked = |group: Measure, along: Along, own: f64| Figure {
-        marked: has_look_back.then_some(own),
+    let marked = |group: Measure, along: Along, value: f64| Figure {
+        marked: has_look_back.then_some(value),
         ..threshold_curve(map, group, along, at, None, &|_| color::SCORE)
     };
     let plots = groups.flat_map(|group| {

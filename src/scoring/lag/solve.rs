@@ -218,7 +218,8 @@ impl System {
         let mut gains = vec![0.0; self.width];
         for (at, column) in solver.columns.iter().enumerate() {
             let products = (0..n).map(|other| (other, products[solver.columns[other]]));
-            gains[*column] = products.map(|(other, own)| solver.inverse[(at, other)] * own).sum();
+            gains[*column] =
+                products.map(|(other, product)| solver.inverse[(at, other)] * product).sum();
         }
         gains
     }

@@ -361,8 +361,8 @@ mod tests {
             }
         }
         let loads = column(rows[0].len() - 1);
-        let shares = basis.iter().flat_map(|(own, made_of)| {
-            let share = dot(&loads, own) / dot(own, own);
+        let shares = basis.iter().flat_map(|(vector, made_of)| {
+            let share = dot(&loads, vector) / dot(vector, vector);
             made_of.iter().map(move |(column, b)| (*column, share * b))
         });
         shares.collect()
