@@ -279,8 +279,8 @@ impl CrossPlot {
     }
 }
 
-/// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `own`, falling
-/// branches a colour between `own` and `ink`.
+/// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `rising`, falling
+/// branches a colour between `rising` and `ink`.
 pub(crate) fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds

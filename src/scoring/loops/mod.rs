@@ -158,7 +158,7 @@ pub(crate) fn common_loads(cycles: &[Cycle]) -> MinMax {
     MinMax::common(cycles.iter().map(Cycle::loads))
 }
 
-/// Returns true if the range `own` covers at least [`FULL_SHARE`] of the range `whole`.
+/// Returns true if the range `range` covers at least [`FULL_SHARE`] of the range `whole`.
 fn covers(range: MinMax, whole: MinMax) -> bool {
     MinMax::common([range, whole].into_iter()).span() >= FULL_SHARE * whole.span()
 }

@@ -59,7 +59,7 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     counted
 }
 
-/// Returns the first sample of the branch `after` at which the load is back at the start of the branch `own`.
+/// Returns the first sample of the branch `after` at which the load is back at the start of the branch `first`.
 fn closing_sample(first: &Branch, after: &Branch, loads: &[f64]) -> usize {
     let is_back = |k: &usize| {
         if after.rising { loads[*k] >= first.loads.max } else { loads[*k] <= first.loads.min }
