@@ -4,6 +4,7 @@
 //! in the order of [`Axis`] without repeats. Gauges, reference load and times may each be missing.
 
 use crate::{
+    column::column,
     min_max::MinMax,
     recording::{
         auxiliary::AuxiliaryTable,
@@ -394,6 +395,15 @@ impl Recording {
     /// Returns the axes of the reference load; empty without a reference.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
+    }
+
+    /// Returns the load of each sample on one axis; `None` without a reference for this axis.
+    pub(crate) fn load(
+        &self,
+        axis: Axis,
+    ) -> Option<impl ExactSizeIterator<Item = f64> + Clone + '_> {
+        let at = self.axes.iter().position(|known| *known == axis)?;
+        Some(column(&self.loads, self.axes.len(), at))
     }
 
     /// Returns the start of the recording (s since 1970). `None` if the file's clock does not count from 1970.

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::{
+    column::column,
     features::{Column, MAX_COLUMNS},
     min_max::MinMax,
     recording::{Axis, Entry, Recording, Role, load_ranges},
@@ -96,8 +97,7 @@ fn outside<'a>(
 ) -> Option<Outside> {
     let (mut n, mut n_outside, mut farthest) = (0_u64, 0_u64, 0.0_f64);
     for recording in recordings {
-        let n_axes = recording.axes().len().max(1);
-        for value in recording.loads().iter().skip(axis).step_by(n_axes) {
+        for value in column(recording.loads(), recording.axes().len(), axis) {
             let beyond = (value - range.max).max(range.min - value);
             n += 1;
             n_outside += u64::from(beyond > slack);
@@ -127,10 +127,7 @@ impl LoadCases {
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
             let span = range.span();
             let by_noise = (NOISE_OF_LOAD * extent.noise).min(OTHER_LOAD_AT_MOST * span);
-            match span > 0.0 {
-                true => by_noise.max(OTHER_LOAD * span),
-                false => f64::INFINITY,
-            }
+            if span > 0.0 { by_noise.max(OTHER_LOAD * span) } else { f64::INFINITY }
         });
         let mut cases = Self { tolerances: tolerances.collect(), ..Self::default() };
         let mut n_moves = 0;
@@ -174,14 +171,14 @@ impl LoadCases {
             return;
         }
         let [a, b] = self.cell(load);
-        let own = |at: u32| {
+        let case = |at: u32| {
             let n_axes = load.len();
             &self.loads[at as usize * n_axes..][..n_axes]
         };
         let around = [-1, 0, 1].map(|step| a.saturating_add(step)).into_iter();
         let around = around.flat_map(|a| [-1, 0, 1].map(|step| [a, b.saturating_add(step)]));
         let mut near = around.filter_map(|cell| self.cells.get(&cell)).flatten();
-        if !near.any(|at| self.distance(load, own(*at)) <= 1.0) {
+        if !near.any(|at| self.distance(load, case(*at)) <= 1.0) {
             let at = self.len() as u32;
             self.loads.extend_from_slice(load);
             self.cells.entry([a, b]).or_default().push(at);
@@ -244,7 +241,7 @@ mod tests {
     #[test]
     fn test_loads_outside_count_and_noise_at_the_edge_does_not() {
         let found = of(vec![0.0, 0.0, 0.1, 10.0], vec![0.15, 10.1, 0.0, 14.0, 0.0, 1.0, 0.0, -2.0]);
-        assert_eq!(found.trained.iter().map(|own| own.max).collect::<Vec<_>>(), [0.1, 10.0]);
+        assert_eq!(found.trained.iter().map(|range| range.max).collect::<Vec<_>>(), [0.1, 10.0]);
         let fz = Outside { share: 0.5, farthest: 4.0 };
         assert_eq!(found.outside, [None, Some(fz)]);
     }

@@ -55,11 +55,11 @@ impl Folds {
             let whole = |fold| vec![Piece { samples: 0..n, fold }];
             let Some(group) = group else { return whole(0) };
             if are_whole {
-                return whole(groups.iter().position(|own| *own == group).unwrap_or_default());
+                return whole(groups.iter().position(|known| *known == group).unwrap_or_default());
             }
-            let own = first..first + n;
+            let samples = first..first + n;
             first += n;
-            let within = |at: usize| at.clamp(own.start, own.end) - own.start;
+            let within = |at: usize| at.clamp(samples.start, samples.end) - samples.start;
             let blocks = (0..BLOCKS)
                 .map(|fold| Piece { samples: within(start(fold))..within(start(fold + 1)), fold });
             blocks.filter(|piece| !piece.samples.is_empty()).collect()

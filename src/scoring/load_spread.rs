@@ -75,8 +75,8 @@ mod tests {
         let range = |axis: usize| loads.iter().map(|load| load[axis]).collect::<MinMax>();
         let ranges = [0, 1, 2].map(range);
         let spread = LoadSpread::of(loads.iter().map(|load| &load[..]), &ranges);
-        let close = |own: f64, expected: f64| {
-            assert!((own / expected - 1.0).abs() < 1e-6, "{own} for {expected}")
+        let close = |actual: f64, expected: f64| {
+            assert!((actual / expected - 1.0).abs() < 1e-6, "{actual} for {expected}")
         };
         close(spread.deviations[2], 0.89315314);
         close(spread.correlations[1].unwrap(), 0.45625773);

@@ -39,8 +39,8 @@ impl Group {
 
     /// Returns the root mean square of the RMSE of all force axes or all moment axes; `None` if there is no such axis.
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
-        let own = axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis));
-        let squares: Vec<f64> = own.map(|(_, value)| value * value).collect();
+        let chosen = axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis));
+        let squares: Vec<f64> = chosen.map(|(_, value)| value * value).collect();
         let n = squares.len();
         (n > 0).then(|| (squares.iter().sum::<f64>() / n as f64).sqrt())
     }

@@ -94,9 +94,10 @@ fn multiples((low, high): (f64, f64), step: f64) -> Vec<f64> {
 pub fn tick_text(tick: f64, step: f64) -> String {
     // A rounding error near zero is written as 0 without a sign.
     let tick = if tick.abs() < step / 2.0 { 0.0 } else { tick };
-    match (1e-6..1e7).contains(&step) {
-        true => format!("{tick:.*}", decimals(step)),
-        false => significant(tick, 3),
+    if (1e-6..1e7).contains(&step) {
+        format!("{tick:.*}", decimals(step))
+    } else {
+        significant(tick, 3)
     }
 }
 

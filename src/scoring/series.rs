@@ -234,9 +234,9 @@ impl Series {
             let n = end - start;
             let first = (!column.is_joined[0]).then(|| self.value(start));
             let range = if n > FEW { self.run(start..end) } else { MinMax::NONE };
-            if let Some((at, own)) = open.take() {
+            if let Some((at, range_before)) = open.take() {
                 // The line leaves the previous column at the value that is nearest to the first value of this column.
-                before = own.min.max(first.unwrap_or(range.min)).min(own.max);
+                before = range_before.min.max(first.unwrap_or(range.min)).min(range_before.max);
                 finite(at, before);
             }
             if n <= FEW {
@@ -536,8 +536,8 @@ mod tests {
         let values = wave(9_000);
         let series = Series::new(Arc::clone(&values));
         for samples in [0..9_000, 3..7, 15..17, 16..32, 777..8_191, 8_999..9_000] {
-            let own = values[samples.clone()].iter();
-            let expected = own.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            let shown = values[samples.clone()].iter();
+            let expected = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                 (low.min(*value), high.max(*value))
             });
             let (low, high) = series.min_max(samples).unwrap();

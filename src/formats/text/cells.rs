@@ -68,15 +68,18 @@ impl TextLayout {
     pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         // If commas separate the cells, a comma within a quoted cell separates thousands.
-        let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
-        let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
-        let grouped = before_thousands.and_then(|separator| grouped_by(cell, separator, point));
-        if let Some(value) = grouped.filter(|_| self.thousands.is_some()) {
+        let is_quoted = self.thousands.is_none()
+            && self.decimal == Decimal::Point
+            && !self.delimiter.allows_decimal_comma();
+        let given = self.thousands.and_then(|mark| grouped_by(cell, mark, point));
+        if let Some(value) = given {
             return Some((value, false));
         }
-        let plain = self.ungrouped_number(cell);
-        let unmistakable = || Some(unmistakable_number(cell)?.0);
-        plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
+        self.ungrouped_number(cell).or_else(|| {
+            let quoted = || grouped_by(cell, is_quoted.then_some(Thousands::Comma)?, point);
+            let unmistakable = || Some(unmistakable_number(cell)?.0);
+            Some((quoted().or_else(unmistakable)?, false))
+        })
     }
 
     /// Returns the number in a cell, as [`Self::number`] does, minus `since`. The whole part is subtracted before conversion
@@ -262,7 +265,8 @@ fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
 
 /// Returns the number in a cell whose decimal mark is a point, also NaN and infinity.
 pub(crate) fn number(cell: &[u8]) -> Option<f64> {
-    std::str::from_utf8(cell).ok()?.parse().ok()
+    let plain = plain_number(cell, b'.').filter(|(_, end)| *end == cell.len());
+    plain.map(|(value, _)| value).or_else(|| std::str::from_utf8(cell).ok()?.parse().ok())
 }
 
 /// Returns the number in a cell whose digits are grouped in threes by `thousands`, with the decimal mark `point`.

@@ -4,6 +4,7 @@
 //! can be cancelled.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use rayon::prelude::*;
@@ -106,16 +107,8 @@ impl Applied {
                 made.extents = before.extents.clone();
             }
             if is_as_before && before.calibration.conventional == calibration.conventional {
-                let is_kept = |output: Trace| output == Trace::Conventional;
-                // Lags that another thread is still measuring are not waited for.
-                let lags =
-                    before.lags.try_lock().map_or_else(|_| HashMap::new(), |own| own.clone());
-                let lags = lags.into_iter().filter(|((_, (_, output)), _)| is_kept(*output));
-                made.lags = Mutex::new(lags.collect());
-                let known = before.output_lags.try_lock();
-                let known = known.map_or_else(|_| HashMap::new(), |own| own.clone());
-                let known = known.into_iter().filter(|((_, output), _)| is_kept(*output));
-                made.output_lags = Mutex::new(known.collect());
+                made.lags = uncompensated(&before.lags, |(_, (_, output))| *output);
+                made.output_lags = uncompensated(&before.output_lags, |(_, output)| *output);
             }
             if is_as_before {
                 made.recordings = before.recordings.clone();
@@ -212,13 +205,7 @@ impl Applied {
     }
 
     fn lag_run<'a>(&'a self, at: usize, outputs: &'a [f64]) -> LagRun<'a> {
-        let recording = &self.recordings[at];
-        LagRun {
-            times: recording.times(),
-            gauges: recording.gauges(),
-            loads: recording.loads(),
-            outputs,
-        }
+        LagRun::of(&self.recordings[at], outputs)
     }
 
     /// Returns the time lags of outputs behind their reference, measured in these recordings, whose loads are in `used`. All
@@ -250,7 +237,7 @@ impl Applied {
             let runs = recordings.iter().zip(&rows).map(|(at, rows)| self.lag_run(*at, rows));
             let runs: Vec<LagRun<'_>> = runs.collect();
             let mut equations = waited_for(&self.equations, progress)?;
-            if equations.as_ref().is_none_or(|(own, _)| *own != recordings) {
+            if equations.as_ref().is_none_or(|(known, _)| *known != recordings) {
                 *equations = Some((recordings.clone(), LagEquations::of(&runs)));
             }
             let (_, equations) = equations.as_ref().expect("the equations were prepared above");
@@ -289,7 +276,7 @@ impl Applied {
         let measured = lag.as_ref().ok();
         let widths = measured.and_then(|lag| widths(lag, column, &runs, reversal_threshold));
         let full_scale = self.calibration.full_scale[column];
-        let is_certain = widths.is_none_or(|own| !own.is_uncertain(full_scale));
+        let is_certain = widths.is_none_or(|widths| !widths.is_uncertain(full_scale));
         let found = OutputLag {
             widths,
             in_time: measured.filter(|_| is_certain).map(|lag| InTime::of(lag, column, &runs)),
@@ -298,6 +285,16 @@ impl Applied {
         known.insert((column, output), found.clone());
         Ok(found)
     }
+}
+
+/// Returns the results about the uncompensated load. Lags that another thread is still measuring are not waited for.
+fn uncompensated<K: Clone + Eq + Hash, V: Clone>(
+    lags: &Mutex<HashMap<K, V>>,
+    output: impl Fn(&K) -> Trace,
+) -> Mutex<HashMap<K, V>> {
+    let known = lags.try_lock().map_or_else(|_| HashMap::new(), |known| known.clone());
+    let known = known.into_iter().filter(|(key, _)| output(key) == Trace::Conventional);
+    Mutex::new(known.collect())
 }
 
 /// Returns the uncompensated or the compensated load (`output`) of a recording on all axes, row-major.

@@ -25,15 +25,15 @@ impl AuxiliaryInputs {
             table.names().iter().cloned().zip(table.units().iter().cloned()).collect()
         };
         let mut all = Vec::new();
-        for own in entries.iter().flat_map(channels) {
-            if !all.contains(&own) {
-                all.push(own);
+        for channel in entries.iter().flat_map(channels) {
+            if !all.contains(&channel) {
+                all.push(channel);
             }
         }
         let mut kept: Vec<String> = Vec::new();
-        for own in all {
-            let lacks = entries.iter().find(|entry| !channels(entry).contains(&own));
-            let (name, unit) = own;
+        for channel in all {
+            let lacks = entries.iter().find(|entry| !channels(entry).contains(&channel));
+            let (name, unit) = channel;
             if let Some(entry) = lacks {
                 let of_unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
                 inputs.unused.push(format!(
@@ -166,7 +166,8 @@ mod tests {
         let channels = &with.calibration.features.auxiliary;
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);
-        let texts: Vec<String> = with.findings.iter().map(|own| own.text(Face::Page)).collect();
+        let texts: Vec<String> =
+            with.findings.iter().map(|finding| finding.text(Face::Page)).collect();
         assert!(texts.iter().any(|text| text.contains("channel U left out")), "{texts:?}");
     }
 
@@ -189,12 +190,13 @@ mod tests {
         assert!((of(&|column| *column == Column::Gauge(0)) - 3.2).abs() < 1e-3);
         assert!((of(&|column| *column == Column::Offset) - 4.0).abs() < 0.1);
         let tested = &recordings.entries()[4].recording;
-        let [a, b] =
-            [&mean, &entered].map(|own| own.calibration.apply(tested).unwrap().compensated);
+        let [a, b] = [&mean, &entered]
+            .map(|analysis| analysis.calibration.apply(tested).unwrap().compensated);
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-7));
         assert!(entered.findings.len() == mean.findings.len());
         let far = with(Some(-20.0));
-        let texts: Vec<String> = far.findings.iter().map(|own| own.text(Face::Page)).collect();
+        let texts: Vec<String> =
+            far.findings.iter().map(|finding| finding.text(Face::Page)).collect();
         assert!(
             texts.iter().any(|text| text.contains("T: the reference value is -20 °C")),
             "{texts:?}"
@@ -234,7 +236,8 @@ mod tests {
         let quality = &analysis.calibration.quality;
         assert_eq!(quality.compensated, quality.conventional);
         assert!(analysis.calibration.features.auxiliary.is_empty());
-        let texts: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
+        let texts: Vec<String> =
+            analysis.findings.iter().map(|finding| finding.text(Face::Page)).collect();
         let about = texts.iter().find(|text| text.contains("channel T left out")).unwrap();
         assert!(about.contains("at least 1 °C"), "{about}");
     }
@@ -246,7 +249,8 @@ mod tests {
         let only = ["U".to_owned()];
         recordings[1] = bare.with_auxiliary_of(&only).unwrap();
         let analysis = fitted(&set(recordings), |_| {});
-        let texts: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
+        let texts: Vec<String> =
+            analysis.findings.iter().map(|finding| finding.text(Face::Page)).collect();
         assert!(
             texts
                 .iter()
@@ -327,7 +331,7 @@ mod tests {
         })
         .calibration;
         let blocks = &calibration.quality.ridge_by_block;
-        let names: Vec<&str> = blocks.iter().map(|own| own.block.as_str()).collect();
+        let names: Vec<&str> = blocks.iter().map(|ridge| ridge.block.as_str()).collect();
         assert_eq!(names, ["creep 1 s", "auxiliary T, 0 s"]);
         assert!(blocks[1].strengths[0].unwrap() < 1e-3);
         assert!(test_rmse(&calibration) < 1.2 * NOISE);

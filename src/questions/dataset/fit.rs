@@ -107,7 +107,7 @@ impl Dataset {
     ) -> Vec<Vec<NormalEquations>> {
         let key = design.with_any_thresholds();
         let known = match &*locked(&self.derived.unmoved) {
-            Some((own, sums)) if *own == key => Some(Arc::clone(sums)),
+            Some((known, sums)) if *known == key => Some(Arc::clone(sums)),
             _ => None,
         };
         let of_recording = |(at, entry): (usize, &Entry)| {
@@ -130,8 +130,8 @@ impl Dataset {
         let bytes: usize = sums.iter().flatten().map(NormalEquations::size_bytes).sum();
         if known.is_none() && bytes <= MOST_KEPT_BYTES && !progress.is_cancelled() {
             let look_backs = design.look_backs();
-            let without = |own: &NormalEquations| own.without(look_backs.clone());
-            let unmoved = sums.iter().map(|own| own.iter().map(without).collect());
+            let without = |sums: &NormalEquations| sums.without(look_backs.clone());
+            let unmoved = sums.iter().map(|pieces| pieces.iter().map(without).collect());
             let unmoved = (key, Arc::new(unmoved.collect()));
             *locked(&self.derived.unmoved) = Some(unmoved);
         }
@@ -209,11 +209,13 @@ impl Dataset {
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
-        let each = match left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES {
-            true => left_out_all.coefficients(&shares),
-            false => Vec::new(),
+        let each = if left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES {
+            left_out_all.coefficients(&shares)
+        } else {
+            Vec::new()
         };
-        let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();
+        let maps: Vec<LinearMap> =
+            each.iter().map(|coefficients| self.map_of(&design, coefficients)).collect();
         let coefficients = CoefficientErrors::of(self.cross_validation(), &maps);
         let left_out_present = left_out(&present);
         let conventional_cv =
@@ -252,7 +254,7 @@ impl Dataset {
         let terms = Terms { used: &all, kinds: &kinds, known: &known };
         let shares = shares_of(calibration, terms, &design);
         let strengths: Vec<f64> =
-            shares.iter().map(|own| own.iter().copied().fold(0.0, f64::max)).collect();
+            shares.iter().map(|shares| shares.iter().copied().fold(0.0, f64::max)).collect();
         let left_out = LeftOut::of(&sums.train, &sums.parts, terms);
         if !left_out.is_determined(&strengths) {
             return Err(NoCrossValidation::FewSamples);
@@ -274,9 +276,9 @@ fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Ve
     if quality.ridge_by_block.is_empty() {
         return terms.of_targets(&quality.ridge);
     }
-    let blocks: Vec<Vec<usize>> = design.blocks().into_iter().map(|own| own.columns).collect();
+    let blocks: Vec<Vec<usize>> = design.blocks().into_iter().map(|block| block.columns).collect();
     let of_axis = |axis: usize| {
-        let strengths = quality.ridge_by_block.iter().map(|own| own.strengths[axis]);
+        let strengths = quality.ridge_by_block.iter().map(|block| block.strengths[axis]);
         shares_of_blocks(design.n_columns(), &blocks, &strengths.collect::<Vec<_>>())
     };
     (0..calibration.axes.len()).map(of_axis).collect()
@@ -292,12 +294,13 @@ fn total(pieces: &[NormalEquations]) -> Option<NormalEquations> {
 /// Returns the effective number of coefficients under the ridge, for the axis on which this number is largest.
 fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     let mut different: Vec<&Vec<f64>> = Vec::new();
-    for own in shares {
-        if !different.contains(&own) {
-            different.push(own);
+    for shares_of_axis in shares {
+        if !different.contains(&shares_of_axis) {
+            different.push(shares_of_axis);
         }
     }
-    let free = different.into_iter().filter_map(|own| free_coefficients(train, own));
+    let free =
+        different.into_iter().filter_map(|shares_of_axis| free_coefficients(train, shares_of_axis));
     free.max_by(f64::total_cmp)
 }
 
@@ -316,7 +319,8 @@ impl Chosen {
     fn of(left_out: &LeftOut<'_>, design: &Design, ridge: RidgeChoice) -> Self {
         match ridge {
             RidgeChoice::ByBlock => {
-                let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
+                let groups: Vec<_> =
+                    design.blocks().into_iter().map(|block| block.columns).collect();
                 Self::by_group(left_out, design, &groups)
             }
             // Coefficients of auxiliary channels and of features with memory differ in magnitude, so each group of feature
@@ -344,28 +348,31 @@ impl Chosen {
     /// Chooses a ridge strength for each group of feature blocks. If cross-validation cannot compare the groups, chooses one
     /// strength for all, as [`Self::alike`].
     fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
-        let own = design.blocks().into_iter().map(|own| (own.description, own.columns));
-        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = own.unzip();
+        let described =
+            design.blocks().into_iter().map(|described| (described.description, described.columns));
+        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = described.unzip();
         let Some(chosen) = left_out.by_block(groups) else {
             return Self::alike(left_out, RidgeChoice::ByBlock);
         };
         let group_of =
             |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
-        let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
+        let of_blocks = |strengths: &Vec<Option<f64>>| -> Vec<Option<f64>> {
             let groups = blocks.iter().map(group_of);
             groups
-                .map(|group| own[group.expect("every feature block belongs to a ridge group")])
+                .map(|group| {
+                    strengths[group.expect("every feature block belongs to a ridge group")]
+                })
                 .collect()
         };
         let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
-        let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
-        let weakest = |own: &Vec<Option<f64>>| {
-            let taken = own.iter().flatten().copied();
+        let shares = |strengths: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, strengths);
+        let weakest = |strengths: &Vec<Option<f64>>| {
+            let taken = strengths.iter().flatten().copied();
             taken.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
         };
         let of_block = |(at, block)| BlockRidge {
             block,
-            strengths: chosen.iter().map(|own| own[at]).collect(),
+            strengths: chosen.iter().map(|strengths| strengths[at]).collect(),
         };
         Self {
             strengths: chosen.iter().map(weakest).collect(),

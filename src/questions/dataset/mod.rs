@@ -181,8 +181,8 @@ fn waited_for<'a, T>(
     loop {
         progress.check()?;
         match shared.try_lock() {
-            Ok(own) => return Ok(own),
-            Err(TryLockError::Poisoned(own)) => return Ok(own.into_inner()),
+            Ok(guard) => return Ok(guard),
+            Err(TryLockError::Poisoned(guard)) => return Ok(guard.into_inner()),
             Err(TryLockError::WouldBlock) => std::thread::sleep(LOOK_AGAIN),
         }
     }
@@ -198,19 +198,19 @@ impl Datasets {
     ) -> Result<Arc<Dataset>, AnalysisError> {
         progress.check()?;
         let place = self.place(key);
-        let mut own = waited_for(&place, progress)?;
-        if own.is_none() {
-            *own = Some(Arc::new(Dataset::prepare(key, progress)?));
+        let mut dataset = waited_for(&place, progress)?;
+        if dataset.is_none() {
+            *dataset = Some(Arc::new(Dataset::prepare(key, progress)?));
         }
-        Ok(Arc::clone(own.as_ref().expect("the dataset was prepared above")))
+        Ok(Arc::clone(dataset.as_ref().expect("the dataset was prepared above")))
     }
 
     fn place(&self, key: &Key) -> Place {
         let mut kept = locked(&self.places);
         // Datasets of other recordings are dropped first, because both may not fit in memory.
-        kept.retain(|(own, _)| Arc::ptr_eq(&own.recordings, &key.recordings));
-        locked(&self.applied).take_if(|own| !own.is_of(&key.recordings));
-        let newest = match kept.iter().position(|(own, _)| own == key) {
+        kept.retain(|(known, _)| Arc::ptr_eq(&known.recordings, &key.recordings));
+        locked(&self.applied).take_if(|known| !known.is_of(&key.recordings));
+        let newest = match kept.iter().position(|(known, _)| known == key) {
             Some(at) => kept.remove(at),
             None => (key.clone(), Place::default()),
         };
@@ -230,7 +230,8 @@ impl Datasets {
     ) -> Arc<Applied> {
         let mut newest = locked(&self.applied);
         let before = newest.take();
-        let known = before.as_ref().filter(|own| own.is(recordings, decimation, calibration));
+        let known =
+            before.as_ref().filter(|applied| applied.is(recordings, decimation, calibration));
         let applied = match known {
             Some(known) => Arc::clone(known),
             None => Arc::new(Applied::new(recordings, decimation, calibration, before)),
@@ -254,17 +255,18 @@ impl Datasets {
         let before = std::mem::take(&mut *kept);
         let all: Vec<&Arc<Recording>> =
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
-        let are_known =
-            before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
+        let are_known = before.len() == all.len()
+            && before.iter().zip(&all).all(|(known, of)| known.is(of, range));
         // Load cases without times are compared with each other, so all their recordings are searched together.
-        let mut of_tables = match !are_known && all.iter().any(|own| own.is_static()) {
-            true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
-            false => Vec::new(),
+        let mut of_tables = if !are_known && all.iter().any(|recording| recording.is_static()) {
+            faults_of(&all.iter().map(|recording| &***recording).collect::<Vec<_>>(), range)
+        } else {
+            Vec::new()
         }
         .into_iter();
         for recording in all {
             progress.check()?;
-            let known = before.iter().find(|own| own.is(recording, range));
+            let known = before.iter().find(|known| known.is(recording, range));
             let found = match (of_tables.next(), known) {
                 (Some(found), _) => Arc::new(found),
                 (None, Some(known)) => Arc::clone(&known.faults),
@@ -276,7 +278,7 @@ impl Datasets {
                 faults: found,
             });
         }
-        Ok(kept.iter().map(|own| Arc::clone(&own.faults)).collect())
+        Ok(kept.iter().map(|found| Arc::clone(&found.faults)).collect())
     }
 }
 
@@ -293,8 +295,8 @@ impl Dataset {
         let auxiliary = match &key.calibration {
             Some(calibration) => {
                 for entry in &mut entries {
-                    if let Cow::Owned(own) = calibration.prepared(&entry.recording)? {
-                        entry.recording = Arc::new(own);
+                    if let Cow::Owned(prepared) = calibration.prepared(&entry.recording)? {
+                        entry.recording = Arc::new(prepared);
                     }
                 }
                 AuxiliaryInputs::default()
@@ -318,7 +320,7 @@ impl Dataset {
             progress.advance(1);
             Ok(Arc::new(loads))
         };
-        let n_axes = training.first().map_or(0, |own| own.axes().len());
+        let n_axes = training.first().map_or(0, |recording| recording.axes().len());
         let ranges = load_ranges(training.iter().copied(), n_axes);
         let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
         let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES)
@@ -330,7 +332,7 @@ impl Dataset {
             folds: folds(&entries, &groups),
             groups,
             full_scale: ranges.iter().copied().map(full_scale_of).collect(),
-            largest: (ranges.iter()).map(|own| own.magnitude()).collect(),
+            largest: (ranges.iter()).map(|range| range.magnitude()).collect(),
             gap_secs: gap_secs(&training),
             entries,
             auxiliary,
@@ -422,9 +424,10 @@ impl Dataset {
         progress: &Progress,
     ) -> Result<Option<&Finding>, Cancelled> {
         let is_used = |block: &dyn Block| !features.blocks.of(block).is_empty();
-        match !is_used(&FixedLag) && (!features.look_backs.is_empty() || is_used(&Play)) {
-            true => self.lag(progress),
-            false => Ok(None),
+        if !is_used(&FixedLag) && (!features.look_backs.is_empty() || is_used(&Play)) {
+            self.lag(progress)
+        } else {
+            Ok(None)
         }
     }
 
@@ -434,7 +437,7 @@ impl Dataset {
         let key = [weights.clone(), vec![step_secs]].concat();
         let mut newest = locked(&self.derived.paths);
         match &*newest {
-            Some((own, paths)) if *own == key => Arc::clone(paths),
+            Some((known, paths)) if *known == key => Arc::clone(paths),
             _ => {
                 let entries = self.entries.par_iter().enumerate();
                 let paths = entries.map(|(at, entry)| {
@@ -457,10 +460,11 @@ impl Dataset {
                 axes: layout.axes.len(),
             });
         }
-        let mut features = match self.key.recordings.is_static() {
+        let mut features = if self.key.recordings.is_static() {
             // Load cases without times have no earlier samples, so features that use them are removed.
-            true => settings.features.without_history(),
-            false => settings.features.clone(),
+            settings.features.without_history()
+        } else {
+            settings.features.clone()
         };
         features.auxiliary = match features.blocks.of(&Auxiliary) {
             [] => Vec::new(),
@@ -513,7 +517,7 @@ impl Dataset {
             compensated: None,
             learned: None,
             quality: Quality::default(),
-            trained_on: training.iter().map(|own| own.name().to_owned()).collect(),
+            trained_on: training.iter().map(|recording| recording.name().to_owned()).collect(),
             rate_hz: self.key.recordings.rate_hz(Role::Train),
             sources: Vec::new(),
             tare: self.key.recordings.tare(),
@@ -562,8 +566,10 @@ impl Dataset {
             })
             .collect();
         let scored = |role: Role| {
-            let own = self.entries.iter().zip(&errors).filter(move |(own, _)| own.role == role);
-            own.filter_map(|(own, errors)| Some((own.recording.n_samples(), errors.as_ref()?)))
+            let scored = self.entries.iter().zip(&errors);
+            let scored = scored.filter(move |(entry, _)| entry.role == role);
+            scored
+                .filter_map(|(entry, errors)| Some((entry.recording.n_samples(), errors.as_ref()?)))
         };
         let n = |role| scored(role).map(|(n, _)| n as u64).sum::<u64>();
         let pooled = |role, pick: fn(&Errors) -> &Vec<f64>| {
@@ -615,8 +621,8 @@ fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
 }
 
 fn folds(entries: &[Entry], groups: &Groups) -> Folds {
-    let of = |(own, group): (&Entry, &usize)| {
-        (own.recording.n_samples(), (own.role == Role::Train).then_some(*group))
+    let of = |(entry, group): (&Entry, &usize)| {
+        (entry.recording.n_samples(), (entry.role == Role::Train).then_some(*group))
     };
     Folds::of(&entries.iter().zip(&groups.of).map(of).collect::<Vec<_>>(), groups.by)
 }
@@ -631,13 +637,13 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
     for recording in training {
-        let unclipped = recording.left_out().map_or(&[][..], |own| &own.unclipped);
-        for (gauge, own) in unclipped.iter().enumerate() {
+        let unclipped = recording.left_out().map_or(&[][..], |left_out| &left_out.unclipped);
+        for (gauge, values) in unclipped.iter().enumerate() {
             limits.resize(limits.len().max(unclipped.len()), (None, None));
             let less = |end: Option<f64>| end.map(|end| end - recording.tared_by(gauge));
             let (low, high) = &mut limits[gauge];
-            *low = [*low, less(own.0)].into_iter().flatten().reduce(f64::max);
-            *high = [*high, less(own.1)].into_iter().flatten().reduce(f64::min);
+            *low = [*low, less(values.0)].into_iter().flatten().reduce(f64::max);
+            *high = [*high, less(values.1)].into_iter().flatten().reduce(f64::min);
         }
     }
     limits

@@ -25,9 +25,9 @@ impl Travels {
                 let mut range = MinMax::NONE;
                 let (mut sum, mut squares) = (0.0, 0.0);
                 let travel = (0..recording.n_samples()).map(|k| {
-                    let own = recording.gauges_at(k)[gauge] / deviation.max(f64::MIN_POSITIVE);
-                    range = range.with(own);
-                    (sum, squares) = (sum + own, squares + own * own);
+                    let reading = recording.gauges_at(k)[gauge] / deviation.max(f64::MIN_POSITIVE);
+                    range = range.with(reading);
+                    (sum, squares) = (sum + reading, squares + reading * reading);
                     range.span() as f32
                 });
                 let travel: Vec<f32> = travel.collect();
@@ -44,7 +44,7 @@ impl Travels {
         let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
             let (mut unknown, mut all) = (0.0, 0.0);
             for (travels, moved) in gauges {
-                let before = travels.partition_point(|own| f64::from(*own) < travel);
+                let before = travels.partition_point(|covered| f64::from(*covered) < travel);
                 unknown += moved * before as f64 / travels.len().max(1) as f64;
                 all += moved;
             }

@@ -37,14 +37,14 @@ pub(crate) fn worse_at_start(
         return Ok(None);
     }
     let training = in_role(&data.entries, Role::Train).into_iter();
-    let timed = training.filter(|own| !own.is_static());
-    let runs: Vec<_> = timed.flat_map(|own| own.segments(STARTS)).collect();
+    let timed = training.filter(|recording| !recording.is_static());
+    let runs: Vec<_> = timed.flat_map(|recording| recording.segments(STARTS)).collect();
     let longest = runs.iter().map(Recording::duration_secs).fold(0.0, f64::max);
     let n_axes = calibration.axes.len();
     let applied = runs.iter().map(|run| calibration.apply(run)).collect::<Result<Vec<_>, _>>()?;
     let worse = (0..=HALVINGS).find_map(|halvings| {
         let secs = longest * 0.5_f64.powi(halvings);
-        let [mut samples, mut own, mut conventional] = [const { Vec::new() }; 3];
+        let [mut samples, mut compensated, mut conventional] = [const { Vec::new() }; 3];
         for (run, applied) in runs.iter().zip(&applied) {
             let start = run.times().first().copied().unwrap_or_default();
             let n = run.times().iter().take_while(|time| *time - start <= secs).count();
@@ -52,18 +52,18 @@ pub(crate) fn worse_at_start(
                 let errors = loads.iter().zip(run.loads()).take(n * n_axes);
                 let scaled = errors.zip(calibration.full_scale.iter().cycle());
                 let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
-                scaled.map(|((own, load), scale)| ((own - load) / scale).powi(2)).sum()
+                scaled.map(|((computed, load), scale)| ((computed - load) / scale).powi(2)).sum()
             };
             samples.push(n as f64);
-            own.push(square(&applied.compensated));
+            compensated.push(square(&applied.compensated));
             conventional.push(square(&applied.conventional));
         }
         let blocks = ErrorBlocks { groups: vec![0; samples.len()], samples };
-        let ratio = (own.iter().sum::<f64>() / conventional.iter().sum::<f64>()).sqrt();
-        blocks.is_below(&conventional, &own, 1.0 / HARM).then_some((secs, ratio))
+        let ratio = (compensated.iter().sum::<f64>() / conventional.iter().sum::<f64>()).sqrt();
+        blocks.is_below(&conventional, &compensated, 1.0 / HARM).then_some((secs, ratio))
     });
     Ok(worse.map(|(secs, ratio)| {
-        let [secs, ratio] = [secs, ratio].map(|own| significant(own, 2));
+        let [secs, ratio] = [secs, ratio].map(|value| significant(value, 2));
         let seen = format!(
             "the calibration is on average worse than the conventional one in the first {secs} s after a cold start"
         );

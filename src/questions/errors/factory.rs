@@ -12,8 +12,9 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges},
+    column::column,
     export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration},
-    recording::{Axis, Entry, Recording, Role},
+    recording::{Axis, Entry, Role},
 };
 
 /// Reads the factory calibration for a comparison; see [`Request::factory`](crate::questions::Request::factory). If the file
@@ -64,14 +65,14 @@ impl Factory {
     }
 
     fn column(&self, axis: Axis) -> Option<usize> {
-        self.axes.iter().position(|own| *own == axis)
+        self.axes.iter().position(|known| *known == axis)
     }
 
     pub fn load(&self, recording: usize, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
         let column = self.column(axis)?;
         let offset = self.offsets[column];
-        let values = self.loads[recording].iter().skip(column);
-        Some(values.step_by(self.axes.len()).map(move |load| load + offset))
+        let values = self::column(&self.loads[recording], self.axes.len(), column);
+        Some(values.map(move |load| load + offset))
     }
 
     /// Returns the errors of the factory calibration on one axis (N or N·m), in all recordings that have this role and a
@@ -79,7 +80,7 @@ impl Factory {
     fn errors(&self, entries: &[Entry], axis: Axis, role: Role) -> impl Iterator<Item = f64> {
         let entries = entries.iter().enumerate().filter(move |(_, entry)| entry.role == role);
         let pairs = entries.filter_map(move |(at, entry)| {
-            Some(self.load(at, axis)?.zip(truth(&entry.recording, axis)?))
+            Some(self.load(at, axis)?.zip(entry.recording.load(axis)?))
         });
         pairs.flatten().map(|(load, truth)| load - truth)
     }
@@ -104,12 +105,6 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (n > 0).then(|| sum / n as f64)
 }
 
-fn truth(recording: &Recording, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
-    let column = recording.axes().iter().position(|own| *own == axis)?;
-    let values = recording.loads().iter().skip(column);
-    Some(values.step_by(recording.axes().len()).copied())
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -121,7 +116,7 @@ mod tests {
     use crate::questions::errors::query::analyse;
     use crate::questions::request::Request;
     use crate::questions::request::View;
-    use crate::recording::{RecordingSet, Source};
+    use crate::recording::{Recording, RecordingSet, Source};
 
     /// Six gauges, each of which reads half of its own load plus 3. The axes of the recording are Fz and Mx.
     fn set() -> Arc<RecordingSet> {
@@ -183,10 +178,10 @@ mod tests {
             panic!("two axes");
         };
         for axis in [fz, mx] {
-            let (own, truth) = (axis.factory.as_ref(), axis.calculated.as_ref());
-            let (own, truth) = (own.unwrap(), truth.unwrap());
-            assert_eq!(own.len(), 180);
-            assert!((0..180).all(|k| (own.value(k) - truth.value(k)).abs() < 1e-12));
+            let (factory, truth) = (axis.factory.as_ref(), axis.calculated.as_ref());
+            let (factory, truth) = (factory.unwrap(), truth.unwrap());
+            assert_eq!(factory.len(), 180);
+            assert!((0..180).all(|k| (factory.value(k) - truth.value(k)).abs() < 1e-12));
             assert!(axis.factory_error.as_ref().unwrap().value(7).abs() < 1e-12);
         }
     }

@@ -45,13 +45,10 @@ pub fn findings(
 ) -> Result<Vec<Finding>, AnalysisError> {
     let data = request.datasets.get(&request.key(), progress)?;
     let fitted = request.calibration.is_none() || request.trained;
-    let lag = match fitted {
-        true => data.lag_as_hysteresis(&calibration.features, progress)?,
-        false => None,
-    };
+    let lag = if fitted { data.lag_as_hysteresis(&calibration.features, progress)? } else { None };
     Ok(findings_of_fit(&data, calibration, fitted)
         .into_iter()
-        .chain(lag.map(|own| lag_of_fit(own, calibration)))
+        .chain(lag.map(|found| lag_of_fit(found, calibration)))
         .chain(if fitted { worse_at_start(&data, calibration)? } else { None })
         .collect())
 }
@@ -67,7 +64,7 @@ pub(crate) fn findings_of_fit(
     }
     if fitted {
         found.extend(without_times(data));
-        found.extend(calibration.undetermined().map(|own| own.finding()));
+        found.extend(calibration.undetermined().map(|undetermined| undetermined.finding()));
         found.extend(auxiliary_unused(data, calibration));
     }
     found.extend(auxiliary_beyond(data, calibration, fitted));
@@ -98,9 +95,9 @@ pub(crate) fn findings_of_fit(
 
 fn without_times(data: &Dataset) -> Option<Finding> {
     let training = in_role(&data.entries, Role::Train);
-    training.iter().find(|own| own.is_static())?;
+    training.iter().find(|recording| recording.is_static())?;
     let n_cases = data.training_groups().len();
-    let n_rows: usize = training.iter().map(|own| own.n_samples()).sum();
+    let n_rows: usize = training.iter().map(|recording| recording.n_samples()).sum();
     let seen = "the training recordings have no times";
     let found = Finding::new(Id::NoTimes, Enough, seen);
     Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
@@ -110,7 +107,7 @@ fn without_times(data: &Dataset) -> Option<Finding> {
 /// play operator with the largest radius is examined.
 fn unknown_state(data: &Dataset, calibration: &Calibration) -> Option<Finding> {
     let used = calibration.features.blocks.used();
-    let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
+    let radii = used.flat_map(|(block, values)| values.iter().map(move |radius| (block, *radius)));
     let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
     let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let unknown = Travels::of(data, &calibration.gauge_scale).unknown(block.travel(radius));
@@ -126,9 +123,10 @@ fn unknown_state(data: &Dataset, calibration: &Calibration) -> Option<Finding> {
 
 fn few_recordings(data: &Dataset) -> Option<Finding> {
     // Intervals of one recording count once: pauses and faulty samples divide it.
-    let n = match data.groups.by == GroupedBy::Recording {
-        true => data.training_groups().len(),
-        false => in_role(&data.entries, Role::Train).len(),
+    let n = if data.groups.by == GroupedBy::Recording {
+        data.training_groups().len()
+    } else {
+        in_role(&data.entries, Role::Train).len()
     };
     let seen = format!("only {}", counted(n, "independent training recording"));
     let figures =
@@ -168,7 +166,7 @@ fn auxiliary_beyond(data: &Dataset, calibration: &Calibration, fitted: bool) -> 
 fn auxiliary_unused(data: &Dataset, calibration: &Calibration) -> Option<Finding> {
     let AuxiliaryInputs { channels, unused } = &data.auxiliary;
     let is_wanted = !calibration.features.blocks.of(&Auxiliary).is_empty();
-    let names: Vec<&str> = channels.iter().map(|own| &*own.name).collect();
+    let names: Vec<&str> = channels.iter().map(|channel| &*channel.name).collect();
     let (id, seen, figures) = match (is_wanted, names.is_empty(), unused.len()) {
         (false, false, _) => {
             let seen = "the calibration does not use the auxiliary channels";
@@ -202,18 +200,17 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
         // Full scale is half of the range of a load, so it is doubled here.
         let most = largest(axes, &spans, axis).max(2.0 * calibration.full_scale[at]);
         if spans[at] <= STANDS_STILL * most {
-            let (severity, figures) = match low == high {
-                true => (Insufficient, format!("the load is always {}", load(axis, low))),
-                false => {
-                    let [moves, of] = [high - low, most].map(|own| load(axis, own));
-                    let share = percent((high - low) / most);
-                    (
-                        Doubtful,
-                        format!(
-                            "the load moves by {moves}, which is {share} of {of}, the full range of this axis or of a similar one"
-                        ),
-                    )
-                }
+            let (severity, figures) = if low == high {
+                (Insufficient, format!("the load is always {}", load(axis, low)))
+            } else {
+                let [moves, of] = [high - low, most].map(|value| load(axis, value));
+                let share = percent((high - low) / most);
+                (
+                    Doubtful,
+                    format!(
+                        "the load moves by {moves}, which is {share} of {of}, the full range of this axis or of a similar one"
+                    ),
+                )
             };
             let seen = format!("{symbol} hardly moves in the training recordings");
             found.push(Finding::new(Id::Still, severity, seen).with(figures));
@@ -224,7 +221,7 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
                 "{share} of the test loads on {symbol} are outside the range of the training loads"
             );
             let low = significant(low, 3);
-            let [high, farthest] = [high, outside.farthest].map(|own| load(axis, own));
+            let [high, farthest] = [high, outside.farthest].map(|value| load(axis, value));
             let figures = format!(
                 "the training loads are {low} to {high}, which test loads exceed by up to {farthest}"
             );
@@ -273,7 +270,7 @@ fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
         symbols(&axes)
     );
     let figures = worse.iter().zip(&axes).map(|(at, axis)| {
-        let [before, after] = [before[*at], after[*at]].map(|own| significant(own, 3));
+        let [before, after] = [before[*at], after[*at]].map(|rmse| significant(rmse, 3));
         format!("{}: {after} instead of {before} {}", axis.symbol(), axis.unit())
     });
     let figures = figures.collect::<Vec<_>>().join("; ");
@@ -330,28 +327,28 @@ mod tests {
     #[test]
     fn recordings_that_tell_enough_are_followed_by_nothing() {
         // Each begins at another phase, so none contains the samples of another.
-        let own = [("a", 0), ("b", 20), ("c", 40), ("test", 60)].map(|(name, first)| {
+        let recordings = [("a", 0), ("b", 20), ("c", 40), ("test", 60)].map(|(name, first)| {
             let mut loads = swing(5.0, 9.0);
             loads.rotate_left(first);
             (name, loads)
         });
-        let found = of(&own, FeatureSettings::present());
-        assert!(found.iter().all(|own| own.id == Id::WorseOnTest), "{found:?}");
+        let found = of(&recordings, FeatureSettings::present());
+        assert!(found.iter().all(|finding| finding.id == Id::WorseOnTest), "{found:?}");
         let simulated = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
         let settings = FitSettings { decimation: 10, ..FitSettings::default() };
         let request = Request::fit(simulated, settings);
         let found = analyse(&request, &Progress::default()).unwrap().findings;
-        assert!(found.iter().all(|own| own.id == Id::OutsideTrained), "{found:?}");
+        assert!(found.iter().all(|finding| finding.id == Id::OutsideTrained), "{found:?}");
     }
 
     /// The gauges move by about three standard deviations.
     #[test]
     fn a_radius_whose_state_stays_unknown_is_found() {
-        let own = ["a", "b", "c", "test"].map(|name| (name, swing(5.0, 9.0)));
+        let recordings = ["a", "b", "c", "test"].map(|name| (name, swing(5.0, 9.0)));
         let has = |radius| {
             let blocks = Blocks::default().with(&Play, &[radius]);
-            let found = of(&own, FeatureSettings { blocks, ..FeatureSettings::present() });
-            found.iter().any(|own| own.id == Id::UnknownState)
+            let found = of(&recordings, FeatureSettings { blocks, ..FeatureSettings::present() });
+            found.iter().any(|finding| finding.id == Id::UnknownState)
         };
         assert!(has(2.0) && !has(0.05));
     }
@@ -360,11 +357,11 @@ mod tests {
     fn one_recording_a_still_axis_and_a_test_beyond_are_told_with_their_figures() {
         let still = swing(0.0, 9.0);
         let found = of(&[("a", still), ("test", swing(5.0, 18.0))], FeatureSettings::present());
-        let all = |id: Id| found.iter().filter(move |own| own.id == id);
+        let all = |id: Id| found.iter().filter(move |finding| finding.id == id);
         assert_eq!(all(Id::FewRecordings).count(), 1, "{found:?}");
-        let still = all(Id::Still).find(|own| own.seen.starts_with("Fx")).unwrap();
+        let still = all(Id::Still).find(|finding| finding.seen.starts_with("Fx")).unwrap();
         assert_eq!((still.severity, &*still.figures), (Insufficient, "the load is always 0 N"));
-        let outside: Vec<&str> = all(Id::OutsideTrained).map(|own| &*own.figures).collect();
+        let outside: Vec<&str> = all(Id::OutsideTrained).map(|finding| &*finding.figures).collect();
         assert_eq!(
             outside,
             [
@@ -372,9 +369,9 @@ mod tests {
                 "the training loads are -9.00 to 9.00 N, which test loads exceed by up to 9.00 N"
             ]
         );
-        for own in &found {
-            let text = own.text(Face::Page);
-            assert!(text.len() > own.seen.len() && !text.ends_with('.'), "{text}");
+        for finding in &found {
+            let text = finding.text(Face::Page);
+            assert!(text.len() > finding.seen.len() && !text.ends_with('.'), "{text}");
         }
     }
 
@@ -388,17 +385,17 @@ mod tests {
             };
             (0..210).map(load).collect::<Vec<_>>()
         };
-        let own = ["a", "b", "c", "test"].map(|name| (name, held(0.0)));
+        let recordings = ["a", "b", "c", "test"].map(|name| (name, held(0.0)));
         let squares = FeatureSettings {
             blocks: Blocks::default().with(&Polynomial, &[2.0]),
             ..FeatureSettings::present()
         };
-        let found = of(&own, squares.clone());
-        let few = found.iter().find(|own| own.id == Id::FewLoads).unwrap();
+        let found = of(&recordings, squares.clone());
+        let few = found.iter().find(|finding| finding.id == Id::FewLoads).unwrap();
         assert_eq!(few.seen, "6 coefficients per axis are fitted to 7 load cases");
         let other = [("a", held(0.0)), ("b", held(0.3)), ("c", held(0.6)), ("test", held(0.0))];
         let found = of(&other, squares);
-        assert!(!found.iter().any(|own| own.id == Id::FewLoads), "{found:?}");
+        assert!(!found.iter().any(|finding| finding.id == Id::FewLoads), "{found:?}");
     }
 
     /// Thresholds and play would describe the lag; a fixed lag, and a fit without a past, would not.
@@ -422,10 +419,10 @@ mod tests {
             let progress = Progress::default();
             let calibration = analyse(&request, &progress).unwrap().calibration;
             let found = findings(&request, &calibration, &progress).unwrap();
-            let n = found.iter().filter(|own| own.id == Id::Lag).count();
+            let n = found.iter().filter(|finding| finding.id == Id::Lag).count();
             assert_eq!(n, usize::from(is_found), "{late:?}: {found:?}");
             let still = Calibration { full_scale: vec![0.0], ..(*calibration).clone() };
-            assert!(found.iter().all(|own| lag_of_fit(own, &still).cost == 0.0));
+            assert!(found.iter().all(|finding| lag_of_fit(finding, &still).cost == 0.0));
         }
     }
 
@@ -465,20 +462,20 @@ mod tests {
             let progress = Progress::default();
             let calibration = analyse(&request, &progress).unwrap().calibration;
             let found = findings(&request, &calibration, &progress).unwrap();
-            found.into_iter().find(|own| own.id == Id::ColdStart)
+            found.into_iter().find(|finding| finding.id == Id::ColdStart)
         };
         let creep = || Blocks::default().with(&Creep, &[10.0]);
-        assert!(found(1.0, creep()).is_some_and(|own| own.seen.contains("in the first ")));
+        assert!(found(1.0, creep()).is_some_and(|finding| finding.seen.contains("in the first ")));
         assert_eq!(found(0.0, creep()), None);
         assert_eq!(found(1.0, Blocks::default()), None);
     }
 
     #[test]
     fn recordings_of_one_programme_are_told() {
-        let own =
+        let recordings =
             ["path1_a", "path1_b", "path1_c", "test_path1"].map(|name| (name, swing(5.0, 9.0)));
-        let found = of(&own, FeatureSettings::present());
-        let told = found.iter().find(|own| own.id == Id::FewGroups);
+        let found = of(&recordings, FeatureSettings::present());
+        let told = found.iter().find(|finding| finding.id == Id::FewGroups);
         assert!(told.unwrap().seen.contains("only 1 path"), "{found:?}");
     }
 }

@@ -48,9 +48,10 @@ impl LoadCount {
     pub fn words(&self) -> String {
         let Self { load_cases, more_load_cases, coefficients, free_coefficients } = self;
         let few = free_coefficients.ceil();
-        let free = match few < *coefficients as f64 {
-            true => format!(" ({few:.0} of which the data determine)"),
-            false => String::new(),
+        let free = if few < *coefficients as f64 {
+            format!(" ({few:.0} of which the data determine)")
+        } else {
+            String::new()
         };
         let cases = if *more_load_cases {
             "more than 1,000 load cases".to_owned()

@@ -138,10 +138,10 @@ impl Analyst {
         };
         let past = data.past(&calibration, progress)?;
         let errors = if request.calibration.is_some() {
-            let own = calibration.quality.clone();
+            let measured = calibration.quality.clone();
             let errors = data.score_applied(&past, &mut calibration);
             if request.trained {
-                calibration.quality = own;
+                calibration.quality = measured;
             }
             errors
         } else {
@@ -163,7 +163,7 @@ impl Analyst {
         progress: &Progress,
     ) -> Option<Analysis> {
         let view = request.view.within(data.entries.len());
-        let fixed = self.fixed_traces.as_ref().filter(|own| own.view == view)?;
+        let fixed = self.fixed_traces.as_ref().filter(|fixed| fixed.view == view)?;
         if data.kept_loads().is_some() || request.calibration.is_some() {
             return None;
         }
@@ -228,8 +228,8 @@ impl Analyst {
         let before = self.data.take().map(|data| Arc::downgrade(&data));
         let data = request.datasets.get(&request.key(), progress)?;
         let is_other = before.is_none_or(|before| before.as_ptr() != Arc::as_ptr(&data));
-        let own = self.factory.as_ref().map(|(own, _)| Arc::clone(own));
-        if is_other || own.place() != request.factory.place() {
+        let known = self.factory.as_ref().map(|(known, _)| Arc::clone(known));
+        if is_other || known.place() != request.factory.place() {
             (self.factory, self.fixed_traces) = (None, None);
             if is_other {
                 self.thinned = None;

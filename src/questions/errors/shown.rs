@@ -65,12 +65,13 @@ pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> Strin
         })
         .collect::<Vec<_>>();
     let note = "Factory: errors of the calibration that the sensor came with, computed from the same gauges.";
-    match added.is_empty() {
-        true => note.to_owned(),
-        false => format!(
+    if added.is_empty() {
+        note.to_owned()
+    } else {
+        format!(
             "{note} An offset was added to the factory load of each axis, so that its mean error on the training recordings is zero: {}.",
             added.join(", ")
-        ),
+        )
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::{
     calibration::{Calibration, Past},
+    column::column,
     features::Design,
     panicked::locked,
     recording::Recording,
@@ -76,13 +77,13 @@ impl Values for Columns {
     }
 
     fn read(&self, samples: Range<usize>, out: &mut [f64]) {
-        by_segment(&self.segments, samples, |at, own, begin| {
-            let (table, column, width) = &self.columns[at];
-            let out = &mut out[begin..begin + own.len()];
-            let rows = table.values()[own.start * width..own.end * width].chunks_exact(*width);
-            for (out, row) in out.iter_mut().zip(rows) {
-                *out = row[*column];
-            }
+        by_segment(&self.segments, samples, |at, samples, begin| {
+            let (table, at, width) = &self.columns[at];
+            let values = column(&table.values()[samples.start * width..], *width, *at);
+            out[begin..][..samples.len()]
+                .iter_mut()
+                .zip(values)
+                .for_each(|(out, value)| *out = value);
         });
     }
 }
@@ -140,8 +141,8 @@ impl Made {
         let slot = &self.kept[number % KEPT];
         let kept = |slot: &Mutex<Option<(usize, Block)>>| {
             let slot = locked(slot);
-            let own = slot.as_ref().filter(|(own, _)| *own == number);
-            own.map(|(_, block)| Arc::clone(block))
+            let known = slot.as_ref().filter(|(known, _)| *known == number);
+            known.map(|(_, block)| Arc::clone(block))
         };
         kept(slot).unwrap_or_else(|| {
             let block = self.make(number);
@@ -155,13 +156,13 @@ impl Made {
         let start = number * BLOCK;
         let samples = start..(start + BLOCK).min(n_samples(&self.segments));
         let mut rows = vec![0.0; samples.len() * n_axes];
-        by_segment(&self.segments, samples.clone(), |at, own, begin| {
-            let rows = &mut rows[begin * n_axes..(begin + own.len()) * n_axes];
+        by_segment(&self.segments, samples.clone(), |at, samples, begin| {
+            let rows = &mut rows[begin * n_axes..(begin + samples.len()) * n_axes];
             let recording = &self.recordings[at];
             match &self.past {
                 Some(past) => {
                     let past = &past[self.segments[at].recording];
-                    let first = own.start;
+                    let first = samples.start;
                     self.calibration.compensated_loads_from(
                         &self.design,
                         recording,
@@ -172,13 +173,12 @@ impl Made {
                 }
                 None => {
                     let width = recording.n_gauges();
-                    let gauges = &recording.gauges()[own.start * width..own.end * width];
+                    let gauges = &recording.gauges()[samples.start * width..samples.end * width];
                     (self.calibration.conventional).apply_rows(gauges, width, rows);
                 }
             }
         });
-        let axes = (0..n_axes).flat_map(|axis| rows.iter().skip(axis).step_by(n_axes));
-        axes.copied().collect()
+        (0..n_axes).flat_map(|axis| column(&rows, n_axes, axis)).collect()
     }
 }
 
@@ -192,10 +192,10 @@ impl Values for MadeAxis {
         while !rest.is_empty() {
             let number = at / BLOCK;
             let width = (n - number * BLOCK).min(BLOCK);
-            let own = at - number * BLOCK..(at - number * BLOCK + rest.len()).min(width);
+            let of_block = at - number * BLOCK..(at - number * BLOCK + rest.len()).min(width);
             let block = self.made.block(number);
-            let (now, later) = rest.split_at_mut(own.len());
-            now.copy_from_slice(&block[self.axis * width..][own]);
+            let (now, later) = rest.split_at_mut(of_block.len());
+            now.copy_from_slice(&block[self.axis * width..][of_block]);
             at += now.len();
             rest = later;
         }

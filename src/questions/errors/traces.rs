@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::{Calibration, Past},
+    column::column,
     features::{Distance, Thresholds},
     progress::{Cancelled, Progress},
     questions::{
@@ -40,6 +41,21 @@ pub struct AxisTraces {
 }
 
 impl AxisTraces {
+    /// Returns traces with the conventional load alone, also in place of the compensated load.
+    fn conventional(axis: Axis, conventional: Arc<Series>) -> Self {
+        Self {
+            axis,
+            compensated: Arc::clone(&conventional),
+            conventional,
+            calculated: None,
+            factory: None,
+            conventional_error: None,
+            factory_error: None,
+            compensated_error: None,
+            band: None,
+        }
+    }
+
     pub fn load(&self, trace: Trace) -> Option<&Arc<Series>> {
         match trace {
             Trace::Calculated => self.calculated.as_ref(),
@@ -86,19 +102,13 @@ pub struct TraceSet {
 
 impl TraceSet {
     pub fn across(&self) -> &'static str {
-        match self.is_static {
-            true => "row",
-            false => "time [s]",
-        }
+        if self.is_static { "row" } else { "time [s]" }
     }
 
     /// Returns the time of sample `k` (for load cases, its row number) as text with this number of digits.
     pub fn when(&self, k: usize, digits: usize) -> String {
         let time = significant(self.times[k], digits);
-        match self.is_static {
-            true => format!("row {time}"),
-            false => format!("{time} s"),
-        }
+        if self.is_static { format!("row {time}") } else { format!("{time} s") }
     }
 
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
@@ -113,8 +123,8 @@ impl TraceSet {
             let first = segment.samples.start;
             let past = self.past[segment.recording].first()?;
             let at = (k - first) / self.each;
-            let own = *past.get(at)? as usize;
-            (own != at).then_some(first + own * self.each)
+            let earlier = *past.get(at)? as usize;
+            (earlier != at).then_some(first + earlier * self.each)
         });
         past.unwrap_or(k)
     }
@@ -192,7 +202,7 @@ fn series_of<const N: usize>(
     let all = values.iter().flatten().flatten().cloned().collect();
     let mut series = Series::all_of(all, progress).into_iter().map(Arc::new);
     progress.check()?;
-    let of_axis = |own: [Option<_>; N]| own.map(|own| own.and_then(|_| series.next()));
+    let of_axis = |traces: [Option<_>; N]| traces.map(|traces| traces.and_then(|_| series.next()));
     Ok(values.into_iter().map(of_axis).collect())
 }
 
@@ -222,7 +232,7 @@ impl FixedTraces {
         let values = axes.iter().zip(conventional).map(|(axis, load)| {
             let columns = shown.clone().map(|at| {
                 let recording = &entries[at].recording;
-                let column = recording.axes().iter().position(|own| own == axis)?;
+                let column = recording.axes().iter().position(|known| known == axis)?;
                 let table = Table::Reference(Arc::clone(recording));
                 Some((table, column, recording.axes().len()))
             });
@@ -244,15 +254,11 @@ impl FixedTraces {
             let [conventional, calculated, factory, conventional_error, factory_error] = series;
             let conventional = conventional.expect("each axis has a conventional trace");
             AxisTraces {
-                axis,
-                compensated: Arc::clone(&conventional),
-                conventional,
                 calculated,
                 factory,
                 conventional_error,
                 factory_error,
-                compensated_error: None,
-                band: None,
+                ..AxisTraces::conventional(axis, conventional)
             }
         });
         let axes = axes.collect();
@@ -276,15 +282,14 @@ impl FixedTraces {
         let entries = &data.entries;
         let n_axes = self.axes.len();
         let is_made = data.kept_loads().is_none() && calibration.is_quick_anywhere();
-        let loads = match is_made {
-            true => made(&self.segments, data, calibration, Some(past)),
-            false => {
-                let loads = self.segments.par_iter().map(|segment| {
-                    let at = segment.recording;
-                    Arc::new(calibration.compensated_loads(&entries[at].recording, &past[at]))
-                });
-                tables(&self.segments, n_axes, loads.collect())
-            }
+        let loads = if is_made {
+            made(&self.segments, data, calibration, Some(past))
+        } else {
+            let loads = self.segments.par_iter().map(|segment| {
+                let at = segment.recording;
+                Arc::new(calibration.compensated_loads(&entries[at].recording, &past[at]))
+            });
+            tables(&self.segments, n_axes, loads.collect())
         };
         progress.check()?;
         let deviations: Option<Vec<Vec<f64>>> = (self.segments.par_iter())
@@ -296,7 +301,7 @@ impl FixedTraces {
         let band = |column: usize, load: &Arc<dyn Values>| {
             let deviations = deviations.as_ref()?;
             let deviations =
-                (deviations.iter()).flat_map(|table| table.iter().skip(column).step_by(n_axes));
+                deviations.iter().flat_map(|table| self::column(table, n_axes, column));
             let mut loads = vec![0.0; load.n_samples()];
             load.read(0..loads.len(), &mut loads);
             let edge = |factor: f64| {
@@ -378,17 +383,10 @@ impl FixedTraces {
             let error = |at, sample| load(at, sample) - truth(at, sample);
             let has_reference =
                 shown.clone().all(|at| entries[at].recording.axes().contains(&axis));
-            let conventional = fixed.held_series(each, load);
             AxisTraces {
-                axis,
-                compensated: Arc::clone(&conventional),
-                conventional,
                 calculated: has_reference.then(|| fixed.held_series(each, truth)),
-                factory: None,
                 conventional_error: has_reference.then(|| fixed.held_series(each, error)),
-                factory_error: None,
-                compensated_error: None,
-                band: None,
+                ..AxisTraces::conventional(axis, fixed.held_series(each, load))
             }
         });
         let axes: Vec<AxisTraces> = axes.collect();
@@ -398,10 +396,8 @@ impl FixedTraces {
 
     /// Returns the reference load of a sample of the thinned recording in segment `at`; NaN without a reference.
     fn reference(&self, thinned: &Dataset, axis: Axis, at: usize, sample: usize) -> f64 {
-        let recording = &thinned.entries[self.segments[at].recording].recording;
-        let column = recording.axes().iter().position(|known| *known == axis);
-        column
-            .map_or(f64::NAN, |column| recording.loads()[sample * recording.axes().len() + column])
+        let loads = thinned.entries[self.segments[at].recording].recording.load(axis);
+        loads.and_then(|mut loads| loads.nth(sample)).unwrap_or(f64::NAN)
     }
 
     /// Returns a trace whose value changes every `each` samples. `value` returns the value of a thinned sample, given the
@@ -461,7 +457,7 @@ fn tables(
     loads: Vec<Arc<Vec<f64>>>,
 ) -> Vec<Arc<dyn Values>> {
     let axes = (0..n_axes).map(|column| {
-        let columns = loads.iter().map(|own| (Table::Loads(Arc::clone(own)), column, n_axes));
+        let columns = loads.iter().map(|table| (Table::Loads(Arc::clone(table)), column, n_axes));
         let (segments, columns) = (Arc::clone(segments), columns.collect());
         Arc::new(Columns { segments, columns }) as Arc<dyn Values>
     });
@@ -499,8 +495,8 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
         if n_shown == 1 && clock_offset_secs == 0.0 {
             times = recording.shared_times();
         } else {
-            let own = recording.times().iter().map(|time| time - clock_offset_secs);
-            Arc::make_mut(&mut times).extend(own);
+            let shifted = recording.times().iter().map(|time| time - clock_offset_secs);
+            Arc::make_mut(&mut times).extend(shifted);
         }
         segments.push(Segment {
             recording: at,
@@ -517,11 +513,11 @@ fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> A
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {
         let over = |at: usize| (segment.samples.start + at * each).min(segment.samples.end);
-        let own = &past[segment.recording][0];
+        let earlier = &past[segment.recording][0];
         let mut from = 0;
-        let is_own = |at: &usize| own[*at] as usize == *at;
-        while let Some(start) = (from..own.len()).find(is_own) {
-            let end = (start..own.len()).find(|at| !is_own(at)).unwrap_or(own.len());
+        let is_own = |at: &usize| earlier[*at] as usize == *at;
+        while let Some(start) = (from..earlier.len()).find(is_own) {
+            let end = (start..earlier.len()).find(|at| !is_own(at)).unwrap_or(earlier.len());
             intervals.push(over(start)..over(end));
             from = end;
         }

@@ -49,7 +49,7 @@ pub struct Measured<'a> {
 
 impl Measured<'_> {
     fn in_unit_of(&self, bound: Bound, figure: Limited, axis: Axis) -> Result<f64, String> {
-        let at = self.axes.iter().position(|own| own.0 == axis);
+        let at = self.axes.iter().position(|known| known.0 == axis);
         let at = at.ok_or("the calibration does not have this axis")?;
         let value = self.of(figure, at)?;
         match (bound, self.axes[at].1) {
@@ -62,8 +62,8 @@ impl Measured<'_> {
     fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
         match figure {
             Limited::ExpectedError => {
-                let own = self.expected_error.as_ref().map_err(Clone::clone)?;
-                own.of_axis(self.axes[at].0)
+                let expected = self.expected_error.as_ref().map_err(Clone::clone)?;
+                expected.of_axis(self.axes[at].0)
             }
             Limited::Rmse => {
                 let scores = &self.quality.compensated;
@@ -77,7 +77,7 @@ impl Measured<'_> {
                 let rows = &self.metrology?.rows;
                 let row = rows.iter().find(|row| row.quantity == Quantity::Hysteresis);
                 let cell = row.ok_or("not measured")?.cells[at].compensated.as_ref();
-                cell.map(|own| own.value.abs()).map_err(ToString::to_string)
+                cell.map(|width| width.value.abs()).map_err(ToString::to_string)
             }
         }
     }
@@ -170,15 +170,15 @@ impl Limits {
         let written: BTreeMap<Limited, Written> =
             toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
         let mut limits = Vec::new();
-        for (figure, own) in written {
-            let own = match own {
+        for (figure, entries) in written {
+            let entries = match entries {
                 Written::One(entry) => vec![(None, entry)],
                 Written::ByAxis(axes) => {
                     let axes = axes.into_iter();
                     axes.map(|(axis, entry)| (Some(axis), entry)).collect()
                 }
             };
-            for (axis, entry) in own {
+            for (axis, entry) in entries {
                 let bound = entry.bound().ok_or_else(|| {
                     let name = figure.name();
                     format!("the limit of the {name} is neither a number nor a number with a unit such as \"0.2 N\" or \"1 %\"")
@@ -200,8 +200,8 @@ impl Limits {
     pub fn check(&self, measured: &Measured<'_>) -> Vec<Checked> {
         let mut checked = Vec::new();
         for (figure, axis, bound) in &self.0 {
-            let all = measured.axes.iter().map(|own| own.0);
-            for axis in axis.map_or_else(|| all.collect(), |own| vec![own]) {
+            let all = measured.axes.iter().map(|axis| axis.0);
+            for axis in axis.map_or_else(|| all.collect(), |axis| vec![axis]) {
                 let (limit, unit) = match *bound {
                     Bound::Percent(limit) => (limit, "% FS"),
                     Bound::Load(limit) => (limit, axis.unit()),
@@ -228,7 +228,7 @@ mod tests {
     use crate::calibration::{AxisExpectedError, Scores};
 
     fn verdicts(text: &str) -> Vec<(String, bool)> {
-        let own = |axis: Axis, value| AxisExpectedError {
+        let expected = |axis: Axis, value| AxisExpectedError {
             axis,
             unit: axis.unit().to_owned(),
             range: (-1.0, 1.0),
@@ -246,7 +246,7 @@ mod tests {
             ..Quality::default()
         };
         let expected_error = Ok(ExpectedError {
-            axes: vec![own(Axis::Fx, Some(2.0)), own(Axis::Mz, None)],
+            axes: vec![expected(Axis::Fx, Some(2.0)), expected(Axis::Mz, None)],
             ..ExpectedError::default()
         });
         let measured = Measured {
@@ -256,7 +256,7 @@ mod tests {
             metrology: Err("no cycle"),
         };
         let checked = Limits::from_toml(text).unwrap().check(&measured);
-        checked.iter().map(|own| (own.in_words(), own.pass)).collect()
+        checked.iter().map(|limit| (limit.in_words(), limit.pass)).collect()
     }
 
     #[test]

@@ -128,14 +128,14 @@ fn left_out_errors(
     let is_trained = |entry: &Entry| entry.role == Role::Train;
     let step = step_of(data, is_trained);
     let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
-    let mut own = calibration.clone();
+    let mut without_part = calibration.clone();
     for ((entry, pieces), past) in data.entries.iter().zip(&data.folds.pieces).zip(past) {
         if !is_trained(entry) || progress.is_cancelled() {
             continue;
         }
         // Cross-validation leaves out only whole recordings here, so each recording is one piece.
-        own.compensated = Some(fits[pieces[0].fold].clone());
-        let loads = own.compensated_loads(&entry.recording, past);
+        without_part.compensated = Some(fits[pieces[0].fold].clone());
+        let loads = without_part.compensated_loads(&entry.recording, past);
         errors.add_loads(&loads, entry.recording.loads(), step);
     }
     Ok(errors)

@@ -54,7 +54,7 @@ impl HeldOutErrors {
 
     /// Adds the absolute errors of every `step`-th sample: loads minus reference loads, both `n × n_axes` row-major.
     pub fn add_loads(&mut self, loads: &[f64], reference: &[f64], step: usize) {
-        self.add(loads.iter().zip(reference).map(|(own, reference)| own - reference), step);
+        self.add(loads.iter().zip(reference).map(|(load, reference)| load - reference), step);
     }
 
     /// Returns the value within which 95 % of the errors lie, per axis; `None` without errors.
@@ -78,10 +78,10 @@ pub fn expected_from(
     mut tested: HeldOutErrors,
 ) -> Result<ExpectedError, String> {
     let mut left_out = match left_out {
-        Ok(own) if own.n_groups < MIN_GROUPS => {
-            Err(NoCrossValidation::FewGroups { found: own.n_groups, needed: MIN_GROUPS })
+        Ok(errors) if errors.n_groups < MIN_GROUPS => {
+            Err(NoCrossValidation::FewGroups { found: errors.n_groups, needed: MIN_GROUPS })
         }
-        own => own,
+        errors => errors,
     };
     if let Err(reason) = &left_out
         && tested.n_groups < MIN_GROUPS
@@ -96,8 +96,8 @@ pub fn expected_from(
     let ranges = load_ranges(used(entries), axes.len());
     let of_axis = |(at, (axis, full_scale)): (usize, &(Axis, f64))| {
         let same_unit = axes.iter().zip(&ranges);
-        let same_unit = same_unit.filter(|((own, _), _)| own.is_force() == axis.is_force());
-        let largest = same_unit.map(|(_, own)| own.span()).fold(2.0 * full_scale, f64::max);
+        let same_unit = same_unit.filter(|((other, _), _)| other.is_force() == axis.is_force());
+        let largest = same_unit.map(|(_, range)| range.span()).fold(2.0 * full_scale, f64::max);
         let moves = ranges[at].span() > STANDS_STILL * largest;
         let figure = |values: &Option<Vec<f64>>| Some(values.as_ref()?[at]).filter(|_| moves);
         let (cross_validation, test) = (figure(&by_cross_validation), figure(&by_test));
@@ -107,12 +107,13 @@ pub fn expected_from(
             unit: axis.unit().to_owned(),
             range: ranges[at].ends().unwrap_or_default(),
             value,
-            percent_fs: value.filter(|_| *full_scale > 0.0).map(|own| 100.0 * own / full_scale),
+            percent_fs: value.filter(|_| *full_scale > 0.0).map(|error| 100.0 * error / full_scale),
             cross_validation,
             test,
         }
     };
-    let held_out = |own: &HeldOutErrors| HeldOut { groups: own.n_groups, samples: own.n_samples };
+    let held_out =
+        |errors: &HeldOutErrors| HeldOut { groups: errors.n_groups, samples: errors.n_samples };
     Ok(ExpectedError {
         axes: axes.iter().enumerate().map(of_axis).collect(),
         cross_validation: left_out.as_ref().ok().map(held_out),
@@ -143,9 +144,10 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
         missing.push("another day".to_owned());
     }
     let last = missing.pop().expect("loads beyond the recorded range are always in the list");
-    match missing.is_empty() {
-        true => format!("The expected error does not cover {last}."),
-        false => format!("The expected error does not cover {}, or {last}.", missing.join(", ")),
+    if missing.is_empty() {
+        format!("The expected error does not cover {last}.")
+    } else {
+        format!("The expected error does not cover {}, or {last}.", missing.join(", "))
     }
 }
 
@@ -169,7 +171,9 @@ pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
 /// duration.
 pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
     match recordings {
-        [first, others @ ..] => !others.is_empty() && others.iter().all(|own| own.repeats(first)),
+        [first, others @ ..] => {
+            !others.is_empty() && others.iter().all(|other| other.repeats(first))
+        }
         [] => false,
     }
 }
@@ -263,9 +267,12 @@ mod tests {
 
     #[test]
     fn conditions_that_are_not_covered_are_listed() {
-        let one_at_a_time = |share: f64| match share < 0.5 {
-            true => [10.0 * (12.0 * share).sin(), 0.0],
-            false => [0.0, 10.0 * (12.0 * share).sin()],
+        let one_at_a_time = |share: f64| {
+            if share < 0.5 {
+                [10.0 * (12.0 * share).sin(), 0.0]
+            } else {
+                [0.0, 10.0 * (12.0 * share).sin()]
+            }
         };
         let free: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
         let repeated: Vec<Entry> =

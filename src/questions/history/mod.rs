@@ -65,9 +65,9 @@ pub fn coarse_history(
     let fitted = |history_rate_hz| {
         let regressor = Regressor::Linear;
         let settings = FitSettings { history_rate_hz, regressor, ..settings.clone() };
-        let own = Request::fit(Arc::clone(&request.recordings), settings);
-        let own = train(&own, progress, &mut |_| {})?;
-        Ok::<_, AnalysisError>((error_of(&own), Footprint::of(&own)))
+        let request = Request::fit(Arc::clone(&request.recordings), settings);
+        let trained = train(&request, progress, &mut |_| {})?;
+        Ok::<_, AnalysisError>((error_of(&trained), Footprint::of(&trained)))
     };
     let (whole_error, whole) = fitted(0.0)?;
     if !whole.is_large() || !whole_error.is_finite() {

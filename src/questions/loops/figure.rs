@@ -279,17 +279,14 @@ impl CrossPlot {
     }
 }
 
-/// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `own`, falling
-/// branches a colour between `own` and `ink`.
-pub(crate) fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
+/// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `rising`, falling
+/// branches a colour between `rising` and `ink`.
+pub(crate) fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
         .map(|cloud| Cloud {
             density: Arc::clone(&cloud.density),
-            color: match cloud.rising {
-                true => own,
-                false => color::falling(own, ink),
-            },
+            color: if cloud.rising { rising } else { color::falling(rising, ink) },
         })
         .collect()
 }
@@ -319,7 +316,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
 
 /// Returns the opacity of the thin lines of branches. More points give fainter lines, so that thick lines stand out.
 pub(crate) fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
-    let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
+    let points = drawn.map(|drawing| drawing.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);
     (0.6 * (1000.0 / most.max(1) as f32).sqrt()).clamp(0.2, 0.6)
 }

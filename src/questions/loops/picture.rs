@@ -137,12 +137,15 @@ pub(crate) fn picture(
     };
     let first = cycles(&curves[0].loads);
     let cycles: Vec<_> = (curves.iter())
-        .map(|curve| match Arc::ptr_eq(&curve.loads, &curves[0].loads) {
-            true => Arc::clone(&first),
-            false => cycles(&curve.loads),
+        .map(|curve| {
+            if Arc::ptr_eq(&curve.loads, &curves[0].loads) {
+                Arc::clone(&first)
+            } else {
+                cycles(&curve.loads)
+            }
         })
         .collect();
-    let load_range = cycles.iter().map(|own| own.range).collect();
+    let load_range = cycles.iter().map(|cycles| cycles.range).collect();
     let output_range: MinMax =
         curves.iter().flat_map(|curve| curve.values.iter().flatten()).collect();
     let whole = frame_around(load_range, output_range);
@@ -211,8 +214,8 @@ impl Curve {
         Ok(LoopCurve {
             output: self.output,
             drawn: drawn(loads, values, cycles.loops.branches(), canvas, progress)?,
-            mean: figures(|own| own.mean.as_deref()),
-            largest: figures(|own| own.largest.as_ref().map(std::slice::from_ref)),
+            mean: figures(|cycles| cycles.mean.as_deref()),
+            largest: figures(|cycles| cycles.largest.as_ref().map(std::slice::from_ref)),
             by_rate,
         })
     }
@@ -284,10 +287,10 @@ pub(crate) fn drawn(
 ) -> Result<Drawn, Cancelled> {
     let ways = [true, false].into_par_iter().map(|rising| {
         let paths =
-            (loads.iter().zip(outputs).zip(branches)).flat_map(|((loads, outputs), own)| {
-                let all = (own.is_empty() && rising).then_some(0..loads.len());
-                let own = own.iter().filter(move |branch| branch.rising == rising);
-                let parts = own.map(|branch| branch.samples.clone()).chain(all);
+            (loads.iter().zip(outputs).zip(branches)).flat_map(|((loads, outputs), branches)| {
+                let all = (branches.is_empty() && rising).then_some(0..loads.len());
+                let branches = branches.iter().filter(move |branch| branch.rising == rising);
+                let parts = branches.map(|branch| branch.samples.clone()).chain(all);
                 parts.map(|part| {
                     let points = loads[part.clone()].iter().zip(&outputs[part]);
                     let points = points.map(|(load, output)| [*load, *output]);

@@ -9,7 +9,7 @@ use crate::{
             cross::{self, CrossPlot},
             dwell::{self, DwellPlot},
             picture::{self, LoopPlot},
-            request::{LookError, LookRequest, Question, Span, TableOf},
+            request::{LookError, LookRequest, LoopQuestion, Question, Span, TableOf},
             source::Source,
         },
         metrology::{Metrology, Run, table_by},
@@ -35,30 +35,41 @@ pub enum Look {
 /// # Errors
 /// [`LookError`] if there is nothing to show. The kept loads stay valid after an error.
 pub fn look(request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
-    let source = &mut Source::of(&request.loads);
+    let source = || Source::of(&request.loads);
     match &request.question {
-        Question::Loops(question) => {
-            let parts = source.parts(question.span, request, progress)?;
-            picture::picture(source, parts, question, &request.measuring, progress).map(Look::Loops)
-        }
+        Question::Loops(question) => loops_of(request, question, progress).map(Look::Loops),
         Question::Cross(question) => {
+            let source = &mut source();
             let parts = source.parts(question.span, request, progress)?;
             cross::picture(source, &parts, question, progress).map(Look::Cross)
         }
         Question::Dwells(question) => {
+            let source = &mut source();
             source.parts(Span::All, request, progress)?;
             dwell::picture(source, question, &request.measuring).map(Look::Dwells)
         }
-        Question::Table(of) => table_of(source, *of, request, progress),
+        Question::Table(of) => table_of(request, *of, progress).map(Look::Table),
     }
 }
 
-fn table_of(
-    source: &mut Source,
-    of: TableOf,
+/// Computes loops of one axis, whatever the question of the request is.
+pub(crate) fn loops_of(
     request: &LookRequest,
+    question: &LoopQuestion,
     progress: &Progress,
-) -> Result<Look, LookError> {
+) -> Result<LoopPlot, LookError> {
+    let source = &mut Source::of(&request.loads);
+    let parts = source.parts(question.span, request, progress)?;
+    picture::picture(source, parts, question, &request.measuring, progress)
+}
+
+/// Computes the metrology table of these recordings, whatever the question of the request is.
+pub(crate) fn table_of(
+    request: &LookRequest,
+    of: TableOf,
+    progress: &Progress,
+) -> Result<Arc<Metrology>, LookError> {
+    let source = &mut Source::of(&request.loads);
     let entries = request.loads.recordings.entries().iter().enumerate();
     let chosen: Vec<usize> =
         entries.filter(|(_, entry)| of.includes(entry.role)).map(|(at, _)| at).collect();
@@ -69,7 +80,7 @@ fn table_of(
     let runs: Vec<Run<'_>> = chosen.iter().map(|at| source.run(*at)).collect();
     let lags = source.lags(&chosen, progress)?;
     let figures = table_by(&runs, &source.rules(&request.measuring), || Ok(lags))?;
-    Ok(Look::Table(Arc::new(figures)))
+    Ok(Arc::new(figures))
 }
 
 /// Request of one pane. Each pane asks as itself, so that the answers to different panes do not replace each other.

@@ -19,17 +19,16 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
         Ok(lag) => lag,
         Err(reason) => return format!("Time lag of the uncompensated load unknown: {reason}."),
     };
-    let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
+    let [late, error] =
+        [lag.seconds, 2.0 * lag.standard_error_secs].map(|secs| significant(secs, 3));
     let samples = significant(lag.samples, 3);
     if !lag.is_significant() {
         return format!(
             "No significant time lag of the uncompensated load: {late} ± {error} s, which is {samples} samples."
         );
     }
-    let kind = match lag.kind_is_known {
-        true => lag.kind.name(),
-        false => "delay, or time constant of a low-pass",
-    };
+    let kind =
+        if lag.kind_is_known { lag.kind.name() } else { "delay, or time constant of a low-pass" };
     let explains = found.widths.map(|widths| {
         let [width, area] = [widths.explained_share(), widths.explained_area_share()]
             .map(|share| significant(100.0 * share, 2));
@@ -59,9 +58,10 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
         true => "N²".to_owned(),
         false => "N²·m²".to_owned(),
     };
-    let (share, area_share, of_what) = match is_gauge {
-        true => ("%", "%", "In percent of half the range of the gauge"),
-        false => ("% FS", "% FS²", "In percent of full scale"),
+    let (share, area_share, of_what) = if is_gauge {
+        ("%", "%", "In percent of half the range of the gauge")
+    } else {
+        ("% FS", "% FS²", "In percent of full scale")
     };
     let width = (unit, share, scale);
     let area = (&*area_unit, area_share, scale * plot.full_scale);
@@ -132,7 +132,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
 /// Returns a table of the exponential that is fitted to each output's error over one dwell. A cell is a dash if the dwell has
 /// no duration.
 pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
-    let drifts = Trace::OUTPUTS.into_iter().zip(curve.outputs.iter().map(|own| &own.drift));
+    let drifts = Trace::OUTPUTS.into_iter().zip(curve.outputs.iter().map(|output| &output.drift));
     let reasons = drifts.clone().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;
         Some(format!("{} {reason}", trace.label()))

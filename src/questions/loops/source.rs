@@ -134,9 +134,8 @@ impl Source {
 
     /// Returns the reference load of an axis; `None` if the recording has no reference load for this axis.
     pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
-        let recording = &self.recordings()[part.recording];
-        let at = recording.axes().iter().position(|own| *own == axis)?;
-        Some(part_of(recording.loads(), recording.axes().len(), at, &part.samples))
+        let loads = self.recordings()[part.recording].load(axis)?;
+        Some(loads.skip(part.samples.start).take(part.samples.len()).collect())
     }
 
     /// Returns the reference load of an axis, delayed by the time lag of an output; `None` if the recording has no reference

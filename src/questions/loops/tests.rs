@@ -484,8 +484,8 @@ fn figures_are_in_units_in_percent_and_as_a_change() {
         let mut plot = picture(&request(&recordings, Question::Loops(loops(up, Span::All))));
         (plot.full_scale, plot.output_scale) = (20.0, output_scale);
         for (curve, figures) in plot.curves.iter_mut().zip(figures) {
-            let own = curve.mean.as_mut().unwrap();
-            own.measures = *figures;
+            let mean = curve.mean.as_mut().unwrap();
+            mean.measures = *figures;
         }
         let view = LoopView::of_all(&plot, gauge, FiguresOf::Mean);
         let Table { rows, .. } = loop_figures(&view);

@@ -57,7 +57,7 @@ fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
     let measured = view.measured;
     let columns = &measured.runs[0].loads;
     let known = || columns.iter().filter_map(Option::as_deref);
-    let axes = columns.iter().zip(measured.axes).filter(|(own, _)| own.is_some());
+    let axes = columns.iter().zip(measured.axes).filter(|(loads, _)| loads.is_some());
     let axes: Vec<_> = axes.map(|(_, axis)| *axis).collect();
     let n_rows = known().next().map_or(0, <[f64]>::len);
     let loads: Vec<f64> =

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::{
     questions::metrology::{
-        figures::{Figure, Result, Value},
-        measured::{Columns, Measured, OUTPUTS},
+        figures::{Figure, OUTPUTS, Result, Value},
+        measured::{Columns, Measured},
         quantity::Quantity,
         reason::Reason,
     },
@@ -70,11 +70,11 @@ fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
     let of = |output: usize, axis: usize| {
         let points: Vec<Vec<(f64, f64)>> = (runs.iter())
             .map(|(columns, (loads, samples))| {
-                let outputs = columns.outputs()[output];
+                let outputs = columns.run.outputs()[output];
                 let error = |k: usize| outputs[k * n_axes + axis] - loads[axis][k];
                 samples.iter().map(|k| (loads[loaded][*k], error(*k))).collect()
             })
-            .filter(|own: &Vec<_>| !own.is_empty())
+            .filter(|points: &Vec<_>| !points.is_empty())
             .collect();
         Some(slope(&points, present)? * full_scale)
     };
@@ -114,7 +114,7 @@ pub(crate) fn crosstalk_figures(
         let found = match &responses[loaded] {
             Err(reason @ Reason::OnlyAxis { .. }) => Err(reason.clone()),
             _ if loaded == axis => Err(Reason::LoadedAxis { axis: *from }),
-            Ok(own) => own[output][axis].ok_or(Reason::NotLinear { axis: *from }),
+            Ok(response) => response[output][axis].ok_or(Reason::NotLinear { axis: *from }),
             Err(reason) => Err(reason.clone()),
         };
         (Quantity::Crosstalk(*from), found.map(Value::everywhere))

@@ -67,8 +67,8 @@ fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
 fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
     let least = view.loaded_from()?;
     let holds = view.runs.iter().flat_map(|run| {
-        let own = view.measured.holds[run.index].iter();
-        own.filter(move |hold| mean_load(run, hold).abs() >= least).map(move |hold| (run, hold))
+        let holds = view.measured.holds[run.index].iter();
+        holds.filter(move |hold| mean_load(run, hold).abs() >= least).map(move |hold| (run, hold))
     });
     let settings = view.measured.settings;
     longest(holds).ok_or(Reason::NoHold {

@@ -12,6 +12,7 @@ use crate::{
         reason::Reason,
     },
     recording::{Axis, Recording},
+    scoring::lag::LagRun,
 };
 
 /// One recording, with the loads that a calibration computes from it.
@@ -57,7 +58,24 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// Returns the uncompensated and the compensated loads, row-major.
+    pub(crate) fn outputs(&self) -> [&'a [f64]; OUTPUTS] {
+        [self.conventional, self.compensated]
+    }
+
+    /// Returns the samples in which the time lag of an output is measured; `None` without times, or unless the recording has a
+    /// reference for exactly these axes.
+    pub(crate) fn lag_run(&self, axes: &[Axis], output: usize) -> Option<LagRun<'a>> {
+        let is_usable = !self.is_static && *self.reference_axes == *axes;
+        is_usable.then_some(LagRun {
+            times: self.times,
+            gauges: self.gauges,
+            loads: self.reference,
+            outputs: self.outputs()[output],
+        })
+    }
+
     pub(crate) fn place(&self, recording: usize, samples: Range<usize>) -> Place {
         Place {
             recording,
@@ -68,6 +86,9 @@ impl Run<'_> {
         }
     }
 }
+
+/// Number of outputs of the sensor that are compared: the uncompensated, then the compensated load.
+pub(crate) const OUTPUTS: usize = 2;
 
 /// Interval of a recording from which a figure is computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -174,7 +195,7 @@ impl Metrology {
     /// returned, so that the tables show the reasons. Files contain all rows, with the reasons.
     pub(crate) fn shown_rows(&self) -> impl Iterator<Item = &Row> {
         let has_figure = |row: &Row| {
-            row.cells.iter().any(|own| own.conventional.is_ok() || own.compensated.is_ok())
+            row.cells.iter().any(|cell| cell.conventional.is_ok() || cell.compensated.is_ok())
         };
         let is_empty = !self.rows.iter().any(has_figure);
         self.rows.iter().filter(move |row| is_empty || has_figure(row))

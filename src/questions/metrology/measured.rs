@@ -9,7 +9,7 @@ use crate::{
     column::column,
     progress::{Cancelled, Progress},
     questions::metrology::{
-        figures::{Place, Run},
+        figures::{OUTPUTS, Place, Run},
         reason::Reason,
         settings::{MetrologyError, MetrologySettings, Rules, check_per_axis},
     },
@@ -19,9 +19,6 @@ use crate::{
         lag::{Lag, LagEquations, LagRun, NoLag},
     },
 };
-
-/// Number of outputs of the sensor that are compared: the uncompensated, then the compensated load.
-pub(crate) const OUTPUTS: usize = 2;
 
 /// Time lag of each axis behind its reference load, for each output.
 pub type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
@@ -52,16 +49,10 @@ impl<'a> Columns<'a> {
             }
         }
         let load = |axis: &Axis| {
-            let at = run.reference_axes.iter().position(|own| own == axis)?;
+            let at = run.reference_axes.iter().position(|known| known == axis)?;
             Some(column(run.reference, run.reference_axes.len(), at).collect())
         };
         Ok(Self { loads: axes.iter().map(load).collect(), run })
-    }
-
-    /// Returns the uncompensated and the compensated loads, row-major. To save memory, an axis is copied to a column only
-    /// while it is measured.
-    pub(crate) fn outputs(&self) -> [&'a [f64]; OUTPUTS] {
-        [self.run.conventional, self.run.compensated]
     }
 }
 
@@ -71,22 +62,12 @@ impl<'a> Columns<'a> {
 /// # Errors
 /// [`Cancelled`] if `progress` is cancelled.
 pub fn lags_of(runs: &[Run<'_>], axes: &[Axis], progress: &Progress) -> Result<Lags, Cancelled> {
-    let n = axes.len();
-    let usable = runs.iter().filter(|run| *run.reference_axes == *axes && !run.is_static);
-    let usable: Vec<&Run<'_>> = usable.collect();
-    let runs = |compensated: bool| -> Vec<LagRun<'_>> {
-        let runs = usable.iter().map(|run| LagRun {
-            times: run.times,
-            gauges: run.gauges,
-            loads: run.reference,
-            outputs: if compensated { run.compensated } else { run.conventional },
-        });
-        runs.collect()
-    };
-    let of_outputs = [false, true].map(runs);
+    let of_outputs: [Vec<_>; OUTPUTS] = std::array::from_fn(|output| {
+        runs.iter().filter_map(|run| run.lag_run(axes, output)).collect()
+    });
     let equations = match LagEquations::of(&of_outputs[0]) {
         Ok(equations) => equations,
-        Err(reason) => return Ok(std::array::from_fn(|_| vec![Err(reason); n])),
+        Err(reason) => return Ok(std::array::from_fn(|_| vec![Err(reason); axes.len()])),
     };
     let [conventional, compensated] = of_outputs.map(|runs| equations.lags(&runs, progress));
     Ok([conventional?, compensated?])
@@ -129,14 +110,8 @@ impl<'a> Measured<'a> {
 
     /// Returns the recordings with times and a reference for every axis, on which the time lag of an output is measured.
     pub(crate) fn lag_runs(&self, output: usize) -> Vec<LagRun<'_>> {
-        let usable = |own: &&Columns<'_>| own.run.reference_axes == self.axes && !own.run.is_static;
-        let runs = self.runs.iter().filter(usable).map(|own| LagRun {
-            times: own.run.times,
-            gauges: own.run.gauges,
-            loads: own.run.reference,
-            outputs: own.outputs()[output],
-        });
-        runs.collect()
+        let runs = self.runs.iter();
+        runs.filter_map(|columns| columns.run.lag_run(self.axes, output)).collect()
     }
 
     /// Returns true if the load of every axis of the recording that has a reference is near zero in this dwell.
@@ -160,7 +135,9 @@ impl<'a> Measured<'a> {
                     index,
                     columns,
                     loads: columns.loads[at].as_deref()?,
+                    // To save memory, an axis is copied to a column only while it is measured.
                     outputs: columns
+                        .run
                         .outputs()
                         .map(|rows| column(rows, self.axes.len(), at).collect()),
                 })

@@ -56,7 +56,7 @@ impl Quantity {
     pub fn all(axes: &[Axis]) -> Vec<Self> {
         let all = QUANTITIES.iter().flat_map(|(quantity, _)| match quantity {
             Self::Crosstalk(_) => axes.iter().copied().map(Self::Crosstalk).collect(),
-            own => vec![*own],
+            single => vec![*single],
         });
         all.collect()
     }

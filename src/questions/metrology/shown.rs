@@ -33,11 +33,14 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         let units = shown.both((false, axis.unit()), (true, "% FS"));
         units.into_iter().map(move |(in_percent, unit)| (output, in_percent, unit))
     });
-    let own = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
-    let rows = Table::of(own.map(|row| (row, &row.cells[at])))
-        .column(Column::words("Figure"), |(row, cell)| match row.quantity.is_time() {
-            true => defined(row, format!("{} [{}]", row.definition.name, cell.unit)),
-            false => defined(row, row.definition.name.clone()),
+    let shown_rows = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
+    let rows = Table::of(shown_rows.map(|row| (row, &row.cells[at])))
+        .column(Column::words("Figure"), |(row, cell)| {
+            if row.quantity.is_time() {
+                defined(row, format!("{} [{}]", row.definition.name, cell.unit))
+            } else {
+                defined(row, row.definition.name.clone())
+            }
         })
         .instead(|(_, cell)| match (&cell.conventional, &cell.compensated) {
             (Err(before), Err(after)) if before == after => Some(missing(before)),
@@ -205,14 +208,14 @@ pub fn figure_records(metrology: &Metrology) -> Table {
         let value = |cell| output(cell).as_ref().ok();
         let column = |what: &str| format!("{name}{what}");
         rows = rows
-            .column(Column::words(name), |(.., cell)| known(value(cell).map(|own| own.value)))
+            .column(Column::words(name), |(.., cell)| known(value(cell).map(|value| value.value)))
             .column(Column::words(column("_percent_fs")), |(.., cell)| {
-                known(value(cell).and_then(|own| own.percent_fs))
+                known(value(cell).and_then(|value| value.percent_fs))
             })
             .words(column("_place"), |(.., cell)| {
-                let place = value(cell).and_then(|own| own.place.as_ref());
-                place.map_or_else(String::new, |own| {
-                    format!("{} {} s to {} s", own.name, own.from_secs, own.to_secs)
+                let place = value(cell).and_then(|value| value.place.as_ref());
+                place.map_or_else(String::new, |place| {
+                    format!("{} {} s to {} s", place.name, place.from_secs, place.to_secs)
                 })
             })
             .words(column("_reason"), |(.., cell)| {

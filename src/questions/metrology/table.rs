@@ -12,9 +12,9 @@ use crate::{
         case_rows::{case_figures, error_figures},
         crosstalk::{Response, crosstalk_figures, responses},
         dwell_rows::dwell_figures,
-        figures::{Cell, Figure, Metrology, Result, Row, Run, Value},
+        figures::{Cell, Figure, Metrology, OUTPUTS, Result, Row, Run, Value},
         loop_rows::{LoopRows, lag_figures},
-        measured::{Columns, Lags, Measured, OUTPUTS},
+        measured::{Columns, Lags, Measured},
         quantity::Quantity,
         reason::Reason,
         settings::{MetrologyError, Rules},
@@ -64,9 +64,10 @@ pub fn table_by(
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
-    let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
-        true => (0..axes.len()).map(of_axis).collect(),
-        false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
+    let by_axis: Vec<AxisFigures> = if n_samples > MANY_SAMPLES {
+        (0..axes.len()).map(of_axis).collect()
+    } else {
+        (0..axes.len()).into_par_iter().map(of_axis).collect()
     };
     let rows = (Quantity::all(axes).into_iter())
         .map(|quantity| {
@@ -165,8 +166,8 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
     let axes = is_static.then_some(first.reference_axes)?;
     let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
-        let own = runs.iter().filter(|run| run.reference_axes == axes);
-        own.flat_map(values).copied().collect()
+        let joined_runs = runs.iter().filter(|run| run.reference_axes == axes);
+        joined_runs.flat_map(values).copied().collect()
     };
     let n_rows = joined(|run| run.times).len();
     let columns = [

@@ -71,7 +71,7 @@ fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
     let of_axis = |axis: &Axis| {
         let of_run = |all: LoadExtent, run: &Run<'_>| {
             let axes = run.reference_axes;
-            let Some(at) = axes.iter().position(|own| own == axis) else {
+            let Some(at) = axes.iter().position(|known| known == axis) else {
                 return all;
             };
             let loads = run.reference.iter().skip(at).step_by(axes.len());
@@ -539,15 +539,17 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
     for (late, tau) in [(Late::Lag, LAG_SECS), (Late::Both, LAG_SECS), (Late::Hysteresis, 0.0)] {
         let recordings = simulated::late(7, late);
         let outputs: Vec<Vec<f64>> = (recordings.iter())
-            .map(|own| own.gauges().iter().step_by(2).map(|gauge| gauge / 0.08).collect())
+            .map(|recording| {
+                recording.gauges().iter().step_by(2).map(|gauge| gauge / 0.08).collect()
+            })
             .collect();
         let runs: Vec<Run<'_>> = (recordings.iter().zip(&outputs))
-            .map(|(own, outputs)| Run {
-                name: own.name(),
-                times: own.times(),
-                gauges: own.gauges(),
-                reference_axes: own.axes(),
-                reference: own.loads(),
+            .map(|(recording, outputs)| Run {
+                name: recording.name(),
+                times: recording.times(),
+                gauges: recording.gauges(),
+                reference_axes: recording.axes(),
+                reference: recording.loads(),
                 conventional: outputs,
                 compensated: outputs,
                 is_static: false,

@@ -40,7 +40,7 @@ pub struct Trained {
 impl Trained {
     pub fn is_cross_validated(&self) -> bool {
         let calibration = self.calibration.as_ref();
-        calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())
+        calibration.is_some_and(|calibration| calibration.quality.compensated.cv_rmse.is_some())
     }
 }
 

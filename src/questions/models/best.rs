@@ -163,9 +163,9 @@ impl Best {
         let (Some(proposed), Some(smallest)) = (self.proposed(), self.smallest()) else {
             return Vec::new();
         };
-        let percent = |own: &Tried| format!("{} %", significant(100.0 * own.relative, 3));
-        let cost = |own: &Tried| {
-            let cost = &own.model.cost;
+        let percent = |tried: &Tried| format!("{} %", significant(100.0 * tried.relative, 3));
+        let cost = |tried: &Tried| {
+            let cost = &tried.model.cost;
             format!("{} parameters, {} bytes", cost.coefficients, cost.bytes)
         };
         if proposed.name == self.tried[0].name {
@@ -185,16 +185,15 @@ impl Best {
             cost(proposed)
         );
         let within = significant(100.0 * self.within, 2);
-        let second = match smallest.name == proposed.name {
-            true => format!(
-                "No smaller model has an error within {within} % of the proposed model's error"
-            ),
-            false => format!(
+        let second = if smallest.name == proposed.name {
+            format!("No smaller model has an error within {within} % of the proposed model's error")
+        } else {
+            format!(
                 "Smallest model with an error within {within} % of the proposed model's error: {}, {} of the conventional error; {}",
                 smallest.name,
                 percent(smallest),
                 cost(smallest)
-            ),
+            )
         };
         vec![first, second]
     }
@@ -202,15 +201,15 @@ impl Best {
     /// Returns sentences with further results of the search, such as the models that were not tried.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
-        let lowest = self.proposed().map_or(1.0, |own| own.relative);
+        let lowest = self.proposed().map_or(1.0, |tried| tried.relative);
         // A model with a lower error than the proposed model needs an explanation why it is not proposed.
-        let lower = self.tried.iter().filter(|own| own.relative < lowest);
-        remarks.extend(lower.map(|own| match &own.refused {
-            Some(why) => format!("{} is not proposed: {why}", own.name),
+        let lower = self.tried.iter().filter(|tried| tried.relative < lowest);
+        remarks.extend(lower.map(|tried| match &tried.refused {
+            Some(why) => format!("{} is not proposed: {why}", tried.name),
             None => format!(
                 "{} has a lower mean error, but only because of a few extreme blocks of samples; without the extreme tenth, another model is \
                  better with 90 % confidence",
-                own.name
+                tried.name
             ),
         }));
         if self.n_left > 0 {
@@ -221,7 +220,8 @@ impl Best {
         }
         remarks.extend(self.failures());
         if !self.ruled_out.is_empty() {
-            let lowest = self.ruled_out.iter().map(|own| own.1).fold(f64::INFINITY, f64::min);
+            let lowest =
+                self.ruled_out.iter().map(|dropped| dropped.1).fold(f64::INFINITY, f64::min);
             remarks.push(format!(
                 "{} networks and kernels were dropped after a short training; their lowest error was {} % of the conventional one",
                 self.ruled_out.len(),
@@ -243,12 +243,12 @@ impl Best {
         tried.model.left_out.clone_from(&self.folds);
         let rmse = tried.model.conventional.cv_rmse.as_deref();
         let weights = weights(rmse.unwrap_or_default());
-        let of = |own: &Tried| weighed(&own.squares, &weights);
-        let (own, reference) = (of(&tried), of(&conventional));
+        let of = |tried: &Tried| weighed(&tried.squares, &weights);
+        let (squares, reference) = (of(&tried), of(&conventional));
         // If the conventional calibration has no error, no model is better.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
         tried.at = self.tried.len();
-        tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
+        tried.model.spread = Some(self.cut.blocks.compare(&squares, &reference).standard_error);
         self.tried.push(tried);
         let mut order: Vec<usize> = (0..self.tried.len()).collect();
         order[1..].sort_by_key(|at| {
@@ -258,15 +258,15 @@ impl Best {
         let squares: Vec<Vec<f64>> = order.iter().map(|at| of(&self.tried[*at])).collect();
         let choice = self.cut.blocks.choose(order.len(), self.within, |at| &squares[at]);
         for (position, (at, refused)) in order.into_iter().zip(choice.refused).enumerate() {
-            let own = &mut self.tried[at];
-            own.is_proposed = position == choice.accurate;
-            own.is_smallest = position == choice.smallest;
-            own.refused = refused.map(|refused| self.cut.words(refused));
+            let candidate = &mut self.tried[at];
+            candidate.is_proposed = position == choice.accurate;
+            candidate.is_smallest = position == choice.smallest;
+            candidate.refused = refused.map(|refused| self.cut.words(refused));
         }
     }
 
     fn lowest(&self) -> f64 {
-        self.tried.iter().map(|own| own.relative).fold(f64::INFINITY, f64::min)
+        self.tried.iter().map(|tried| tried.relative).fold(f64::INFINITY, f64::min)
     }
 
     pub fn table(&self, set: ScoreSet) -> Table {
@@ -275,10 +275,10 @@ impl Best {
             ScoreSet::Test => String::new(),
             _ => format!("; {}", self.folds),
         };
-        let rows = self.tried.iter().map(|own| ModelRow {
-            mark: own.mark().cell(),
-            name: &own.name,
-            model: &own.model,
+        let rows = self.tried.iter().map(|tried| ModelRow {
+            mark: tried.mark().cell(),
+            name: &tried.name,
+            model: &tried.model,
         });
         Table {
             title: format!("RMSE, {}{folds}", set.label()),
@@ -309,10 +309,10 @@ impl Cut {
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
         let mut cut = Self { groups: folds.parts.clone(), ..Self::default() };
         let parts = folds.folds.iter().flat_map(|fold| &fold.parts);
-        for (part, own) in parts.zip(errors.iter().flatten()) {
-            let n = own.len() / n_axes;
+        for (part, errors) in parts.zip(errors.iter().flatten()) {
+            let n = errors.len() / n_axes;
             let count = (n / length).clamp(fewest, MOST_BLOCKS).min(n.max(1));
-            cut.blocks.samples.extend(blocks(n, count).map(|own| own.len() as f64));
+            cut.blocks.samples.extend(blocks(n, count).map(|block| block.len() as f64));
             cut.blocks.groups.extend(std::iter::repeat_n(*part, count));
             cut.counts.push(count);
         }
@@ -322,9 +322,9 @@ impl Cut {
     /// Returns the sums of squared errors of each block, `n_blocks × n_axes`.
     fn squares(&self, errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
         let mut squares = Vec::new();
-        for (count, own) in self.counts.iter().zip(errors.iter().flatten()) {
-            for at in blocks(own.len() / n_axes, *count) {
-                let block = &own[at.start * n_axes..at.end * n_axes];
+        for (count, errors) in self.counts.iter().zip(errors.iter().flatten()) {
+            for at in blocks(errors.len() / n_axes, *count) {
+                let block = &errors[at.start * n_axes..at.end * n_axes];
                 squares.extend(summed_squares(block, n_axes));
             }
         }
@@ -352,7 +352,7 @@ fn blocks(n_samples: usize, count: usize) -> impl Iterator<Item = Range<usize>> 
 
 /// Returns the sum of the squared errors of each axis.
 fn summed_squares(errors: &[f64], n_axes: usize) -> Vec<f64> {
-    let squares: Vec<f64> = errors.iter().map(|own| own * own).collect();
+    let squares: Vec<f64> = errors.iter().map(|error| error * error).collect();
     summed_by_target(&squares, n_axes)
 }
 
@@ -360,13 +360,13 @@ fn summed_squares(errors: &[f64], n_axes: usize) -> Vec<f64> {
 /// correlation time of a constant error is the length of the recording.
 fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     let all = || errors.iter().flatten();
-    let longest = all().map(|own| own.len() / n_axes).max().unwrap_or(1);
+    let longest = all().map(|errors| errors.len() / n_axes).max().unwrap_or(1);
     let mut lag = 1;
     while lag < longest {
         let (mut products, mut squares) = (vec![0.0; n_axes], vec![0.0; n_axes]);
-        for own in all() {
-            let later = own.iter().skip(lag * n_axes);
-            for (at, (a, b)) in own.iter().zip(later).enumerate() {
+        for errors in all() {
+            let later = errors.iter().skip(lag * n_axes);
+            for (at, (a, b)) in errors.iter().zip(later).enumerate() {
                 products[at % n_axes] += a * b;
                 squares[at % n_axes] += a * a;
             }
@@ -426,15 +426,16 @@ pub fn find_best(
     let lowest = lowest.min(running.best.lowest());
     let mut left = CAN_WIN;
     let can_win = |(relative, recipe): &(f64, Recipe)| {
-        let own = left.iter_mut().find(|own| recipe.regressor == own.0);
-        own.is_some_and(|(_, reach, most)| {
+        let limits = left.iter_mut().find(|limits| recipe.regressor == limits.0);
+        limits.is_some_and(|(_, reach, most)| {
             let can_win = *relative < *reach * lowest && *most > 0 && running.is_new(*relative);
             *most -= usize::from(can_win);
             can_win
         })
     };
     let (short, passed): (Vec<_>, Vec<_>) = short.into_iter().partition(can_win);
-    running.best.ruled_out = passed.into_iter().map(|(own, recipe)| (recipe.name, own)).collect();
+    running.best.ruled_out =
+        passed.into_iter().map(|(relative, recipe)| (recipe.name, relative)).collect();
     for (at, (_, recipe)) in short.iter().enumerate() {
         if running.is_out_of_time() {
             running.best.n_left += short.len() - at;
@@ -445,9 +446,10 @@ pub fn find_best(
     }
     for (regressor, ..) in CAN_WIN {
         let Some(recipe) = running.best_of(regressor, &short) else { continue };
-        match running.is_out_of_time() {
-            true => running.best.n_left += 1,
-            false => running.try_fully(&recipe.longer())?,
+        if running.is_out_of_time() {
+            running.best.n_left += 1
+        } else {
+            running.try_fully(&recipe.longer())?
         }
     }
     show(&running.best);
@@ -530,8 +532,8 @@ impl<'a> Running<'a> {
         std::thread::scope(|scope| {
             let threads: Vec<_> =
                 self.sides.iter_mut().map(|side| scope.spawn(move || run(side))).collect();
-            let results = threads.into_iter().map(|own| own.join());
-            results.map(|own| own.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+            let results = threads.into_iter().map(|thread| thread.join());
+            results.map(|errors| errors.unwrap_or_else(|panic| resume_unwind(panic))).collect()
         })
     }
 
@@ -557,8 +559,8 @@ impl<'a> Running<'a> {
     /// Returns false if the error equals that of a linear model: then the network or kernel after the linear fit has no
     /// effect.
     fn is_new(&self, relative: f64) -> bool {
-        let is_linear = |own: &&Tried| own.regressor == Regressor::Linear;
-        let same = |own: &Tried| (own.relative - relative).abs() < 1e-9;
+        let is_linear = |tried: &&Tried| tried.regressor == Regressor::Linear;
+        let same = |tried: &Tried| (tried.relative - relative).abs() < 1e-9;
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
@@ -570,8 +572,8 @@ impl<'a> Running<'a> {
         trained: &'r [(f64, Recipe)],
     ) -> Option<&'r Recipe> {
         let reach = NEARLY_BEST * self.best.lowest();
-        let own = trained.iter().filter(|(_, own)| own.regressor == regressor);
-        let found = own.filter_map(|(_, recipe)| {
+        let alike = trained.iter().filter(|(_, recipe)| recipe.regressor == regressor);
+        let found = alike.filter_map(|(_, recipe)| {
             let tried = self.best.tried.iter().find(|tried| tried.name == recipe.name)?;
             let can_win = tried.relative < reach && tried.refused.is_none();
             (can_win && self.is_new(tried.relative)).then_some((tried.relative, recipe))
@@ -592,7 +594,7 @@ impl<'a> Running<'a> {
         let since = Instant::now();
         let tried = self.tried(recipe);
         let Some(mut tried) = self.noted(recipe, tried)? else { return Ok(()) };
-        let is_same = |own: &Tried| own.model.settings == tried.model.settings;
+        let is_same = |earlier: &Tried| earlier.model.settings == tried.model.settings;
         // Feature blocks without effect were removed, so a candidate may equal an earlier candidate.
         if !self.best.tried.iter().any(is_same) {
             tried.model.seconds = Some(since.elapsed().as_secs_f64());
@@ -633,8 +635,8 @@ fn spreads(errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
     let rmse: Vec<Vec<f64>> = rmse.collect();
     let of_axis = |axis: usize| {
         let n = rmse.len() as f64;
-        let mean = rmse.iter().map(|own| own[axis]).sum::<f64>() / n.max(1.0);
-        let squares = rmse.iter().map(|own| (own[axis] - mean).powi(2)).sum::<f64>();
+        let mean = rmse.iter().map(|rmse| rmse[axis]).sum::<f64>() / n.max(1.0);
+        let squares = rmse.iter().map(|rmse| (rmse[axis] - mean).powi(2)).sum::<f64>();
         (squares / (n - 1.0).max(1.0)).sqrt()
     };
     (0..n_axes).map(of_axis).collect()
@@ -643,9 +645,9 @@ fn spreads(errors: &FoldErrors, n_axes: usize) -> Vec<f64> {
 /// Removes the feature blocks that the ridge has left out for all axes.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let ridges = &calibration.quality.ridge_by_block;
-    for (own, ridge) in calibration.design().blocks().iter().zip(ridges) {
+    for (of_block, ridge) in calibration.design().blocks().iter().zip(ridges) {
         if ridge.strengths.iter().all(Option::is_none) {
-            match own.block {
+            match of_block.block {
                 Some(block) => features.blocks.set(block, Vec::new()),
                 None => features.look_backs.clear(),
             }
@@ -706,10 +708,10 @@ mod tests {
         );
         let patient = Search { time_limit: Duration::from_secs(3), ..search };
         let best = find_best(&patient, &Progress::default(), &|_| {}).unwrap();
-        let own = &best.tried[1];
-        assert_eq!(own.name, "Auxiliary channels");
-        assert!(own.relative < 0.2, "{}", own.relative);
-        assert_eq!(own.model.settings.features.blocks.of(&Auxiliary), [0.0, 20.0]);
+        let auxiliary = &best.tried[1];
+        assert_eq!(auxiliary.name, "Auxiliary channels");
+        assert!(auxiliary.relative < 0.2, "{}", auxiliary.relative);
+        assert_eq!(auxiliary.model.settings.features.blocks.of(&Auxiliary), [0.0, 20.0]);
         assert!(best.proposed().unwrap().relative < 0.2);
     }
 
@@ -718,8 +720,8 @@ mod tests {
     fn the_proposal_does_not_depend_on_how_busy_the_machine_is() {
         let mut set = RecordingSet::default();
         for entry in crate::recording::simulated::recordings(1).entries().iter().step_by(30) {
-            let own = Entry::new(entry.recording.decimated(40), Role::Train);
-            set.push(own).unwrap();
+            let thinned = Entry::new(entry.recording.decimated(40), Role::Train);
+            set.push(thinned).unwrap();
         }
         let search = Search {
             recordings: Arc::new(set),
@@ -732,7 +734,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let best = pool.install(|| find_best(&search, &Progress::default(), &|_| {}));
             let tried = best.unwrap().tried.into_iter();
-            tried.map(|own| (own.name, own.squares, own.is_proposed)).collect::<Vec<_>>()
+            tried.map(|tried| (tried.name, tried.squares, tried.is_proposed)).collect::<Vec<_>>()
         };
         let idle = found(2);
         let is_done = std::sync::atomic::AtomicBool::new(false);

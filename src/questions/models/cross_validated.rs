@@ -53,7 +53,7 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     let training = data.training();
     let steps = match settings.regressor.learner() {
         Some(Learner::Network) => {
-            let samples: usize = training.iter().map(|own| own.n_samples()).sum();
+            let samples: usize = training.iter().map(|recording| recording.n_samples()).sum();
             samples.div_ceil(settings.network.batch) * settings.network.epochs
         }
         _ => 10 * training.len(),
@@ -80,9 +80,10 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
         .map(|fold| {
             let others = parts.iter().enumerate();
             let others = others.filter(|(part, _)| fit_without(*part, n) != fold);
-            match has_shares {
-                true => best_shares(&others.map(|(_, part)| part).collect::<Vec<_>>()),
-                false => vec![1.0; parts[0].of_axes.len()],
+            if has_shares {
+                best_shares(&others.map(|(_, part)| part).collect::<Vec<_>>())
+            } else {
+                vec![1.0; parts[0].of_axes.len()]
             }
         })
         .collect();
@@ -128,7 +129,7 @@ pub(crate) fn cross_validated(
     let full_scale = calibration.full_scale.iter();
     let settings = FitSettings {
         decimation: 1, // the recordings are decimated already
-        full_scale: full_scale.map(|own| (*own > 0.0).then_some(*own)).collect(),
+        full_scale: full_scale.map(|full| (*full > 0.0).then_some(*full)).collect(),
         network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
         ..settings.clone()
     };
@@ -161,12 +162,12 @@ pub(crate) fn cross_validated(
     };
     let mut parts = vec![Moments::new(calibration.axes.len()); n_parts];
     for (part, moments) in scored.into_iter().flatten() {
-        let own = &mut parts[part];
-        own.n_samples += moments.n_samples;
-        own.kept.extend(&moments.kept);
-        for (own, more) in own.of_axes.iter_mut().zip(&moments.of_axes) {
-            for (own, more) in own.iter_mut().zip(more) {
-                *own += more;
+        let sums = &mut parts[part];
+        sums.n_samples += moments.n_samples;
+        sums.kept.extend(&moments.kept);
+        for (sums, more) in sums.of_axes.iter_mut().zip(&moments.of_axes) {
+            for (sum, more) in sums.iter_mut().zip(more) {
+                *sum += more;
             }
         }
     }
@@ -182,11 +183,11 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
             if samples.is_empty() {
                 return;
             }
-            let mut own = entry.clone();
+            let mut segment = entry.clone();
             if samples.len() < entry.recording.n_samples() {
-                own.recording = Arc::new(entry.recording.segment(samples.clone()));
+                segment.recording = Arc::new(entry.recording.segment(samples.clone()));
             }
-            cut.push((own, part));
+            cut.push((segment, part));
         };
         let mut kept = 0..0;
         for piece in *pieces {
@@ -261,8 +262,8 @@ pub(crate) fn side_by_side<T: Send>(
     };
     thread::scope(|scope| {
         let threads: Vec<_> = (0..N_THREADS.min(n)).map(|_| scope.spawn(work)).collect();
-        let results = threads.into_iter().map(|own| own.join());
-        results.flat_map(|own| own.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+        let results = threads.into_iter().map(|thread| thread.join());
+        results.flat_map(|results| results.unwrap_or_else(|panic| resume_unwind(panic))).collect()
     })
 }
 
@@ -330,10 +331,7 @@ mod tests {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
             let mut entry = Entry::with_default_role((**recording).clone());
-            entry.role = match tested == Some(at) {
-                true => Role::Test,
-                false => Role::Train,
-            };
+            entry.role = if tested == Some(at) { Role::Test } else { Role::Train };
             set.push(entry).unwrap();
         }
         let request = Request::fit(Arc::new(set), settings.clone());

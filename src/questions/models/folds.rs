@@ -65,21 +65,22 @@ impl NestedFolds {
             let pieces: Vec<Piece> = (training.into_iter())
                 .map(|(entry, group)| {
                     let group = numbers.binary_search(&group).unwrap_or_default();
-                    let fold = match is_one_run {
-                        true => group * n_folds / n_groups,
-                        false => fit_without(group, n_groups),
+                    let fold = if is_one_run {
+                        group * n_folds / n_groups
+                    } else {
+                        fit_without(group, n_groups)
                     };
                     Piece { fold, part: if is_coarse { fold } else { group }, entry }
                 })
                 .collect();
             let what = CrossValidation { by: groups.by, groups: n_groups, parts: n_folds };
             let name = |part: usize| {
-                let mut own = pieces.iter().filter(|piece| piece.part == part).map(|piece| {
+                let mut names = pieces.iter().filter(|piece| piece.part == part).map(|piece| {
                     let group = piece.entry.group.as_deref();
                     group.unwrap_or(piece.entry.recording.name())
                 });
-                let first = own.next().unwrap_or_default();
-                match own.next_back().filter(|last| *last != first) {
+                let first = names.next().unwrap_or_default();
+                match names.next_back().filter(|last| *last != first) {
                     Some(last) => format!("{first} to {last}"),
                     None => first.to_owned(),
                 }
@@ -108,12 +109,12 @@ impl NestedFolds {
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
         // Only groups that follow one another in the same file can be predicted forward in time.
-        let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|own| own.fold);
+        let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|piece| piece.fold);
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
         let fold =
             |left_out: usize, n_folds: usize| {
-                let own = pieces.iter().filter(|piece| piece.fold < n_folds);
-                Fold::of(own.map(|piece| {
+                let used = pieces.iter().filter(|piece| piece.fold < n_folds);
+                Fold::of(used.map(|piece| {
                     (piece.entry.clone(), (piece.fold == left_out).then_some(piece.part))
                 }))
             };
@@ -127,9 +128,10 @@ impl NestedFolds {
         let training = pieces.iter().map(|piece| (piece.entry.clone(), None));
         let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
         let whole = Fold::of(training.chain(tested.map(|entry| (entry.clone(), Some(0))))).set;
-        let what = match folds.len() > n_left_out {
-            true => format!("nested, {what}; and with later segments predicted from earlier ones"),
-            false => format!("nested, {what}"),
+        let what = if folds.len() > n_left_out {
+            format!("nested, {what}; and with later segments predicted from earlier ones")
+        } else {
+            format!("nested, {what}")
         };
         Ok(Self { folds, whole, what, parts, n_left_out })
     }
@@ -170,8 +172,9 @@ mod tests {
             let left_out: usize = folds.iter().map(|fold| fold.set.n_samples(Role::Test)).sum();
             assert_eq!(left_out, all, "{n} recordings");
             for fold in folds {
-                let [own, others] = [Role::Test, Role::Train].map(|role| fold.set.n_samples(role));
-                assert!(own > 0 && own + others == all, "{n} recordings");
+                let [tested, others] =
+                    [Role::Test, Role::Train].map(|role| fold.set.n_samples(role));
+                assert!(tested > 0 && tested + others == all, "{n} recordings");
                 let tested = fold.set.entries().iter().filter(|entry| entry.role == Role::Test);
                 assert_eq!(tested.count(), fold.parts.len());
             }
@@ -192,8 +195,8 @@ mod tests {
         assert_eq!(forward.parts, [2]);
         let entries = forward.set.entries();
         let last = |role| {
-            let own = entries.iter().rfind(|entry| entry.role == role).unwrap();
-            own.recording.times().get(own.recording.n_samples() - 1).copied().unwrap()
+            let last = entries.iter().rfind(|entry| entry.role == role).unwrap();
+            last.recording.times().get(last.recording.n_samples() - 1).copied().unwrap()
         };
         assert!(last(Role::Train) < last(Role::Test));
         assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
@@ -206,19 +209,19 @@ mod tests {
         let found = |file: &dyn Fn(usize) -> String, group: &dyn Fn(usize) -> Option<String>| {
             let mut set = RecordingSet::default();
             for at in 0..12 {
-                let own = all.entries()[at].recording.decimated(20);
-                let own = Recording::new(
+                let thinned = all.entries()[at].recording.decimated(20);
+                let thinned = Recording::new(
                     format!("press #{}", at + 1),
                     Source::File(file(at).into()),
-                    own.times().to_vec(),
-                    own.gauge_names().to_vec(),
-                    own.gauges().to_vec(),
-                    own.axes().to_vec(),
-                    own.loads().to_vec(),
+                    thinned.times().to_vec(),
+                    thinned.gauge_names().to_vec(),
+                    thinned.gauges().to_vec(),
+                    thinned.axes().to_vec(),
+                    thinned.loads().to_vec(),
                 );
-                let mut own = own.unwrap();
-                own.group = group(at);
-                set.push(Entry::new(own, Role::Train)).unwrap();
+                let mut thinned = thinned.unwrap();
+                thinned.group = group(at);
+                set.push(Entry::new(thinned, Role::Train)).unwrap();
             }
             NestedFolds::of(&set).unwrap()
         };

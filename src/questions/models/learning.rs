@@ -91,10 +91,10 @@ impl Moments {
     pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
         let n_axes = self.of_axes.len();
         for (left_over, added) in left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes)) {
-            for ((own, r), g) in self.of_axes.iter_mut().zip(left_over).zip(added) {
-                own[0] += r * r;
-                own[1] += r * g;
-                own[2] += g * g;
+            for ((sums, r), g) in self.of_axes.iter_mut().zip(left_over).zip(added) {
+                sums[0] += r * r;
+                sums[1] += r * g;
+                sums[2] += g * g;
             }
             self.n_samples += 1;
         }
@@ -305,10 +305,7 @@ impl TrainingRows<'_> {
                 if pushed.is_err() {
                     return;
                 }
-                let samples = match self.is_held_out(run, at) {
-                    true => &mut held_out,
-                    false => &mut train,
-                };
+                let samples = if self.is_held_out(run, at) { &mut held_out } else { &mut train };
                 pushed = samples.push_rows(block.inputs, block.targets);
                 at += block.targets.len() / n_axes;
             });

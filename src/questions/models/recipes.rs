@@ -145,8 +145,8 @@ pub(super) fn learned() -> Vec<Recipe> {
     let mut recipes = Vec::new();
     for learner in LEARNERS {
         recipes.push(Recipe::learned(learner, &[], Times::Chosen));
-        recipes.extend(alone.iter().map(|own| Recipe::learned(learner, own, Times::Spread)));
-        recipes.extend(pairs.iter().map(|own| Recipe::learned(learner, own, Times::Chosen)));
+        recipes.extend(alone.iter().map(|blocks| Recipe::learned(learner, blocks, Times::Spread)));
+        recipes.extend(pairs.iter().map(|blocks| Recipe::learned(learner, blocks, Times::Chosen)));
     }
     let filter = |learner| Recipe::learned(learner, &[&FixedLag], Times::EverySample);
     recipes.extend(LEARNERS[..2].iter().map(|learner| filter(*learner).of_every_sample()));

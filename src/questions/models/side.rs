@@ -92,7 +92,7 @@ impl Side {
             let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
             let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
             let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
-            let helps = without_lag.is_none_or(|own| square < LAG_HELPS * own);
+            let helps = without_lag.is_none_or(|before| square < LAG_HELPS * before);
             if helps && square < lowest {
                 self.auxiliary = lags.to_vec();
                 lowest = square;
@@ -177,7 +177,7 @@ impl Side {
             Lists::Even { .. } => Times::Chosen,
         };
         if let Some((_, _, values)) =
-            self.values.iter().find(|own| (own.0, own.1) == (block, times))
+            self.values.iter().find(|chosen| (chosen.0, chosen.1) == (block, times))
         {
             return Ok(values.clone());
         }
@@ -189,10 +189,7 @@ impl Side {
             Times::Spread => spread(&study.candidates(block, search)),
             Times::EverySample => self.every_sample(),
         };
-        let values = match values.is_empty() {
-            true => block.setting().default.to_vec(),
-            false => values,
-        };
+        let values = if values.is_empty() { block.setting().default.to_vec() } else { values };
         self.values.push((block, times, values.clone()));
         Ok(values)
     }
@@ -202,9 +199,9 @@ impl Side {
     fn every_sample(&self) -> Vec<f64> {
         let Some(rate) = self.recordings.rate_hz(Role::Train) else { return Vec::new() };
         let step = self.settings.decimation as f64 / rate;
-        let training = self.recordings.entries().iter().filter(|own| own.role == Role::Train);
+        let training = self.recordings.entries().iter().filter(|entry| entry.role == Role::Train);
         let shortest =
-            training.map(|own| own.recording.duration_secs()).fold(f64::INFINITY, f64::min);
+            training.map(|entry| entry.recording.duration_secs()).fold(f64::INFINITY, f64::min);
         let n_gauges = self.recordings.layout().gauge_names.len();
         let n_samples = self.recordings.n_samples(Role::Train) / self.settings.decimation;
         let columns = MOST_LAG_COLUMNS.min((MOST_LAG_WORK / n_samples.max(1)).isqrt());
@@ -263,7 +260,13 @@ impl Side {
         let tested = tested.filter(|(entry, _)| entry.role == Role::Test);
         let errors = tested.map(|(entry, past)| {
             let loads = calibration.compensated_loads(&entry.recording, past);
-            entry.recording.loads().iter().zip(loads).map(|(load, own)| load - own).collect()
+            entry
+                .recording
+                .loads()
+                .iter()
+                .zip(loads)
+                .map(|(load, computed)| load - computed)
+                .collect()
         });
         Ok(errors.collect())
     }

@@ -81,10 +81,10 @@ impl Model {
 
     /// Returns the RMSE divided by the conventional RMSE, with all axes weighted alike; `None` if one RMSE is unknown.
     pub fn relative(&self, set: ScoreSet) -> Option<f64> {
-        let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
+        let (rmse, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);
         let counts = weights.iter().any(|weight| *weight > 0.0);
-        let squares = own.iter().zip(weights).map(|(own, weight)| weight * own * own);
+        let squares = rmse.iter().zip(weights).map(|(rmse, weight)| weight * rmse * rmse);
         counts.then(|| squares.sum::<f64>().sqrt())
     }
 }
@@ -95,10 +95,7 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
     let n = conventional_rmse.iter().filter(|rmse| counts(rmse)).count();
-    let weight = |rmse: &f64| match counts(rmse) {
-        true => 1.0 / (rmse * rmse * n as f64),
-        false => 0.0,
-    };
+    let weight = |rmse: &f64| if counts(rmse) { 1.0 / (rmse * rmse * n as f64) } else { 0.0 };
     conventional_rmse.iter().map(weight).collect()
 }
 
@@ -212,14 +209,14 @@ pub fn model_table<'a>(
         .about("Samples of the training recordings that were used: all, or every n-th")
         .columns(
             errors,
-            |(set, axis, is_spread)| match is_spread {
-                true => in_group(
-                    set,
-                    Column::numbers(format!("± {axis}"))
-                        .unit(axis.unit())
-                        .about("Standard deviation of the RMSE over the left-out parts"),
-                ),
-                false => in_group(set, Column::load(**axis).about(format!("RMSE, {}", set.label()))),
+            |(set, axis, is_spread)| {
+                let head = if *is_spread {
+                    let about = "Standard deviation of the RMSE over the left-out parts";
+                    Column::numbers(format!("± {axis}")).unit(axis.unit()).about(about)
+                } else {
+                    Column::load(**axis).about(format!("RMSE, {}", set.label()))
+                };
+                in_group(set, head)
             },
             |row, (set, axis, is_spread)| error(row.model, **axis, **set, *is_spread),
         )
@@ -239,7 +236,7 @@ pub fn model_table<'a>(
 /// Returns the table cell with a model's RMSE on one axis, or with the standard deviation of this RMSE over the left-out
 /// parts.
 fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
-    let at = model.axes.iter().position(|own| *own == axis);
+    let at = model.axes.iter().position(|known| *known == axis);
     let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
     let value = set.rmse(&model.scores).and_then(of);
     if is_spread {

@@ -49,10 +49,7 @@ pub(crate) fn fit_and_score(
     let settings = &request.settings;
     settings.validate()?;
     let data = request.datasets.get(&request.key(), progress)?;
-    let steps = match scores {
-        true => cross_validation_steps(&data, settings),
-        false => 0,
-    };
+    let steps = if scores { cross_validation_steps(&data, settings) } else { 0 };
     progress.add_total(steps);
     let fitted = fit_all(&data, settings, row_step, progress, &mut |report| {
         on_step(TrainingStep::Epoch(report));
@@ -63,9 +60,10 @@ pub(crate) fn fit_and_score(
     }
     // If there are too few samples to cross-validate the linear fit, cross-validating the network or kernel after it is
     // meaningless.
-    let moments = match steps > 0 && (linear.is_some() || !settings.regressor.is_hybrid()) {
-        true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
-        false => None,
+    let moments = if steps > 0 && (linear.is_some() || !settings.regressor.is_hybrid()) {
+        cross_validated(&data, &calibration, settings, steps, progress, on_step)
+    } else {
+        None
     };
     // A hybrid kernel chooses the share of its output in each fit, so only a hybrid network gets its share here.
     let has_shares = settings.regressor == Regressor::HybridNetwork;
@@ -74,11 +72,13 @@ pub(crate) fn fit_and_score(
     }
     let left_out = moments.as_ref().map(|moments| part_squares(moments, has_shares));
     // A network is scored even if its training was cancelled.
-    let own = calibration.quality.conventional.clone();
+    let conventional = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
-    calibration.quality.conventional = own;
-    if let (true, Some(own)) = (left_out.is_some(), &mut calibration.quality.cross_validation) {
-        own.parts = own.parts.min(MOST_FITS);
+    calibration.quality.conventional = conventional;
+    if let (true, Some(held_out_parts)) =
+        (left_out.is_some(), &mut calibration.quality.cross_validation)
+    {
+        held_out_parts.parts = held_out_parts.parts.min(MOST_FITS);
     }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
     calibration.quality.band = band(&data, &past, &calibration);

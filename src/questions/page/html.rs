@@ -26,7 +26,9 @@ const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
 pub(super) fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
-    let count = |role: Role| report.recordings.iter().filter(|own| own.used.role == role).count();
+    let count = |role: Role| {
+        report.recordings.iter().filter(|recording| recording.used.role == role).count()
+    };
     let notes = report.notes.lines().map(|line| line.trim().to_owned());
     let scores = [ScoreSet::Test, ScoreSet::LeftOut, ScoreSet::Train].map(|set| {
         let found = errors(calibration, report.factory.as_ref(), set, Shown::All);
@@ -48,7 +50,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
         n_test => count(Role::Test),
         sensor => tables::sensor(calibration),
         notes => notes.filter(|line| !line.is_empty()).collect::<Vec<_>>(),
-        warnings => report.warnings.iter().map(|own| sentence(&own.to_string())).collect::<Vec<_>>(),
+        warnings => report.warnings.iter().map(|warning| sentence(&warning.to_string())).collect::<Vec<_>>(),
         check => or_reason(&report.check, |found| context! {
             verdict => found.verdict.words(),
             sentences => found.sentences(Face::Page).collect::<Vec<_>>(),
@@ -152,7 +154,7 @@ fn row(columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) -> Vec<(Valu
         };
         let mut text = reason.to_owned();
         if span == 1 && columns.len() > 3 {
-            let known = notes.iter().position(|own| own == reason);
+            let known = notes.iter().position(|known_note| known_note == reason);
             let at = known.unwrap_or_else(|| {
                 notes.push(text);
                 notes.len() - 1

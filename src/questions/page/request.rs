@@ -10,7 +10,7 @@ use crate::{
     export::used_recordings,
     features::Thresholds,
     finding::{Finding, Id, Verdict},
-    progress::Progress,
+    progress::{Cancelled, Progress},
     questions::{
         check::query::{CheckData, sufficiency},
         error::AnalysisError,
@@ -24,10 +24,12 @@ use crate::{
             query::{expected_error, handed_over_with},
         },
         loops::{
-            Look, LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up, look,
+            LookError, LookRequest, LoopPlot, LoopQuestion, Question, Span, TableOf, Up,
+            query::{loops_of, table_of},
         },
         metrology::{Metrology, MetrologySettings},
         models::training::train,
+        question::Unanswered,
         request::{Request, View},
         thresholds::{
             Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, study::Study, threshold_curve,
@@ -116,25 +118,22 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
-    let (thresholds, check) = match analysis.fitted {
-        true => {
-            let thresholds = thresholds(request, &progress.part(), &mut warnings)?;
-            let data = CheckData::of(request, asked.range.clone());
-            let check = sufficiency(&data, &progress.part());
-            (thresholds, check.map_err(|error| sentence(&error.to_string())))
-        }
-        false => {
-            let not_fitted = "The calibration was not fitted to these recordings.".to_owned();
-            (Err(not_fitted.clone()), Err(not_fitted))
-        }
+    let (thresholds, check) = if analysis.fitted {
+        let thresholds = thresholds(request, &progress.part(), &mut warnings);
+        let data = CheckData::of(request, asked.range.clone());
+        (or_reason(thresholds)?, or_reason(sufficiency(&data, &progress.part()))?)
+    } else {
+        let not_fitted = "The calibration was not fitted to these recordings.".to_owned();
+        (Err(not_fitted.clone()), Err(not_fitted))
     };
     progress.advance(1);
-    let mut looker = Looker::new(&analysis, &applied, &asked.measuring, progress);
+    let of = TableOf::usual(&applied.recordings);
+    let looked_at = look_request(&analysis, &applied, &asked.measuring, of);
     let loops = (analysis.calibration.axes.iter())
-        .map(|axis| looker.loops(*axis))
+        .map(|axis| or_reason(loops(&looked_at, *axis, of, progress)))
         .collect::<Result<_, _>>()?;
     progress.advance(1);
-    let metrology = looker.table()?;
+    let metrology = or_reason(table_of(&looked_at, of, &progress.part()))?;
     progress.advance(1);
     let mut calibration = analysis.calibration.of_sensor(&asked.identity);
     let expected_error = expected_error(request, &calibration, analysis.fitted, progress)?;
@@ -151,7 +150,7 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
         recordings: recordings(&applied.recordings, analysis.recordings),
         check,
         thresholds,
-        measured: measured_recordings(looker.of),
+        measured: measured_recordings(of),
         loops,
         errors: shown.map(|(at, chosen)| ReportErrors {
             recording: applied.recordings.entries()[at].recording.name().to_owned(),
@@ -196,18 +195,18 @@ pub fn check_limits(
         return Ok(Vec::new());
     }
     let expected_error = expected_error(request, calibration, true, progress)?;
-    let metrology = match limits.ask_for_loops() {
-        true => {
-            let applied = Request {
-                trained: true,
-                calibration: Some(Arc::clone(calibration)),
-                ..request.clone()
-            };
-            let analysis = Analyst::default().analyse(&applied, progress)?;
-            let measuring = MetrologySettings::default();
-            Looker::new(&analysis, &applied, &measuring, progress).table()?
-        }
-        false => Err("not measured".to_owned()),
+    let metrology = if limits.ask_for_loops() {
+        let applied = Request {
+            trained: true,
+            calibration: Some(Arc::clone(calibration)),
+            ..request.clone()
+        };
+        let analysis = Analyst::default().analyse(&applied, progress)?;
+        let of = TableOf::usual(&applied.recordings);
+        let looked_at = look_request(&analysis, &applied, &MetrologySettings::default(), of);
+        or_reason(table_of(&looked_at, of, &progress.part()))?
+    } else {
+        Err("not measured".to_owned())
     };
     Ok(checked(limits, calibration, &expected_error, &metrology))
 }
@@ -226,10 +225,10 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
     let full_scale = &analysis.calibration.full_scale;
     let badness = |at: usize| -> Option<f64> {
         let rmse = analysis.recordings[at].compensated_rmse.as_ref()?;
-        let shares = rmse.iter().zip(full_scale).map(|(rmse, full)| match *full > 0.0 {
-            true => (rmse / full).powi(2),
-            false => 0.0,
-        });
+        let shares = rmse
+            .iter()
+            .zip(full_scale)
+            .map(|(rmse, full)| if *full > 0.0 { (rmse / full).powi(2) } else { 0.0 });
         Some(shares.sum())
     };
     let in_role = |role: Role| {
@@ -263,32 +262,24 @@ fn warnings(analysis: &Analysis) -> Vec<Finding> {
     simulated.into_iter().chain(analysis.findings.iter().cloned()).collect()
 }
 
-/// Returns curves of the errors against each look-back threshold, at the fit's value of the other threshold. The inner error
-/// is the reason why the curves are missing.
+/// Returns curves of the errors against each look-back threshold, at the fit's value of the other threshold.
 fn thresholds(
     request: &Request,
     progress: &Progress,
     warnings: &mut Vec<Finding>,
-) -> Result<Result<ReportCurves, String>, AnalysisError> {
-    let mut made = || {
-        let study = Study::prepare(request, progress)?;
-        let present = study.present_thresholds();
-        let grid = grid_through(present, study.largest_distance())?;
-        let map = study.threshold_map(None, &grid, progress, &|_| {})?;
-        Ok(curves(request, &map, present, warnings))
-    };
-    match made() {
-        Ok(curves) => Ok(Ok(curves)),
-        Err(AnalysisError::Cancelled(cancelled)) => Err(cancelled.into()),
-        Err(error) => Ok(Err(error.to_string())),
-    }
+) -> Result<ReportCurves, AnalysisError> {
+    let study = Study::prepare(request, progress)?;
+    let present = study.present_thresholds();
+    let grid = grid_through(present, study.largest_distance())?;
+    let map = study.threshold_map(None, &grid, progress, &|_| {})?;
+    Ok(curves(request, &map, present, warnings))
 }
 
 fn grid_through(present: Thresholds, largest: f64) -> Result<ThresholdGrid, AnalysisError> {
     let (n_f, n_t) = CURVE_POINTS;
     let covering = ThresholdGrid::covering(largest, n_f, n_t)?;
-    let with = |values: &[f64], own: f64| {
-        let mut values = [values, &[own]].concat();
+    let with = |values: &[f64], value: f64| {
+        let mut values = [values, &[value]].concat();
         values.sort_by(f64::total_cmp);
         values.dedup();
         values
@@ -310,8 +301,8 @@ fn curves(
     let groups = groups.filter(|group| group.weights(&map.scale).is_some());
     let settings = &request.settings;
     let has_look_back = !settings.features.look_backs.is_empty();
-    let marked = |group: Measure, along: Along, own: f64| Figure {
-        marked: has_look_back.then_some(own),
+    let marked = |group: Measure, along: Along, value: f64| Figure {
+        marked: has_look_back.then_some(value),
         ..threshold_curve(map, group, along, at, None, &|_| color::SCORE)
     };
     let plots = groups.flat_map(|group| {
@@ -321,9 +312,10 @@ fn curves(
         ]
     });
     let plots = plots.collect();
-    let mut about = match has_look_back {
-        true => "Root mean squared error against each threshold of the look-back. Vertical lines mark the thresholds of the fit.".to_owned(),
-        false => "The fit has no look-back. The curves show the errors with a look-back added to the features of the fit.".to_owned(),
+    let mut about = if has_look_back {
+        "Root mean squared error against each threshold of the look-back. Vertical lines mark the thresholds of the fit.".to_owned()
+    } else {
+        "The fit has no look-back. The curves show the errors with a look-back added to the features of the fit.".to_owned()
     };
     if settings.regressor.learner().is_some() {
         about.push_str(
@@ -341,72 +333,49 @@ fn curves(
     ReportCurves { plots, about }
 }
 
-struct Looker<'a> {
-    request: LookRequest,
+/// Returns the request for the metrology table of the report. Its loops use the same loads.
+fn look_request(
+    analysis: &Analysis,
+    request: &Request,
+    measuring: &MetrologySettings,
     of: TableOf,
-    progress: &'a Progress,
+) -> LookRequest {
+    LookRequest {
+        loads: OnScreen::of(request, analysis, None),
+        measuring: measuring.clone(),
+        question: Question::Table(of),
+    }
 }
 
-impl<'a> Looker<'a> {
-    fn new(
-        analysis: &Analysis,
-        request: &Request,
-        measuring: &MetrologySettings,
-        progress: &'a Progress,
-    ) -> Self {
-        let of = TableOf::usual(&request.recordings);
-        Self {
-            request: LookRequest {
-                loads: OnScreen::of(request, analysis, None),
-                measuring: measuring.clone(),
-                question: Question::Table(of),
-            },
-            of,
-            progress,
-        }
+/// Returns the loops of an axis as measured. If a time lag explains much of their width, adds the loops without the lag.
+fn loops(
+    request: &LookRequest,
+    axis: Axis,
+    of: TableOf,
+    progress: &Progress,
+) -> Result<Vec<LoopPlot>, LookError> {
+    let question = LoopQuestion {
+        axis,
+        up: Up::Error,
+        span: Span::Of(of),
+        lag_removed: false,
+        frame: None,
+        pixels: LOOP_PIXELS,
+    };
+    let mut plots = vec![loops_of(request, &question, &progress.part())?];
+    if plots[0].lag.is_worth_removing() {
+        let without_lag = LoopQuestion { lag_removed: true, ..question };
+        plots.push(loops_of(request, &without_lag, &progress.part())?);
     }
+    Ok(plots)
+}
 
-    fn look(&mut self, question: Question) -> Result<Result<Look, String>, AnalysisError> {
-        self.request.question = question;
-        match look(&self.request, &self.progress.part()) {
-            Ok(look) => Ok(Ok(look)),
-            Err(LookError::Cancelled(cancelled)) => Err(cancelled.into()),
-            Err(error) => Ok(Err(sentence(&error.to_string()))),
-        }
-    }
-
-    /// Returns the loops of an axis as measured. If a time lag explains much of their width, adds the loops without the lag.
-    fn loops(&mut self, axis: Axis) -> Result<Result<Vec<LoopPlot>, String>, AnalysisError> {
-        let mut plots = Vec::new();
-        for lag_removed in [false, true] {
-            let question = Question::Loops(LoopQuestion {
-                axis,
-                up: Up::Error,
-                span: Span::Of(self.of),
-                lag_removed,
-                frame: None,
-                pixels: LOOP_PIXELS,
-            });
-            let plot = match self.look(question)? {
-                Ok(Look::Loops(plot)) => plot,
-                Ok(_) => return Ok(Err("There are no loops of this axis.".to_owned())),
-                Err(reason) => return Ok(Err(reason)),
-            };
-            let is_last = !plot.lag.is_worth_removing();
-            plots.push(plot);
-            if is_last {
-                break;
-            }
-        }
-        Ok(Ok(plots))
-    }
-
-    fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {
-        let look = self.look(Question::Table(self.of))?;
-        Ok(look.and_then(|look| match look {
-            Look::Table(table) => Ok(table),
-            _ => Err("There are no metrology figures.".to_owned()),
-        }))
+/// Returns a part of the report, or the reason why it is missing as a sentence. Only a cancellation ends the report.
+fn or_reason<T>(found: Result<T, impl Into<Unanswered>>) -> Result<Result<T, String>, Cancelled> {
+    match found.map_err(Into::into) {
+        Ok(part) => Ok(Ok(part)),
+        Err(Unanswered::Cancelled) => Err(Cancelled),
+        Err(Unanswered::Because(reason)) => Ok(Err(sentence(&reason))),
     }
 }
 

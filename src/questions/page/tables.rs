@@ -29,39 +29,42 @@ pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
 
 pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     let files = Table::of(&report.recordings)
-        .words("Name", |own| &own.used.name)
-        .words("Role", |own| own.used.role.label())
-        .words("Group", |own| own.result.group.as_deref().unwrap_or("–"))
-        .column(Column::numbers("Samples"), |own| Cell::whole(own.recording.n_samples()))
-        .digits("Duration [s]", 5, |own| Some(own.recording.duration_secs()))
-        .digits("Rate [Hz]", 4, |own| own.recording.rate_hz())
-        .words("File", |own| own.used.file.as_deref().unwrap_or("built-in simulated sensor"))
-        .column(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") }, |own| {
-            match (&own.used.file, &own.used.sha256) {
+        .words("Name", |entry| &entry.used.name)
+        .words("Role", |entry| entry.used.role.label())
+        .words("Group", |entry| entry.result.group.as_deref().unwrap_or("–"))
+        .column(Column::numbers("Samples"), |entry| Cell::whole(entry.recording.n_samples()))
+        .digits("Duration [s]", 5, |entry| Some(entry.recording.duration_secs()))
+        .digits("Rate [Hz]", 4, |entry| entry.recording.rate_hz())
+        .words("File", |entry| entry.used.file.as_deref().unwrap_or("built-in simulated sensor"))
+        .column(
+            Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") },
+            |entry| match (&entry.used.file, &entry.used.sha256) {
                 (None, _) => Cell::words("–"),
                 (Some(_), Some(hash)) => Cell::words(hash),
                 (Some(_), None) => Cell::words("unknown, because the file could not be read again"),
-            }
-        })
+            },
+        )
         .table("", "");
     let rmse = |ReportRecording { result, .. }: &ReportRecording| {
         Some([result.conventional_rmse.clone()?, result.compensated_rmse.clone()?])
     };
-    let errors = Table::of(report.recordings.iter().map(|own| (&own.used.name, rmse(own))))
-        .words("RMSE, Uncompensated → Compensated", |(name, _)| *name)
-        .instead(|(_, rmse)| match rmse {
-            Some(_) => None,
-            None => Some(Cell::missing("–", "no reference load")),
-        })
-        .columns(
-            report.calibration.axes.iter().copied().enumerate(),
-            |(_, axis)| Column::load(*axis),
-            |(_, rmse), (at, _)| {
-                let texts = rmse.iter().flatten().map(|rmse| significant(rmse[*at], 3));
-                Cell::words(texts.collect::<Vec<_>>().join(" → "))
-            },
-        )
-        .table("", "");
+    let errors = Table::of(
+        report.recordings.iter().map(|recording| (&recording.used.name, rmse(recording))),
+    )
+    .words("RMSE, Uncompensated → Compensated", |(name, _)| *name)
+    .instead(|(_, rmse)| match rmse {
+        Some(_) => None,
+        None => Some(Cell::missing("–", "no reference load")),
+    })
+    .columns(
+        report.calibration.axes.iter().copied().enumerate(),
+        |(_, axis)| Column::load(*axis),
+        |(_, rmse), (at, _)| {
+            let texts = rmse.iter().flatten().map(|rmse| significant(rmse[*at], 3));
+            Cell::words(texts.collect::<Vec<_>>().join(" → "))
+        },
+    )
+    .table("", "");
     [files, errors]
 }
 

@@ -85,7 +85,7 @@ impl Query for StudyThresholds {
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { cache, progress, show } = work;
-        if cache.0.as_ref().is_none_or(|own| own.of != self.request) {
+        if cache.0.as_ref().is_none_or(|prepared| prepared.of != self.request) {
             // The old study is dropped before the new one is prepared, because both may not fit in memory.
             cache.0 = None;
             let study = Study::prepare(&self.request, progress)?;

@@ -48,7 +48,7 @@ impl Measure {
     pub fn weights(self, scale: &MeasureScale) -> Option<Vec<f64>> {
         let weight = |(at, (axis, full)): (usize, (&Axis, &f64))| {
             let (counts, factor) = match self {
-                Self::Axis(own) => (own == at, 1.0),
+                Self::Axis(only) => (only == at, 1.0),
                 Self::Forces => (axis.is_force(), 1.0),
                 Self::Moments => (!axis.is_force(), 1.0),
                 Self::FullScale => (*full > 0.0, 100.0 / full),

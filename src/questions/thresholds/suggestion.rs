@@ -139,13 +139,6 @@ impl Suggestion {
         let t_th = self.t_th_range.in_words(|t_th_secs| format!("{t_th_secs} s"));
         format!("as good within the uncertainty: F_th {f_th}; t_th {t_th}")
     }
-
-    /// Returns one value for F_th and one for t_th: true if the minimum is at the largest tried value. A wider grid may then
-    /// contain a lower error. The smallest tried values do not count, because they give the conventional calibration.
-    pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
-        let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
-        (last(self.at.0, &map.grid.f_ths), last(self.at.1, &map.grid.t_ths_secs))
-    }
 }
 
 /// Returns the run of equally good values around the value with index `best`. Values without a result (`None`), from missing
@@ -231,7 +224,6 @@ mod tests {
         assert_eq!((found.f_th_range.from, found.f_th_range.to), (2.0, 3.0));
         assert!(!found.f_th_range.from_is_first_tried && !found.f_th_range.to_is_last_tried);
         assert!(found.beats_conventional);
-        assert_eq!(found.is_at_edge(&map), (false, false));
     }
 
     #[test]
@@ -240,7 +232,6 @@ mod tests {
         let found = map.suggestion(Measure::Forces).unwrap();
         assert!(!found.beats_conventional);
         assert!(found.f_th_range.from_is_first_tried && found.f_th_range.to_is_last_tried);
-        assert_eq!(found.is_at_edge(&map), (true, false));
     }
 
     #[test]

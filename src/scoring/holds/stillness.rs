@@ -141,8 +141,8 @@ mod tests {
         let mut start = 0;
         while start < load.len() {
             let stays = |end: usize| {
-                let own = &load[start..end];
-                own.iter().all(|a| own.iter().all(|b| a - b <= band))
+                let loads = &load[start..end];
+                loads.iter().all(|a| loads.iter().all(|b| a - b <= band))
             };
             let end = (start + 1..=load.len()).rev().find(|end| stays(*end)).unwrap();
             if end - start > shortest {

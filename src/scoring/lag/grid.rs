@@ -161,7 +161,7 @@ impl Grids {
         // Loads and creep are the same for all inputs of the play operators.
         let loads: Vec<Thinned> = thinned(&pieces, &of_pieces, &window, |piece, parts| {
             let loads = |part: &Range<usize>| -> Vec<Vec<f64>> {
-                piece.loads.iter().map(|own| own[part.clone()].to_vec()).collect()
+                piece.loads.iter().map(|load| load[part.clone()].to_vec()).collect()
             };
             parts.iter().map(loads).collect()
         });
@@ -171,7 +171,8 @@ impl Grids {
         let inputs = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
         let columns = inputs.iter().map(|input| {
             let drivers = drivers(&pieces, n_axes, *input);
-            let scale: Vec<_> = drivers.iter().map(|own| range_and_noise(&pieces, own)).collect();
+            let scale: Vec<_> =
+                drivers.iter().map(|driver| range_and_noise(&pieces, driver)).collect();
             let driven: Vec<Thinned> = thinned(&pieces, &of_pieces, &window, |piece, parts| {
                 piece.hysteresis(&drivers, &scale, &window, parts)
             });
@@ -187,7 +188,8 @@ impl Grids {
                 let columns = loads[at].iter().chain(&driven[at]).chain(slow);
                 let columns: Vec<&Vec<f64>> = columns.chain([&constant]).chain(quick).collect();
                 let mut rows = Vec::with_capacity(columns.len() * constant.len());
-                (0..constant.len()).for_each(|row| rows.extend(columns.iter().map(|own| own[row])));
+                (0..constant.len())
+                    .for_each(|row| rows.extend(columns.iter().map(|column| column[row])));
                 rows
             });
             Columns {
@@ -256,16 +258,17 @@ fn thinned<'a>(
     of: impl Fn(&Piece<'a>, &[Range<usize>]) -> Vec<Vec<Vec<f64>>>,
 ) -> Vec<Thinned> {
     let of_parts = pieces.iter().zip(parts).flat_map(|(piece, parts)| of(piece, parts));
-    of_parts.map(|columns| columns.iter().map(|own| window.thinned(own)).collect()).collect()
+    of_parts.map(|columns| columns.iter().map(|column| window.thinned(column)).collect()).collect()
 }
 
 impl Drivers {
     /// Returns the inputs of the play operators that are worth trying: gauge strains only if there are several axes and few
     /// gauges.
     fn sensible(run: &LagRun<'_>) -> &'static [Self] {
-        match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
-            true => &[Self::Axes, Self::Gauges],
-            false => &[Self::Axes],
+        if run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
+            &[Self::Axes, Self::Gauges]
+        } else {
+            &[Self::Axes]
         }
     }
 }
@@ -321,7 +324,7 @@ impl Piece<'_> {
             // Only noisy strains are smoothed, because smoothing lowers the peaks at which play operators reverse.
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = |samples: Range<usize>| -> Vec<f64> {
-                self.strain(driver, samples).iter().map(|own| own - middle).collect()
+                self.strain(driver, samples).iter().map(|strain| strain - middle).collect()
             };
             let smoothed = |samples| window.smoothed(self.times.len(), samples, strain);
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
@@ -333,8 +336,9 @@ impl Piece<'_> {
             };
             for (columns, (strain, beside)) in columns.iter_mut().zip(beside) {
                 columns.extend(beside);
-                columns
-                    .extend([2, 3].map(|power| strain.iter().map(|own| own.powi(power)).collect()));
+                columns.extend(
+                    [2, 3].map(|power| strain.iter().map(|strain| strain.powi(power)).collect()),
+                );
             }
         }
         columns
@@ -435,7 +439,7 @@ impl Window {
     }
 
     fn thinned(&self, values: &[f64]) -> Vec<f64> {
-        values.windows(2 * self.half + 1).step_by(self.hop).map(|own| self.mean(own)).collect()
+        values.windows(2 * self.half + 1).step_by(self.hop).map(|near| self.mean(near)).collect()
     }
 
     /// Smooths the samples of a signal without thinning. The signal has `n` samples; `values` returns those in a range.
@@ -456,7 +460,7 @@ impl Window {
         let before = (1..=n_before).rev().map(|k| 2.0 * at(0) - at(k));
         let after = (1..=n_after).map(|k| 2.0 * at(last) - at(last.saturating_sub(k)));
         let padded: Vec<f64> = before.chain(known.iter().copied()).chain(after).collect();
-        padded.windows(2 * self.half + 1).map(|own| self.mean(own)).collect()
+        padded.windows(2 * self.half + 1).map(|near| self.mean(near)).collect()
     }
 }
 
@@ -556,7 +560,7 @@ fn half_width(pieces: &[Piece<'_>]) -> usize {
             |(load, variance, noise)| {
                 let hop = (load.len() / LOOKED_AT).max(1);
                 let centres = load.windows(2 * half + 1).step_by(hop);
-                let change = mean_square(centres.map(|own| own[half] - window.mean(own)));
+                let change = mean_square(centres.map(|near| near[half] - window.mean(near)));
                 let by_load = change - kept * noise * noise;
                 load.len() > 8 * half && by_load < MOST_SMOOTHED.powi(2) * variance
             },
@@ -590,7 +594,7 @@ fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
 
 /// Returns the inputs of the play operators. Each is given by one factor for the load of each axis.
 fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
-    let unit = |axis: usize| (0..n_axes).map(|own| f64::from(u8::from(own == axis))).collect();
+    let unit = |axis: usize| (0..n_axes).map(|other| f64::from(u8::from(other == axis))).collect();
     let n_gauges = pieces[0].data.n_gauges();
     if by == Drivers::Axes {
         return (0..n_axes).map(unit).collect();
@@ -609,7 +613,7 @@ fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
         piece.data.gauges[(piece.samples.start + k) * n_gauges + gauge]
     });
     let solved = loads.col_piv_qr().solve_lstsq(&gauges);
-    let finite = |own: f64| if own.is_finite() { own } else { 0.0 };
+    let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
     let strain = |gauge| (0..n_axes).map(|axis| finite(solved[(axis, gauge)])).collect();
     (0..n_gauges).map(strain).collect()
 }

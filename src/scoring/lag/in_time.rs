@@ -83,13 +83,14 @@ impl InTime {
         loads: &[AxisLoads],
         runs: &[LagRun<'_>],
     ) -> (Self, Vec<Vec<f64>>) {
-        let mut own = Self { kind, seconds, weights: Vec::new() };
+        let mut made = Self { kind, seconds, weights: Vec::new() };
         let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
         let n: usize = runs.iter().map(|run| run.times.len()).sum();
         let hop = (n / MOST_ROWS).max(1);
         let references = loads.iter().zip(runs);
-        let references: Vec<Vec<f64>> =
-            references.map(|((loads, pause), run)| own.delayed(run.times, loads, *pause)).collect();
+        let references: Vec<Vec<f64>> = references
+            .map(|((loads, pause), run)| made.delayed(run.times, loads, *pause))
+            .collect();
         let places: Vec<(usize, usize)> = (runs.iter().enumerate())
             .flat_map(|(at, run)| (0..run.times.len()).step_by(hop).map(move |k| (at, k)))
             .collect();
@@ -98,11 +99,11 @@ impl InTime {
             if column == n_outputs { 1.0 } else { runs[run].outputs[k * n_outputs + column] }
         });
         let y = Mat::from_fn(places.len(), 1, |row, _| references[places[row].0][places[row].1]);
-        own.weights = match solved(&x, &y) {
+        made.weights = match solved(&x, &y) {
             Some(weights) => (0..=n_outputs).map(|at| weights[(at, 0)]).collect(),
             None => (0..=n_outputs).map(|at| f64::from(u8::from(at == axis))).collect(),
         };
-        (own, references)
+        (made, references)
     }
 
     /// Returns the reference load, delayed or filtered until it is as late as the output. Intervals between pauses in the

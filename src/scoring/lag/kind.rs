@@ -84,11 +84,11 @@ pub(super) fn add_late_rows(
             let (mut states, mut before) = (row(0).to_vec(), row(0));
             let weights = low_pass(times[0], times, seconds);
             for ((k, [kept, start, end]), used) in weights.enumerate().zip(used()) {
-                let own = row(k);
-                for ((state, before), own) in states.iter_mut().zip(before).zip(own) {
-                    *state = kept * *state + start * before + end * own;
+                let values = row(k);
+                for ((state, before), value) in states.iter_mut().zip(before).zip(values) {
+                    *state = kept * *state + start * before + end * value;
                 }
-                before = own;
+                before = values;
                 if used {
                     late.extend_from_slice(&states);
                 }

@@ -31,7 +31,10 @@ use serde::Serialize;
 
 use self::grid::Grids;
 use self::solve::{Fit, Fitted, Model};
-use crate::progress::{Cancelled, Progress};
+use crate::{
+    progress::{Cancelled, Progress},
+    recording::Recording,
+};
 
 /// Minimum share of the output's squared rate of change that terms without a lag leave unexplained. With a smaller share, lag
 /// and hysteresis look alike. Two equally long intervals, one at twice the rate of the other, leave (1 − 2)² / 2 (1² + 2²) =
@@ -67,7 +70,17 @@ pub struct LagRun<'a> {
     pub outputs: &'a [f64],
 }
 
-impl LagRun<'_> {
+impl<'a> LagRun<'a> {
+    /// Returns the samples of a recording with these outputs.
+    pub(crate) fn of(recording: &'a Recording, outputs: &'a [f64]) -> Self {
+        Self {
+            times: recording.times(),
+            gauges: recording.gauges(),
+            loads: recording.loads(),
+            outputs,
+        }
+    }
+
     fn width(&self, values: &[f64]) -> usize {
         values.len().checked_div(self.times.len()).unwrap_or(0)
     }
@@ -260,9 +273,10 @@ fn chosen(
     match (delay, first) {
         (Some(delay), Some(first)) => {
             let t = solve::paired_t(&delay.block_squares, &first.block_squares);
-            match t > 2.0 {
-                true => Some((LagKind::FirstOrder, true, first)),
-                false => Some((LagKind::Delay, t < -2.0, delay)),
+            if t > 2.0 {
+                Some((LagKind::FirstOrder, true, first))
+            } else {
+                Some((LagKind::Delay, t < -2.0, delay))
             }
         }
         (Some(delay), None) => Some((LagKind::Delay, delay.seconds < -step_secs, delay)),

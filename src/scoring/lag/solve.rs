@@ -1,6 +1,7 @@
 //! Finds the lag that leaves the smallest residual in the fit of an output.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::solvers::Solve as _;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
 use super::grid::{AROUND_JUMP, Columns, Grids};
@@ -10,6 +11,9 @@ use crate::dot::{dot, dot_of_long};
 /// Minimum eigenvalue of the scaled normal matrix, as a share of its largest eigenvalue. Coefficients along directions with
 /// smaller eigenvalues are set to zero.
 const LEAST_DIRECTION: f64 = 1e-11;
+/// Largest product of the number of columns and the norm of the inverse for which the inverse is computed without eigenvalues,
+/// which takes much less time. Each eigenvalue is then at least a hundred-millionth of the largest one.
+const WELL_DETERMINED: f64 = 1e8;
 const MOST_STEPS: usize = 20;
 /// Length of a Gauss-Newton step below which the search ends, in samples.
 const SMALL_STEP: f64 = 1e-3;
@@ -218,7 +222,8 @@ impl System {
         let mut gains = vec![0.0; self.width];
         for (at, column) in solver.columns.iter().enumerate() {
             let products = (0..n).map(|other| (other, products[solver.columns[other]]));
-            gains[*column] = products.map(|(other, own)| solver.inverse[(at, other)] * own).sum();
+            gains[*column] =
+                products.map(|(other, product)| solver.inverse[(at, other)] * product).sum();
         }
         gains
     }
@@ -258,20 +263,29 @@ impl Solver {
         let scale = |at: usize| if size[at] > 0.0 { 1.0 / size[at] } else { 0.0 };
         let scaled =
             Mat::from_fn(n, n, |row, column| product(row, column) * scale(row) * scale(column));
-        let parts = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-        let (vectors, values) = (parts.U(), parts.S());
-        let largest = (0..n).map(|at| values[at]).fold(0.0, f64::max);
-        let kept = |at: usize| values[at] > LEAST_DIRECTION * largest;
-        let weighted = Mat::from_fn(n, n, |row, at| match kept(at) {
-            true => vectors[(row, at)] / values[at],
-            false => 0.0,
-        });
-        let inverse = weighted * vectors.transpose();
+        let factor = scaled.llt(Side::Lower);
+        let inverse = match factor.map(|factor| factor.solve(Mat::<f64>::identity(n, n))) {
+            Ok(inverse) if inverse.norm_l2() * (n as f64) < WELL_DETERMINED => inverse,
+            _ => inverse_of_determined(&scaled)?,
+        };
         let inverse =
             Mat::from_fn(n, n, |row, column| inverse[(row, column)] * scale(row) * scale(column));
         let is_finite = (0..n).all(|row| (0..n).all(|column| inverse[(row, column)].is_finite()));
         is_finite.then_some(Self { columns, inverse })
     }
+}
+
+/// Returns the inverse of a matrix along the directions that it determines, and zero along all others.
+fn inverse_of_determined(scaled: &Mat<f64>) -> Option<Mat<f64>> {
+    let parts = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+    let (vectors, values) = (parts.U(), parts.S());
+    let n = scaled.ncols();
+    let largest = (0..n).map(|at| values[at]).fold(0.0, f64::max);
+    let weighted = Mat::from_fn(n, n, |row, at| {
+        let is_kept = values[at] > LEAST_DIRECTION * largest;
+        if is_kept { vectors[(row, at)] / values[at] } else { 0.0 }
+    });
+    Some(weighted * vectors.transpose())
 }
 
 /// Returns the products of all pairs of columns, summed over the rows, in the lower triangle.

@@ -59,10 +59,11 @@ fn path(path: Path, n: usize, step: f64, random: &mut Random) -> Vec<f64> {
                 (0..8).map(|_| [random.between(0.05, 1.0), random.between(0.0, tau)]).collect();
             let wave =
                 |t: f64, [rate, phase]: [f64; 2]| (tau * rate * t + phase).sin() / (1.0 + rate);
-            let values: Vec<f64> =
-                (0..n).map(|k| waves.iter().map(|own| wave(time(k), *own)).sum()).collect();
-            let largest = values.iter().fold(0.0_f64, |largest, own| largest.max(own.abs()));
-            values.iter().map(|own| own / largest).collect()
+            let values: Vec<f64> = (0..n)
+                .map(|k| waves.iter().map(|component| wave(time(k), *component)).sum())
+                .collect();
+            let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+            values.iter().map(|value| value / largest).collect()
         }
         Path::Ramps => {
             let (mut load, mut way, mut goal, mut rate) = (0.0, 1.0, 0.5, 1.0);
@@ -130,15 +131,15 @@ fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     let mut random = Random::new(seed, &[]);
     let loads: Vec<Vec<f64>> =
         (0..axes).map(|_| path(sensor.path, n * FINER, step, &mut random)).collect();
-    let played: Vec<Vec<f64>> = match sensor.play_of_axes {
-        true => loads.iter().map(|load| play(load, sensor.play)).collect(),
-        false => loads.clone(),
+    let played: Vec<Vec<f64>> = if sensor.play_of_axes {
+        loads.iter().map(|load| play(load, sensor.play)).collect()
+    } else {
+        loads.clone()
     };
     let of_gauge = if sensor.play_of_axes { 0.0 } else { sensor.play };
     let gauge = |gauge: usize| {
-        let share = |axis: usize| match axis == gauge {
-            true => 1.0,
-            false => 0.2 * ((7 * gauge + 3 * axis) as f64).sin(),
+        let share = |axis: usize| {
+            if axis == gauge { 1.0 } else { 0.2 * ((7 * gauge + 3 * axis) as f64).sin() }
         };
         let strain = |k: usize| (0..axes).map(|axis| share(axis) * played[axis][k]).sum();
         let strain: Vec<f64> = (0..n * FINER).map(strain).collect();
@@ -146,9 +147,9 @@ fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     };
     let gauges: Vec<Vec<f64>> = (0..axes).map(gauge).collect();
     let rows = |columns: &[Vec<f64>]| -> Vec<f64> {
-        (0..n).flat_map(|k| columns.iter().map(move |own| own[k * FINER])).collect()
+        (0..n).flat_map(|k| columns.iter().map(move |column| column[k * FINER])).collect()
     };
-    let gauges = rows(&gauges).iter().map(|own| own + sensor.noise * random.normal()).collect();
+    let gauges = rows(&gauges).iter().map(|value| value + sensor.noise * random.normal()).collect();
     [(0..n).map(|k| k as f64 / sensor.rate_hz).collect(), gauges, rows(&loads)]
 }
 
@@ -240,7 +241,7 @@ fn quick_creep_is_not_reported_as_a_lag() {
         let [times, gauges, loads] = simulated(&SENSOR, 100 + run);
         let crept = LagKind::FirstOrder.late(&times, &loads, 0.8);
         let gauges: Vec<f64> =
-            gauges.iter().zip(crept).map(|(own, crept)| own + 0.1 * crept).collect();
+            gauges.iter().zip(crept).map(|(value, crept)| value + 0.1 * crept).collect();
         [times, gauges, loads]
     });
     let runs: Vec<_> = runs.collect();
@@ -258,9 +259,9 @@ fn each_recording_has_its_own_lag() {
     let runs: Vec<_> = (runs.iter())
         .map(|[times, gauges, loads]| LagRun { times, gauges, loads, outputs: gauges })
         .collect();
-    for (own, sensor) in lag_by_run(&runs, 0).iter().zip(&late) {
-        let own = own.as_ref().unwrap();
-        assert!((own.samples - sensor.samples).abs() < 0.1, "{own:?}");
+    for (lag, sensor) in lag_by_run(&runs, 0).iter().zip(&late) {
+        let lag = lag.as_ref().unwrap();
+        assert!((lag.samples - sensor.samples).abs() < 0.1, "{lag:?}");
     }
 }
 

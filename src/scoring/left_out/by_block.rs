@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::{calibration::simplest_good, scoring::left_out::fits::LeftOut};
+use crate::{calibration::simplest_good, column::column, scoring::left_out::fits::LeftOut};
 
 /// Ridge strengths to try for each block, in descending order.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
@@ -42,12 +42,12 @@ impl LeftOut<'_> {
         while standing.iter().any(Option::is_some) {
             let asked = standing.iter().flatten().flat_map(further);
             tried.add(asked.collect());
-            for (target, own) in standing.iter_mut().enumerate() {
-                let Some(levels) = own else { continue };
+            for (target, levels_of_target) in standing.iter_mut().enumerate() {
+                let Some(levels) = levels_of_target else { continue };
                 let next = further(levels)
                     .min_by(|a, b| tried.sum(a, target).total_cmp(&tried.sum(b, target)));
                 let falls = |next: &Levels| tried.sum(next, target) < tried.sum(levels, target);
-                *own = next.filter(falls);
+                *levels_of_target = next.filter(falls);
             }
         }
         let chosen: Vec<&Levels> = (0..q).map(|target| tried.simplest_good(target)).collect();
@@ -93,10 +93,10 @@ impl Tried<'_> {
             asked.into_iter().filter(|levels| !self.squares.contains_key(levels)).collect();
         new.sort_unstable();
         new.dedup();
-        let own = &*self;
+        let tried = &*self;
         let found: Vec<(Levels, Vec<f64>)> = (new.into_par_iter())
             .map(|levels| {
-                let squares = own.try_one(&levels);
+                let squares = tried.try_one(&levels);
                 (levels, squares)
             })
             .collect();
@@ -112,7 +112,7 @@ impl Tried<'_> {
 
     fn sum(&self, levels: &Levels, target: usize) -> f64 {
         let q = self.left_out.total.n_targets();
-        self.squares[levels].iter().skip(target).step_by(q).sum()
+        column(&self.squares[levels], q, target).sum()
     }
 
     /// Returns a combination of blocks that is nearly as good as the best: the one with the fewest columns, then with the
@@ -198,8 +198,8 @@ mod tests {
             let terms = Terms { used: &[0, 1, 2], ..TERMS };
             let found = fit(&rest, terms, Ridge::Shares(&[0.0, 0.3, 0.3, 0.0]));
             let expected = parts[at].squared_residuals(&found.coefficients);
-            for (own, expected) in squares[at * 2..][..2].iter().zip(expected) {
-                assert!((own - expected).abs() < 1e-9 * expected);
+            for (actual, expected) in squares[at * 2..][..2].iter().zip(expected) {
+                assert!((actual - expected).abs() < 1e-9 * expected);
             }
         }
     }

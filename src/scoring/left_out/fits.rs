@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets, simplest_good},
+    column::column,
     features::ColumnKind,
     scoring::{
         cross_validation::RIDGE_STRENGTHS,
@@ -161,7 +162,7 @@ impl<'a> LeftOut<'a> {
 
 /// Returns the sums over all parts of `n_parts × n_targets` squares, one number per target.
 pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
-    (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
+    (0..n_targets).map(|target| column(squares, n_targets, target).sum()).collect()
 }
 
 /// Returns the smallest number of samples that remain when one part is left out, and the number of coefficients that the
@@ -360,8 +361,8 @@ mod tests {
             }
         }
         let loads = column(rows[0].len() - 1);
-        let shares = basis.iter().flat_map(|(own, made_of)| {
-            let share = dot(&loads, own) / dot(own, own);
+        let shares = basis.iter().flat_map(|(vector, made_of)| {
+            let share = dot(&loads, vector) / dot(vector, vector);
             made_of.iter().map(move |(column, b)| (*column, share * b))
         });
         shares.collect()

@@ -114,8 +114,8 @@ impl pulp::WithSimd for Group<'_> {
         self.work.factorise();
         for target in 0..self.work.q {
             self.work.substitute_back(target);
-            let own = |part: &NormalEquations| part.target_square(target);
-            let square = gathered(self.scored, own);
+            let square_of = |part: &NormalEquations| part.target_square(target);
+            let square = gathered(self.scored, square_of);
             self.work.squares[target] = self.work.squares_on_part(target, square);
         }
     }
@@ -135,9 +135,8 @@ impl Group<'_> {
         let total = self.total;
         let is_same = std::ptr::eq(self.parts, self.scored);
         let (parts, scored) = (self.parts, self.scored);
-        let scored_part = |part: Lanes, own: &dyn Fn(&NormalEquations) -> f64| match is_same {
-            true => part,
-            false => gathered(scored, own),
+        let scored_part = |part: Lanes, product_of: &dyn Fn(&NormalEquations) -> f64| {
+            if is_same { part } else { gathered(scored, product_of) }
         };
         let used = self.terms.used;
         let work = &mut *self.work;
@@ -145,9 +144,9 @@ impl Group<'_> {
         for (i, &column) in used.iter().enumerate() {
             let penalty = self.shares[column];
             let all = total.feature_product(column, column);
-            let own = |part: &NormalEquations| part.feature_product(column, column);
-            let part = gathered(parts, own);
-            work.part[row_start(i) + i] = scored_part(part, &own);
+            let product_of = |part: &NormalEquations| part.feature_product(column, column);
+            let part = gathered(parts, product_of);
+            work.part[row_start(i) + i] = scored_part(part, &product_of);
             let mut present = [0.0; LANES];
             for lane in 0..LANES {
                 let remains = (all - part[lane]) / all;
@@ -162,10 +161,10 @@ impl Group<'_> {
             work.factor[row_start(i) + i] = present;
             for (j, &other) in used[..i].iter().enumerate() {
                 let all = total.feature_product(column, other);
-                let own = |part: &NormalEquations| part.feature_product(column, other);
-                let part = gathered(parts, own);
+                let product_of = |part: &NormalEquations| part.feature_product(column, other);
+                let part = gathered(parts, product_of);
                 let at = row_start(i) + j;
-                work.part[at] = scored_part(part, &own);
+                work.part[at] = scored_part(part, &product_of);
                 for lane in 0..LANES {
                     let scale = work.inverse_length[i][lane] * work.inverse_length[j][lane];
                     work.factor[at][lane] = (all - part[lane]) * scale;
@@ -175,10 +174,10 @@ impl Group<'_> {
         for target in 0..work.q {
             for (j, &column) in used.iter().enumerate() {
                 let all = total.target_product(column, target);
-                let own = |part: &NormalEquations| part.target_product(column, target);
-                let part = gathered(parts, own);
+                let product_of = |part: &NormalEquations| part.target_product(column, target);
+                let part = gathered(parts, product_of);
                 let at = row_start(work.m) + target * work.m + j;
-                work.part[at] = scored_part(part, &own);
+                work.part[at] = scored_part(part, &product_of);
                 for lane in 0..LANES {
                     work.factor[at][lane] = (all - part[lane]) * work.inverse_length[j][lane];
                 }
@@ -197,8 +196,8 @@ impl Work {
             let (before, from_row) = self.factor.split_at_mut(row_start(j));
             debug_assert_eq!(before.len(), row_start(j));
             let (row, below) = from_row.split_at_mut(j + 1);
-            let (own, pivot) = row.split_at_mut(j);
-            let pivot = reduced(pivot[0], own, own);
+            let (factors, pivot) = row.split_at_mut(j);
+            let pivot = reduced(pivot[0], factors, factors);
             for lane in 0..LANES {
                 // The values are compared, because `min` would ignore NaN.
                 if !(pivot[lane] >= self.least_pivot[lane]) {
@@ -213,7 +212,7 @@ impl Work {
                 let len = if i < m { i + 1 } else { m };
                 let row = &mut below[start..start + len];
                 let (done, entry) = row.split_at_mut(j);
-                let value = reduced(entry[0], done, own);
+                let value = reduced(entry[0], done, factors);
                 for lane in 0..LANES {
                     entry[0][lane] = value[lane] * inverse_root[lane];
                 }
@@ -260,10 +259,11 @@ impl Work {
                     earlier[lane] += product[lane] * coefficient[lane];
                 }
             }
-            let own = self.coefficients[i];
+            let coefficients = self.coefficients[i];
             for lane in 0..LANES {
-                let explained = row[i][lane] * own[lane] + 2.0 * (earlier[lane] - right[lane]);
-                square[lane] += own[lane] * explained;
+                let explained =
+                    row[i][lane] * coefficients[lane] + 2.0 * (earlier[lane] - right[lane]);
+                square[lane] += coefficients[lane] * explained;
             }
         }
         square

@@ -157,12 +157,12 @@ fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
 /// Returns the value at index `at` of the least-squares line through this value and up to `half` neighbours on each side.
 fn on_line(values: &[f64], at: usize, half: usize) -> f64 {
     let from = at.saturating_sub(half);
-    let own = &values[from..(at + half + 1).min(values.len())];
-    let middle = 0.5 * (own.len() - 1) as f64;
-    let mean = own.iter().sum::<f64>() / own.len() as f64;
-    let places = || (0..own.len()).map(|place| place as f64 - middle);
+    let near = &values[from..(at + half + 1).min(values.len())];
+    let middle = 0.5 * (near.len() - 1) as f64;
+    let mean = near.iter().sum::<f64>() / near.len() as f64;
+    let places = || (0..near.len()).map(|place| place as f64 - middle);
     let squares: f64 = places().map(|place| place * place).sum();
-    let slope = places().zip(own).map(|(place, value)| place * value).sum::<f64>();
+    let slope = places().zip(near).map(|(place, value)| place * value).sum::<f64>();
     if squares > 0.0 { mean + slope / squares * ((at - from) as f64 - middle) } else { mean }
 }
 
@@ -214,7 +214,7 @@ mod tests {
         for radius in [0.0, 0.03] {
             let loads = triangle(3, 400);
             let noisy: Vec<f64> =
-                play(&loads, radius).iter().map(|own| own + 0.01 * random.normal()).collect();
+                play(&loads, radius).iter().map(|output| output + 0.01 * random.normal()).collect();
             let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
             let one = Loop::of(&cycle, &loads, |k| noisy[k]);
             assert!((one.largest_width() - 2.0 * radius).abs() < 0.006, "{}", one.largest_width());

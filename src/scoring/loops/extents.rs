@@ -12,14 +12,11 @@ pub fn extents_of<'a>(
 ) -> Vec<LoadExtent> {
     let mut extents = vec![LoadExtent::default(); axes.len()];
     for recording in recordings {
-        let own = recording.axes();
         for (extent, axis) in extents.iter_mut().zip(axes) {
-            let Some(at) = own.iter().position(|one| one == axis) else {
-                continue;
-            };
-            let loads = recording.loads().iter().skip(at).step_by(own.len());
-            let loads: Vec<f64> = loads.copied().collect();
-            *extent = extent.with(LoadExtent::of([&loads[..]]));
+            if let Some(loads) = recording.load(*axis) {
+                let loads: Vec<f64> = loads.collect();
+                *extent = extent.with(LoadExtent::of([&loads[..]]));
+            }
         }
     }
     extents

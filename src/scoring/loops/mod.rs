@@ -85,9 +85,9 @@ impl Loops {
             let closed = closed.iter().map(|[first, second]| cycle(first, second));
             let pairs = rainflow::pairs(&residue).into_iter();
             let pairs = pairs.map(|at| cycle(&residue[at], &residue[at + 1]));
-            let mut own: Vec<Cycle> = closed.chain(pairs).collect();
-            own.sort_by_key(|cycle| cycle.first.samples.start);
-            loops.cycles.extend(own);
+            let mut cycles: Vec<Cycle> = closed.chain(pairs).collect();
+            cycles.sort_by_key(|cycle| cycle.first.samples.start);
+            loops.cycles.extend(cycles);
             loops.branches.push(branches);
             loops.residue.push(residue);
         }
@@ -146,8 +146,8 @@ impl Loops {
     /// Returns the rising half cycle with the widest range of loads, and the index of its recording.
     pub fn widest_rising(&self) -> Option<(usize, &Branch)> {
         let halves = self.residue.iter().enumerate();
-        let rising = halves.flat_map(|(recording, own)| {
-            own.iter().filter(|half| half.rising).map(move |half| (recording, half))
+        let rising = halves.flat_map(|(recording, halves)| {
+            halves.iter().filter(|half| half.rising).map(move |half| (recording, half))
         });
         rising.reduce(|widest, other| if other.1.span() > widest.1.span() { other } else { widest })
     }
@@ -158,9 +158,9 @@ pub(crate) fn common_loads(cycles: &[Cycle]) -> MinMax {
     MinMax::common(cycles.iter().map(Cycle::loads))
 }
 
-/// Returns true if the range `own` covers at least [`FULL_SHARE`] of the range `whole`.
-fn covers(own: MinMax, whole: MinMax) -> bool {
-    MinMax::common([own, whole].into_iter()).span() >= FULL_SHARE * whole.span()
+/// Returns true if the range `range` covers at least [`FULL_SHARE`] of the range `whole`.
+fn covers(range: MinMax, whole: MinMax) -> bool {
+    MinMax::common([range, whole].into_iter()).span() >= FULL_SHARE * whole.span()
 }
 
 #[cfg(test)]

@@ -24,19 +24,19 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     let residue = &mut counted.residue;
     for branch in branches {
         residue.push(branch);
-        while let [.., before, own, after] = &residue[..] {
-            let (span, beside) = (own.span(), [before.span(), after.span()]);
+        while let [.., before, middle, after] = &residue[..] {
+            let (span, beside) = (middle.span(), [before.span(), after.span()]);
             let closes = beside.iter().all(|other| span <= *other);
             if !closes || beside == [span; 2] {
                 break;
             }
             let mut after = residue.pop().expect("the stack of branches holds at least three");
-            let own = residue.pop().expect("the stack of branches holds at least three");
+            let middle = residue.pop().expect("the stack of branches holds at least three");
             let before = residue.pop().expect("the stack of branches holds at least three");
-            let back = closing_sample(&own, &after, loads);
+            let back = closing_sample(&middle, &after, loads);
             let n_within = (after.nested).partition_point(|nested| nested.end <= back);
             let rest = after.nested.split_off(n_within);
-            let end = own.samples.end - 1;
+            let end = middle.samples.end - 1;
             let mut nested = before.nested;
             nested.push(before.samples.end..back);
             nested.extend(rest);
@@ -50,20 +50,19 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
                 samples: end..back + 1,
                 rising: after.rising,
                 nested: after.nested,
-                ..own
+                ..middle
             };
             second.loads = second.loads.with(loads[back]);
-            counted.closed.push([own, second]);
+            counted.closed.push([middle, second]);
         }
     }
     counted
 }
 
-/// Returns the first sample of the branch `after` at which the load is back at the start of the branch `own`.
-fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
-    let is_back = |k: &usize| match after.rising {
-        true => loads[*k] >= own.loads.max,
-        false => loads[*k] <= own.loads.min,
+/// Returns the first sample of the branch `after` at which the load is back at the start of the branch `first`.
+fn closing_sample(first: &Branch, after: &Branch, loads: &[f64]) -> usize {
+    let is_back = |k: &usize| {
+        if after.rising { loads[*k] >= first.loads.max } else { loads[*k] <= first.loads.min }
     };
     let last = after.samples.end - 1;
     after.kept().find(is_back).unwrap_or(last)

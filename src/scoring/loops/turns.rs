@@ -33,8 +33,8 @@ impl Branch {
     /// Returns the samples of this branch without those of smaller cycles within it.
     pub fn kept(&self) -> impl Iterator<Item = usize> {
         let starts =
-            std::iter::once(self.samples.start).chain(self.nested.iter().map(|own| own.end));
-        let ends = (self.nested.iter().map(|own| own.start)).chain([self.samples.end]);
+            std::iter::once(self.samples.start).chain(self.nested.iter().map(|inner| inner.end));
+        let ends = (self.nested.iter().map(|inner| inner.start)).chain([self.samples.end]);
         starts.zip(ends).flat_map(|(start, end)| start..end)
     }
 
@@ -118,7 +118,8 @@ impl LoadExtent {
     /// its variance. A fast load affects them less than second differences, and the median ignores a few reversals and steps.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
         let recordings = recordings.into_iter();
-        let each = recordings.map(|own| Self { noise: noise_of(own), loads: own.iter().collect() });
+        let each =
+            recordings.map(|loads| Self { noise: noise_of(loads), loads: loads.iter().collect() });
         each.fold(Self::default(), Self::with)
     }
 

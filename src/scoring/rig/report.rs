@@ -215,14 +215,8 @@ pub(crate) fn lag(
         n <= LAG_LONGEST
     });
     let moving: Vec<&&Recording> = moving.collect();
-    let runs: Vec<LagRun<'_>> = (moving.iter())
-        .map(|own| LagRun {
-            times: own.times(),
-            gauges: own.gauges(),
-            loads: own.loads(),
-            outputs: own.gauges(),
-        })
-        .collect();
+    let runs: Vec<LagRun<'_>> =
+        (moving.iter()).map(|recording| LagRun::of(recording, recording.gauges())).collect();
     if runs.is_empty() {
         return Ok(None);
     }

@@ -57,7 +57,7 @@ struct Bench {
     /// Indices of the feature columns that do not belong to the block.
     others: Vec<usize>,
     /// Indices of the feature columns of each candidate value.
-    own: Vec<Vec<usize>>,
+    by_value: Vec<Vec<usize>>,
     weights: Vec<f64>,
     ridge: RidgeChoice,
     parts: ErrorBlocks,
@@ -127,9 +127,11 @@ impl Study {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
             let training = self.data.training();
-            let step = training.iter().filter_map(|own| own.rate_hz()).map(|rate| 1.0 / rate);
+            let step =
+                training.iter().filter_map(|recording| recording.rate_hz()).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
-            let longest = training.iter().map(|own| own.duration_secs()).fold(0.0, f64::max);
+            let longest =
+                training.iter().map(|recording| recording.duration_secs()).fold(0.0, f64::max);
             candidates.retain(|secs| *secs >= SHORTEST_TIME * shortest && *secs <= longest);
         }
         if candidates.iter().any(|value| block.travel(*value) > 0.0) {
@@ -176,8 +178,8 @@ impl Bench {
         let design = Design { features, ..blank.design() };
         let sums = data.sums(&design, &past, blank.axes.len(), progress);
         progress.check()?;
-        let own = design.sets_of(block);
-        let is_other = |at: &usize| own.iter().all(|set| !set.contains(at));
+        let by_value = design.sets_of(block);
+        let is_other = |at: &usize| by_value.iter().all(|set| !set.contains(at));
         let others: Vec<usize> = design.all().into_iter().filter(is_other).collect();
         let part_samples: Vec<u64> = sums.parts.iter().map(|part| part.n_samples()).collect();
         let kinds = design.kinds();
@@ -186,7 +188,7 @@ impl Bench {
         Ok(Self {
             sums,
             others,
-            own,
+            by_value,
             weights,
             ridge: study.settings.ridge,
             parts: ErrorBlocks::of_parts(&part_samples),
@@ -196,9 +198,9 @@ impl Bench {
     }
 
     fn try_one(&self, chosen: Vec<usize>) -> Result<Tried, NoSuggestion> {
-        let own = chosen.iter().flat_map(|at| &self.own[*at]);
+        let by_value = chosen.iter().flat_map(|at| &self.by_value[*at]);
         let train = &self.sums.train;
-        let used: Vec<usize> = self.others.iter().chain(own).copied().collect();
+        let used: Vec<usize> = self.others.iter().chain(by_value).copied().collect();
         let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
         let left_out =
             LeftOut::of(train, &self.sums.parts, terms).scored_on(self.sums.cold.as_deref());

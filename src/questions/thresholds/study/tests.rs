@@ -177,8 +177,9 @@ fn each_row_is_shown_once_and_the_rows_make_the_map() {
     let shown = shown.into_inner().unwrap();
     assert!(shown.iter().map(ThresholdMap::n_rows_done).eq(0..=9));
     for pair in shown.windows(2) {
-        let kept =
-            |at: &usize| pair[0].point(*at, 0).is_none_or(|own| pair[1].point(*at, 0) == Some(own));
+        let kept = |at: &usize| {
+            pair[0].point(*at, 0).is_none_or(|point| pair[1].point(*at, 0) == Some(point))
+        };
         assert!((0..9).all(|at| kept(&at)));
     }
     assert_eq!(shown.last(), Some(&map));
@@ -205,8 +206,8 @@ fn a_cancelled_map_ends_after_its_current_row() {
 fn test_recordings_take_no_part_in_any_suggestion() {
     let all = some(15);
     let mut training = RecordingSet::default();
-    let own = all.entries().iter().filter(|entry| entry.role == Role::Train);
-    own.for_each(|entry| training.push(entry.clone()).unwrap());
+    let trained = all.entries().iter().filter(|entry| entry.role == Role::Train);
+    trained.for_each(|entry| training.push(entry.clone()).unwrap());
     assert!(training.entries().len() < all.entries().len());
     let suggested = |set: Arc<RecordingSet>| {
         let map = map_of(&set, &settings(|_| {}), &[0.0, 1.5, 3.0, 6.0], &[5.0, 15.0]);

@@ -140,7 +140,8 @@ impl<'a> Rows<'a> {
             progress.check()?;
             let times = entry.recording.times();
             let further = design.features.look_backs[1..].iter();
-            let further = further.map(|own| path.past_samples_until(times, *own, progress));
+            let further =
+                further.map(|thresholds| path.past_samples_until(times, *thresholds, progress));
             Ok(std::iter::once((0..times.len() as u32).collect()).chain(further).collect())
         });
         let unmoved = unmoved.collect::<Result<Vec<Past>, Cancelled>>()?;
