@@ -32,7 +32,7 @@ fn too_few_poses_are_exit_code_three_and_say_why() {
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&found["verdict"], &found["load_cases"]), (&"insufficient".into(), &8.into()));
     assert!(found["free_coefficients"].as_f64().unwrap() > 8.0 / 1.25, "{found}");
-    let reasons = found["reasons"].as_array().unwrap();
+    let reasons = found["findings"].as_array().unwrap();
     assert!(
         reasons
             .iter()
@@ -72,7 +72,7 @@ fn axes_and_directions_without_load_are_named() {
         let arguments = [&["check", "a.csv", "--json", "--look-back", "none"], more].concat();
         let output = run(workshop.path(), &arguments);
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let own = found["reasons"].as_array().unwrap().iter();
+        let own = found["findings"].as_array().unwrap().iter();
         let own: Vec<Value> = own.filter(|reason| reason["id"] == id).cloned().collect();
         assert_eq!(own.len(), 1, "{found}");
         let text = own[0]["text"].as_str().unwrap();
@@ -110,7 +110,7 @@ fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["rig"]["runs"].as_array().unwrap().len(), 3);
-    let reasons = found["reasons"].as_array().unwrap().iter();
+    let reasons = found["findings"].as_array().unwrap().iter();
     let mut unusable = reasons.filter(|own| own["id"] == "unusable");
     let text = unusable.next().unwrap()["text"].as_str().unwrap();
     assert!(text.contains("broken.csv") && text.contains("bare.csv"), "{text}");

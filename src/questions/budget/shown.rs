@@ -5,7 +5,7 @@ use strum::IntoEnumIterator as _;
 use crate::{
     questions::budget::{query::ErrorBudget, sentence},
     report::table::{Cell, Column, Table},
-    scoring::budget::{Budget, Cause, NoBudget, Shares},
+    scoring::budget::{Budget, Cause, Shares},
 };
 
 /// Row of the table.
@@ -37,7 +37,7 @@ pub fn budget_table(of: &ErrorBudget) -> Table {
             Row::Unexplained => "unexplained".to_owned(),
         })
         .columns(columns, head, |row, (_, budget, pool)| cell(**row, budget, *pool))
-        .table("Where the error comes from", note(of))
+        .table("Where the error comes from", of.sentences().join(" "))
 }
 
 fn cell(row: Row, budget: &Budget, pool: usize) -> Cell {
@@ -59,29 +59,4 @@ fn cell(row: Row, budget: &Budget, pool: usize) -> Cell {
             None => Cell::words("not found"),
         },
     }
-}
-
-/// Returns what the table does not say: what most of the error is, and alternatives.
-fn note(of: &ErrorBudget) -> String {
-    let mut sentences = Vec::new();
-    let uncompensated = ("The uncompensated error", &of.uncompensated);
-    let compensated = of.compensated.as_ref().map(|own| ("What the compensation leaves", own));
-    for (subject, budget) in [Some(uncompensated), compensated].into_iter().flatten() {
-        for (name, shares) in of.pools.iter().zip(&budget.pools) {
-            match shares {
-                Ok(shares) => {
-                    let words = sentence::mostly(shares, budget);
-                    sentences.extend(words.map(|words| {
-                        format!("{subject} of the {} is {words}.", name.to_lowercase())
-                    }));
-                }
-                Err(NoBudget::NoError) => {}
-                Err(reason) => sentences.push(format!(
-                    "{subject} of the {} is not split: {reason}.",
-                    name.to_lowercase()
-                )),
-            }
-        }
-    }
-    sentences.join(" ")
 }

@@ -66,6 +66,23 @@ pub struct Budget {
     pub pools: Vec<Result<Shares, NoBudget>>,
 }
 
+impl Budget {
+    /// Returns the budget with the mean squared errors that the fit's cross-validation gives on each axis (full scale²). The
+    /// fits of the budget differ from it in the ridge, and leave out several recordings together if there are many.
+    pub fn scaled_to(mut self, mean_squares: &[f64], pools: &[Vec<usize>]) -> Self {
+        let scaled = |own: Result<Shares, NoBudget>, axes: &[usize]| {
+            let sum: f64 = axes.iter().map(|axis| mean_squares[*axis]).sum();
+            let total = sum / axes.len() as f64;
+            own.map(|own| if total.is_finite() { own.scaled_to(total) } else { own })
+        };
+        let axes = self.axes.into_iter().enumerate();
+        self.axes = axes.map(|(axis, own)| scaled(own, &[axis])).collect();
+        let pools = self.pools.into_iter().zip(pools);
+        self.pools = pools.map(|(own, axes)| scaled(own, axes)).collect();
+        self
+    }
+}
+
 /// Recordings, with what the budgets of all their calibrations share.
 pub struct Measured<'a> {
     runs: &'a [Run<'a>],
