@@ -33,7 +33,7 @@ pub struct ErrorBudget {
 struct Appended<'a> {
     design: &'a Design,
     recordings: Vec<&'a Recording>,
-    past: Vec<&'a Past>,
+    past: Vec<Past>,
     n_columns: usize,
 }
 
@@ -43,7 +43,7 @@ impl ModelColumns for Appended<'_> {
     }
 
     fn stream(&self, run: usize) -> ColumnStream<'_> {
-        let (recording, past) = (self.recordings[run], self.past[run]);
+        let (recording, past) = (self.recordings[run], &self.past[run]);
         let mut stream = FeatureStream::new(self.design);
         let first = self.design.n_gauges();
         let mut row = vec![0.0; self.design.n_columns()];
@@ -88,9 +88,6 @@ pub fn error_budget(
     let runs: Vec<Run<'_>> = runs.collect();
     let full_scale = &calibration.full_scale;
     let (names, pools) = pools(calibration);
-    let Some(measured) = Measured::of(&runs, full_scale, progress)? else {
-        return Ok(Err(NoBudget::NothingToExplain));
-    };
     // Segments of recordings are not the parts of the fit's cross-validation.
     let scaled = |budget: Budget, scores: &Scores| match &scores.cv_rmse {
         Some(rmse) if data.folds.are_whole && !budget.are_segments => {
@@ -100,24 +97,35 @@ pub fn error_budget(
         _ => budget,
     };
     let Quality { conventional, compensated, .. } = &calibration.quality;
-    let uncompensated = scaled(measured.budget(&pools, None, progress)?, conventional);
     // A history in which no earlier sample differs from the present one leaves the conventional map.
     let has_effect = conventional.train_rmse != compensated.train_rmse;
     let design = calibration.design();
     let n_columns = design.n_columns() - design.n_gauges() - usize::from(calibration.offset);
     let is_linear = request.settings.regressor == Regressor::Linear;
-    let compensated = if n_columns > 0 && has_effect && is_linear {
+    let columns = if n_columns > 0 && has_effect && is_linear {
         let past = data.past(calibration, progress)?;
-        let past = numbers.iter().map(|at| &past[*at]).collect();
-        let columns = Appended { design: &design, recordings, past, n_columns };
-        let ridge = match request.settings.ridge {
-            RidgeChoice::Strength(own) if own > 0.0 => own,
-            _ => RIDGE,
-        };
-        Some(scaled(measured.budget(&pools, Some((&columns, ridge)), progress)?, compensated))
+        Some(Appended {
+            design: &design,
+            recordings,
+            past: numbers.iter().map(|at| past[*at].clone()).collect(),
+            n_columns,
+        })
     } else {
         None
     };
+    let ridge = match request.settings.ridge {
+        RidgeChoice::Strength(own) if own > 0.0 => own,
+        _ => RIDGE,
+    };
+    let model = columns.as_ref().map(|own| (own as &dyn ModelColumns, ridge));
+    let Some(measured) = Measured::of(&runs, full_scale, model, progress)? else {
+        return Ok(Err(NoBudget::NothingToExplain));
+    };
+    let budget = |of_model, scores| {
+        Ok::<_, AnalysisError>(scaled(measured.budget(&pools, of_model, progress)?, scores))
+    };
+    let uncompensated = budget(false, conventional)?;
+    let compensated = model.map(|_| budget(true, compensated)).transpose()?;
     Ok(Ok(ErrorBudget { axes: calibration.axes.clone(), pools: names, uncompensated, compensated }))
 }
 

@@ -5,7 +5,16 @@
 
 use std::ops::Range;
 
-use crate::scoring::budget::time_scale::middle;
+use rayon::prelude::*;
+
+use crate::{
+    progress::{Cancelled, Progress},
+    scoring::budget::{
+        inputs::Inputs,
+        run::{Run, Unit},
+        time_scale::middle,
+    },
+};
 
 /// Number of differences in a chunk.
 pub(super) const CHUNK: usize = 25;
@@ -14,7 +23,7 @@ const ORDERS: usize = 4;
 const FEWEST_CHUNKS: usize = 4;
 
 /// Mean squared differences of the residuals of one unit, for each order, chunk and axis, scaled to the variance of white noise.
-pub(super) type Differences = [Vec<Vec<f64>>; ORDERS];
+type Differences = [Vec<Vec<f64>>; ORDERS];
 
 /// Noise of the residuals, and the chunks in which it was measured.
 #[derive(Debug)]
@@ -28,7 +37,7 @@ pub(super) struct Noise {
 }
 
 /// Returns the mean squared differences of residuals, `n_samples × n_axes` row-major.
-pub(super) fn differences(residuals: &[f64], n_axes: usize) -> Differences {
+fn differences(residuals: &[f64], n_axes: usize) -> Differences {
     let mut changes = residuals.to_vec();
     let mut length = residuals.len();
     let mut scale = 1.0;
@@ -48,8 +57,24 @@ pub(super) fn differences(residuals: &[f64], n_axes: usize) -> Differences {
 }
 
 impl Noise {
-    /// Returns the noise from the differences of all units; `None` if there are too few.
-    pub fn of(units: &[Differences], n_axes: usize) -> Option<Self> {
+    /// Measures the noise of the conventional calibration; `None` if there are too few samples.
+    pub fn measure(
+        runs: &[Run<'_>],
+        inputs: &Inputs,
+        units: &[Unit],
+        progress: &Progress,
+    ) -> Result<Option<Self>, Cancelled> {
+        let n_axes = inputs.load_means.len();
+        let of_unit = |unit: &Unit| {
+            progress.check()?;
+            let residuals = inputs.residuals(&runs[unit.run], unit.samples.clone());
+            Ok(differences(&residuals, n_axes))
+        };
+        let found: Result<Vec<_>, Cancelled> = units.par_iter().map(of_unit).collect();
+        Ok(Self::of(&found?, n_axes))
+    }
+
+    fn of(units: &[Differences], n_axes: usize) -> Option<Self> {
         let mut best: Option<(usize, Vec<f64>)> = None;
         for order in 0..ORDERS {
             let chunks: Vec<&Vec<f64>> = units.iter().flat_map(|own| &own[order]).collect();
