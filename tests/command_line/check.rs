@@ -26,7 +26,11 @@ fn too_few_poses_are_exit_code_three_and_say_why() {
     let output = run(workshop.path(), &arguments);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.starts_with("Not enough"), "{text}");
+    assert!(text.lines().any(|line| line.starts_with("Not enough")), "{text}");
+    assert!(
+        text.lines().count() <= 30 && text.lines().all(|line| line.chars().count() <= 120),
+        "{text}"
+    );
     assert!(text.contains("coefficients per axis are fitted to 8 load cases"), "{text}");
     let output = run(workshop.path(), &[&arguments[..], &["--json"]].concat());
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -118,4 +122,35 @@ fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     let refused = run(workshop.path(), &[&["fit", "--train"], &files[..]].concat());
     assert_eq!(refused.status.code(), Some(1));
     assert!(refused.stdout.is_empty(), "fit writes no calibration of only some files");
+}
+
+/// The recordings do not reach the rated load, which limits the calibration, but the model is determined.
+#[test]
+fn the_exit_code_follows_the_verdict_that_is_asked_for() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("sensor.toml", "serial = 4711\n[rated_loads]\nFz = 100\n");
+    let arguments = [&["check", "--json", "--sensor", "sensor.toml"], &ALL_FILES[..]].concat();
+    let output = succeed(workshop.path(), &arguments);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["verdict"], &found["serial"]), (&"doubtful".into(), &"4711".into()));
+    assert!(found["findings"].as_array().unwrap().iter().any(|own| own["id"] == "not_reached"));
+    let failing = [&arguments[..], &["--fail-on", "doubtful"]].concat();
+    assert_eq!(run(workshop.path(), &failing).status.code(), Some(3));
+}
+
+#[test]
+fn a_screen_begins_with_the_budget_and_all_has_every_finding() {
+    let workshop = Workshop::with_recordings();
+    let text = |more: &[&str]| {
+        let output = run(workshop.path(), &[&["check"], &ALL_FILES[..], more].concat());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (screen, all) = (text(&[]), text(&["--all"]));
+    assert!(screen.lines().count() <= 30, "{screen}");
+    assert!(screen.lines().all(|line| line.chars().count() <= 120), "{screen}");
+    let at = |text: &str, word: &str| text.lines().position(|line| line.contains(word));
+    let (error, unexplained) =
+        (at(&screen, "  error").unwrap(), at(&screen, "unexplained").unwrap());
+    assert!(error <= 3 && unexplained < 14, "{screen}");
+    assert!(at(&all, "held-out error").is_some() && at(&screen, "held-out error [%]").is_none());
 }

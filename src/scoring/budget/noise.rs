@@ -98,13 +98,18 @@ impl Noise {
         Some(Self { quiet: quiet.collect(), order: order + 1, variances })
     }
 
-    /// Returns the quiet differences of a unit whose first sample, counted in the unit, lies in `window`, which starts with a
-    /// chunk.
-    pub fn quiet_in(&self, unit: usize, window: &Range<usize>) -> impl Iterator<Item = usize> {
+    /// Returns the differences of a unit in every `step`-th chunk, if it is quiet, whose first sample, counted in the unit, lies
+    /// in `window`, which starts with a chunk.
+    pub fn quiet_in(
+        &self,
+        unit: usize,
+        step: usize,
+        window: &Range<usize>,
+    ) -> impl Iterator<Item = usize> {
         let chunks = (window.start / CHUNK..)
             .zip(&self.quiet[unit][window.start.min(self.quiet[unit].len() * CHUNK) / CHUNK..]);
         let end = window.end;
-        let quiet = chunks.filter(|(_, is_quiet)| **is_quiet);
+        let quiet = chunks.filter(move |(chunk, is_quiet)| **is_quiet && chunk % step == 0);
         let samples = quiet.flat_map(|(chunk, _)| chunk * CHUNK..(chunk + 1) * CHUNK);
         samples.take_while(move |at| *at < end)
     }

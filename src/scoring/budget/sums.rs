@@ -20,6 +20,9 @@ use crate::{
 
 /// Number of samples whose rows are in memory at the same time. It contains whole chunks.
 const WINDOW: usize = 40 * CHUNK;
+/// Approximate maximum number of samples whose products are summed. Of more samples, every n-th is used; the columns still see
+/// every sample.
+const MOST_SAMPLES: usize = 1 << 19;
 /// Standard deviation below which a column is left out, absolute and as a share of its mean.
 const CONSTANT: f64 = 1e-9;
 const CONSTANT_SHARE: f64 = 1e-7;
@@ -60,6 +63,8 @@ impl Sums {
         (units, noise): (&[Unit], Option<Noise>),
         progress: &Progress,
     ) -> Result<Self, Cancelled> {
+        let n: usize = runs.iter().map(|run| run.n_samples).sum();
+        let step = n.div_ceil(MOST_SAMPLES).max(1);
         let of_run = |at: usize| {
             progress.check()?;
             let mut rows = Rows::new(columns, runs, at, model);
@@ -67,7 +72,13 @@ impl Sums {
             let mut blocks = Vec::new();
             for (number, unit) in units.iter().enumerate().filter(|(_, unit)| unit.run == at) {
                 let noise = noise.as_ref().map(|own| (own, number));
-                blocks.extend(unit_sums(&mut rows, unit, columns, noise, &mut of_differences));
+                blocks.extend(unit_sums(
+                    (&mut rows, step),
+                    unit,
+                    columns,
+                    noise,
+                    &mut of_differences,
+                ));
             }
             Ok((blocks, of_differences))
         };
@@ -167,9 +178,10 @@ fn weights_of(columns: &Columns, gauges: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(columns.width, columns.n_axes(), weight)
 }
 
-/// Returns the sums of the raw columns over each block of a unit. Adds the differences of quiet chunks to `of_differences`.
+/// Returns the sums of every `step`-th row over each block of a unit. Adds the differences of every `step`-th chunk that is quiet
+/// to `of_differences`.
 fn unit_sums(
-    rows: &mut Rows<'_>,
+    (rows, step): (&mut Rows<'_>, usize),
     unit: &Unit,
     columns: &Columns,
     noise: Option<(&Noise, usize)>,
@@ -179,7 +191,7 @@ fn unit_sums(
     let stride = of_differences.stride();
     let order = noise.map_or(0, |(own, _)| own.order);
     let mut buffer: Vec<f64> = Vec::new();
-    let mut changes = Vec::new();
+    let (mut changes, mut kept) = (Vec::new(), Vec::new());
     let end = unit.samples.end;
     let mut written = unit.samples.start;
     for start in unit.samples.clone().step_by(WINDOW) {
@@ -194,14 +206,17 @@ fn unit_sums(
         }
         for (sums, block) in sums.iter_mut().zip(&unit.blocks) {
             let (from, to) = (block.start.max(start), block.end.min(stop));
-            if from < to {
-                sums.add_rows(&buffer[(from - start) * stride..(to - start) * stride]);
+            kept.clear();
+            let first = block.start + from.saturating_sub(block.start).next_multiple_of(step);
+            for sample in (first..to).step_by(step) {
+                kept.extend_from_slice(&buffer[(sample - start) * stride..][..stride]);
             }
+            sums.add_rows(&kept);
         }
         let Some((noise, number)) = noise else { continue };
         let first = unit.samples.start;
         changes.clear();
-        for at in noise.quiet_in(number, &(start - first..stop - first)) {
+        for at in noise.quiet_in(number, step, &(start - first..stop - first)) {
             let row = &buffer[(at + first - start) * stride..][..(order + 1) * stride];
             push_difference(row, stride, order, &mut changes);
         }
