@@ -167,7 +167,9 @@ impl Report<'_> {
             }
         };
         let table = Table { note: String::new(), ..budget_table(budget) };
-        lines.extend(table.text().lines().map(str::to_owned));
+        if table.columns.len() > 1 {
+            lines.extend(table.text().lines().map(str::to_owned));
+        }
         lines.extend(budget.sentences().iter().flat_map(|sentence| wrapped(sentence, "")));
         for (remedy, option) in self.found.remedies.iter().zip(&self.remedy_options) {
             lines.extend(wrapped(&format!("> {}", remedy.text(option, budget)), "  "));

@@ -104,8 +104,8 @@ struct Counts {
 
 impl Counts {
     fn add(&mut self, budget: &Value, sensor: &Sensor, truth: &BTreeMap<&str, f64>) {
-        let shares = &budget["pools"][0]["Ok"];
-        if shares.is_null() {
+        let shares = &budget["pools"][0];
+        if !shares["no_budget"].is_null() {
             self.no_budget += 1;
             return;
         }

@@ -3,7 +3,7 @@
 use crate::{
     questions::budget::query::ErrorBudget,
     scoring::{
-        budget::{Budget, Cause, NoBudget, Shares},
+        budget::{Budget, Cause, Shares},
         numbers::significant,
     },
 };
@@ -53,40 +53,37 @@ pub fn name(cause: Cause, budget: &Budget) -> &'static str {
 impl ErrorBudget {
     /// Returns the sentences about the errors of each pool of axes.
     pub fn sentences(&self) -> Vec<String> {
-        (0..self.pools.len()).filter_map(|pool| sentence(self, pool)).collect()
+        (0..self.pools.len()).map(|pool| sentence(self, pool)).collect()
     }
 }
 
-fn sentence(of: &ErrorBudget, pool: usize) -> Option<String> {
+fn sentence(of: &ErrorBudget, pool: usize) -> String {
     let before = match &of.uncompensated.pools[pool] {
         Ok(before) => before,
-        Err(NoBudget::NoError) => return None,
-        Err(reason) => return Some(format!("{} are not split: {reason}.", of.pools[pool])),
+        Err(reason) => return format!("{} are not split: {reason}.", of.pools[pool]),
     };
     let percent = |shares: &Shares| significant(100.0 * shares.total.sqrt(), 3);
     let error = format!("{}: {} % FS", of.pools[pool], percent(before));
     let n = of.uncompensated.n_recordings;
     if n < FEWEST_RECORDINGS {
-        return Some(format!("{error}. Four recordings or more tell which cause is the largest."));
+        return format!("{error}. Four recordings or more tell which cause is the largest.");
     }
     if !is_sure(before) {
-        return Some(format!(
-            "{error}. Other recordings have a much larger error than those of the fit, so no cause is called the largest."
-        ));
+        return format!("{error}. The recordings do not tell surely which cause is the largest.");
     }
     let mut text = error;
     text.extend(mostly(before, &of.uncompensated).map(|words| format!(", mostly {words}")));
-    let Some(budget) = &of.compensated else { return Some(text + ".") };
-    let Ok(after) = &budget.pools[pool] else { return Some(text + ".") };
+    let Some(budget) = &of.compensated else { return text + "." };
+    let Ok(after) = &budget.pools[pool] else { return text + "." };
     if after.total > WORSE * WORSE * before.total {
-        return Some(format!(
+        return format!(
             "{text}. The compensation makes the error larger: {} % FS.",
             percent(after)
-        ));
+        );
     }
     text += &format!(". Compensated: {} % FS", percent(after));
     if !is_sure(after) {
-        return Some(text + ".");
+        return text + ".";
     }
     let changes = changes((before, &of.uncompensated), (after, budget));
     text.extend(changes.into_iter().map(|(words, change)| {
@@ -98,7 +95,7 @@ fn sentence(of: &ErrorBudget, pool: usize) -> Option<String> {
         format!(", {words} {change}")
     }));
     text.extend(mostly(after, budget).map(|words| format!("; what is left is mostly {words}")));
-    Some(text + ".")
+    text + "."
 }
 
 /// Returns true if the shares say which cause is the largest.

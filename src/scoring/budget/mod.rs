@@ -19,7 +19,7 @@ mod shares;
 mod sums;
 mod time_scale;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 pub use crate::scoring::budget::{
     cause::Cause,
@@ -58,9 +58,28 @@ pub struct Budget {
     /// Causes whose columns the calibration contains already, so that what it does not follow is unexplained.
     pub in_model: Vec<Cause>,
     /// Shares on each axis.
+    #[serde(serialize_with = "shares_or_reasons")]
     pub axes: Vec<Result<Shares, NoBudget>>,
     /// Shares over the axes of each pool.
+    #[serde(serialize_with = "shares_or_reasons")]
     pub pools: Vec<Result<Shares, NoBudget>>,
+}
+
+fn shares_or_reasons<S: Serializer>(
+    all: &[Result<Shares, NoBudget>],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    #[serde(untagged)]
+    enum Shown<'a> {
+        Shares(&'a Shares),
+        Reason { no_budget: NoBudget },
+    }
+    let shown = all.iter().map(|own| match own {
+        Ok(shares) => Shown::Shares(shares),
+        Err(reason) => Shown::Reason { no_budget: *reason },
+    });
+    serializer.collect_seq(shown)
 }
 
 impl Budget {
