@@ -37,6 +37,8 @@ use crate::{
 /// Maximum number of lines, and of characters in a line, that are printed without `--all`.
 const LINES: usize = 30;
 const WIDTH: usize = 120;
+/// Maximum number of remedies without `--all`.
+const REMEDIES: usize = 3;
 /// Maximum number of lines of one finding without `--all`.
 const LINES_OF_FINDING: usize = 2;
 
@@ -153,8 +155,9 @@ fn option(remedy: &Remedy, request: &Request) -> String {
 }
 
 impl Report<'_> {
-    /// Returns the lines of the budget: its table, its sentences, and the remedies.
-    fn budget(&self) -> Vec<String> {
+    /// Returns the lines of the budget: its table, its sentences with at most this number of lines each, and at most this number
+    /// of remedies.
+    fn budget(&self, most_lines: usize, most_remedies: usize) -> Vec<String> {
         let mut lines = Vec::new();
         if self.simulated {
             lines.push("The built-in simulated sensor".to_owned());
@@ -170,9 +173,11 @@ impl Report<'_> {
         if table.columns.len() > 1 {
             lines.extend(table.text().lines().map(str::to_owned));
         }
-        lines.extend(budget.sentences().iter().flat_map(|sentence| wrapped(sentence, "")));
-        for (remedy, option) in self.found.remedies.iter().zip(&self.remedy_options) {
-            lines.extend(wrapped(&format!("> {}", remedy.text(option, budget)), "  "));
+        lines.extend(budget.sentences().iter().flat_map(|own| clipped(own, "", most_lines)));
+        for (remedy, option) in
+            self.found.remedies.iter().zip(&self.remedy_options).take(most_remedies)
+        {
+            lines.extend(clipped(&format!("> {}", remedy.text(option, budget)), "  ", most_lines));
         }
         lines
     }
@@ -182,7 +187,7 @@ impl Report<'_> {
     }
 
     fn all(&self) -> Vec<String> {
-        let mut lines = self.budget();
+        let mut lines = self.budget(usize::MAX, usize::MAX);
         lines.extend([String::new(), format!("{}.", self.found.verdict.words())]);
         lines.extend(self.findings());
         lines.extend([self.found.holds_for.clone(), self.found.rank_in_words()]);
@@ -195,7 +200,7 @@ impl Report<'_> {
 
     /// Returns the lines of one screen. Findings that do not fit are counted.
     fn screen(&self) -> Vec<String> {
-        let mut lines = self.budget();
+        let mut lines = self.budget(2, REMEDIES);
         lines.push(format!("{}.", self.found.verdict.words()));
         let mut last = clipped(&self.found.holds_for, "", 2);
         last.extend(clipped(&self.found.rank_in_words(), "", 1));

@@ -154,3 +154,57 @@ fn a_screen_begins_with_the_budget_and_all_has_every_finding() {
     assert!(error <= 3 && unexplained < 14, "{screen}");
     assert!(at(&all, "held-out error").is_some() && at(&screen, "held-out error [%]").is_none());
 }
+
+/// Returns a recording of one force and two gauges, which follow it with backlash, or are curved.
+fn pressed(seed: usize, backlash: f64, curved: f64) -> String {
+    let mut played = [0.0_f64; 2];
+    let row = |k: usize| {
+        let t = k as f64 / 50.0;
+        let phase = seed as f64;
+        let force = 6.0 * (1.1 * t + phase).sin() + 4.0 * (2.3 * t + 2.0 * phase).sin();
+        let mut gauges = [force, -0.7 * force];
+        for (at, (gauge, played)) in gauges.iter_mut().zip(&mut played).enumerate() {
+            let noise = ((k * 7919 + at * 104_729 + seed * 31) % 1009) as f64 / 1009.0 - 0.5;
+            *played = played.max(*gauge - 2.0).min(*gauge + 2.0);
+            *gauge += backlash * (*played - *gauge) + curved * *gauge * *gauge + 0.01 * noise;
+        }
+        format!("{t},{},{},{force}\n", gauges[0], gauges[1])
+    };
+    HEADER.to_owned() + &(0..1500).map(row).collect::<String>()
+}
+
+#[test]
+fn the_option_of_a_remedy_leaves_the_error_that_is_given() {
+    for (backlash, curved, cause, option) in
+        [(0.1, 0.0, "hysteresis", "--play"), (0.0, 0.005, "curvature", "--polynomial")]
+    {
+        let workshop = Workshop::new();
+        let names: Vec<String> = (1..6).map(|at| format!("run{at}.csv")).collect();
+        for (at, name) in names.iter().enumerate() {
+            workshop.write(name, pressed(at + 1, backlash, curved));
+        }
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let checked = |more: &[&str]| -> Value {
+            let arguments = [&["check", "--json"], more, &["--train"], &names].concat();
+            serde_json::from_slice(&run(workshop.path(), &arguments).stdout).unwrap()
+        };
+        let found = checked(&["--look-back", "none"]);
+        let remedy = &found["remedies"][0];
+        assert_eq!(remedy["cause"], cause, "{found}");
+        let options = found["remedy_options"][0].as_str().unwrap();
+        assert!(options.contains(option), "{options}");
+        let words: Vec<&str> = options.split(' ').collect();
+        let arguments = [&["fit", "--json"], &words[..], &["--train"], &names].concat();
+        let fitted: Value =
+            serde_json::from_slice(&succeed(workshop.path(), &arguments).stdout).unwrap();
+        let left = fitted["compensated"]["cv_rmse"][0].as_f64().unwrap();
+        let left = left / fitted["full_scale"][0].as_f64().unwrap();
+        let given = remedy["errors"][0].as_f64().unwrap();
+        assert!((left - given).abs() < 1e-6 * given, "{left} {given}");
+        let error = found["budget"]["uncompensated"]["pools"][0]["total"].as_f64().unwrap().sqrt();
+        assert!(given < 0.5 * error, "{given} {error}");
+        let after = checked(&words);
+        let left = after["budget"]["compensated"]["pools"][0]["total"].as_f64().unwrap().sqrt();
+        assert!((left - given).abs() < 1e-6 * given, "the total is that of the fit");
+    }
+}

@@ -281,7 +281,9 @@ impl Search<'_> {
             for base in [&alone, present] {
                 let mut features = base.clone();
                 features.blocks.set(block, values.clone());
-                candidates.push(features);
+                if !candidates.contains(&features) {
+                    candidates.push(features);
+                }
             }
         }
         if cause == Cause::Hysteresis && present.look_backs.is_empty() {
@@ -290,8 +292,7 @@ impl Search<'_> {
         }
         let mut best: Option<(FeatureSettings, Errors)> = None;
         for features in candidates {
-            let is_known = best.as_ref().is_some_and(|(own, _)| *own == features);
-            if features == *present || is_known {
+            if features == *present {
                 continue;
             }
             let settings = FitSettings { features, ..self.settings.clone() };
