@@ -3,8 +3,6 @@
 //! A load that changes smoothly leaves little in differences of a high order, noise as much as in the samples. The noise is
 //! the smallest of the figures of order 1 to 4, each the median over short chunks.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use crate::{
@@ -32,8 +30,8 @@ pub(super) struct Noise {
     pub variances: Vec<f64>,
     /// Order of the differences.
     pub order: usize,
-    /// For each unit and chunk, true if the chunk is not above the median.
-    pub quiet: Vec<Vec<bool>>,
+    /// For each unit, the numbers of the chunks that are not above the median.
+    pub quiet: Vec<Vec<usize>>,
 }
 
 /// Returns the mean squared differences of residuals, `n_samples × n_axes` row-major.
@@ -94,24 +92,10 @@ impl Noise {
         };
         let sizes: Vec<Vec<f64>> = units.iter().map(of_unit).collect();
         let limit = middle(sizes.iter().flatten().copied().collect())?;
-        let quiet = sizes.iter().map(|unit| unit.iter().map(|own| *own <= limit).collect());
-        Some(Self { quiet: quiet.collect(), order: order + 1, variances })
-    }
-
-    /// Returns the differences of a unit in every `step`-th chunk, if it is quiet, whose first sample, counted in the unit, lies
-    /// in `window`, which starts with a chunk.
-    pub fn quiet_in(
-        &self,
-        unit: usize,
-        step: usize,
-        window: &Range<usize>,
-    ) -> impl Iterator<Item = usize> {
-        let chunks = (window.start / CHUNK..)
-            .zip(&self.quiet[unit][window.start.min(self.quiet[unit].len() * CHUNK) / CHUNK..]);
-        let end = window.end;
-        let quiet = chunks.filter(move |(chunk, is_quiet)| **is_quiet && chunk % step == 0);
-        let samples = quiet.flat_map(|(chunk, _)| chunk * CHUNK..(chunk + 1) * CHUNK);
-        samples.take_while(move |at| *at < end)
+        let quiet = |unit: &Vec<f64>| -> Vec<usize> {
+            (0..unit.len()).filter(|chunk| unit[*chunk] <= limit).collect()
+        };
+        Some(Self { quiet: sizes.iter().map(quiet).collect(), order: order + 1, variances })
     }
 }
 

@@ -190,6 +190,8 @@ fn unit_sums(
     let mut sums = vec![NormalEquations::new(columns.width, 0); unit.blocks.len()];
     let stride = of_differences.stride();
     let order = noise.map_or(0, |(own, _)| own.order);
+    let quiet = noise.into_iter().flat_map(|(own, number)| own.quiet[number].iter().copied());
+    let mut quiet = quiet.filter(|chunk| chunk % step == 0).peekable();
     let mut buffer: Vec<f64> = Vec::new();
     let (mut changes, mut kept) = (Vec::new(), Vec::new());
     let end = unit.samples.end;
@@ -213,12 +215,13 @@ fn unit_sums(
             }
             sums.add_rows(&kept);
         }
-        let Some((noise, number)) = noise else { continue };
-        let first = unit.samples.start;
         changes.clear();
-        for at in noise.quiet_in(number, step, &(start - first..stop - first)) {
-            let row = &buffer[(at + first - start) * stride..][..(order + 1) * stride];
-            push_difference(row, stride, order, &mut changes);
+        let first = unit.samples.start;
+        while let Some(chunk) = quiet.next_if(|chunk| first + chunk * CHUNK < stop) {
+            for at in chunk * CHUNK..(chunk + 1) * CHUNK {
+                let row = &buffer[(first + at - start) * stride..][..(order + 1) * stride];
+                push_difference(row, stride, order, &mut changes);
+            }
         }
         of_differences.add_rows(&changes);
     }
