@@ -386,7 +386,7 @@ impl Id {
             ),
             Self::NoTimes => (
                 "times",
-                "look-backs and other features with memory need times and are not used, and cross-validation leaves out all rows of one load case together",
+                "look-backs and other features with memory need loads that change in time and are not used, and cross-validation leaves out all rows of one load case together",
                 &[],
             ),
             Self::Undetermined => (

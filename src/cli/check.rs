@@ -1,34 +1,53 @@
 //! `loopscope check`: reports faults of the test rig, and whether the recordings determine the model.
 
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::Args;
+use clap::{Args, builder::TypedValueParser};
 use serde::Serialize;
 
-use super::choices::ModelArgs;
+use super::choices::{ModelArgs, fit_arguments};
 use super::error::JobError;
 use super::inputs::Files;
+use super::reading::Rated;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
-use super::values::named_file;
+use super::values::{named_file, one_of};
 use crate::{
+    calibration::{FitSettings, Regressor},
     finding::{Face, Verdict},
     questions::{
         Request,
+        budget::{Action, Remedy, budget_table},
         check::{
             independent_loads::Sufficiency,
             query::{CheckData, sufficiency},
-            sufficiency_tables,
+            rig_and_axes,
         },
     },
+    recording::{
+        Item,
+        identity::{SensorFile, rate},
+    },
+    report::Table,
+    shown::counted,
 };
 
-/// Check the recordings: faults of the test rig, the range of the loads, and whether the recordings determine the model.
+/// Maximum number of lines, and of characters in a line, that are printed without `--all`.
+const LINES: usize = 30;
+const WIDTH: usize = 120;
+/// Maximum number of remedies without `--all`.
+const REMEDIES: usize = 3;
+/// Maximum number of lines of one finding without `--all`.
+const LINES_OF_FINDING: usize = 2;
+
+/// Check the recordings: where the error comes from and what lowers it, faults of the test rig, and whether the recordings
+/// determine the model.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope check day1.csv day2.csv", "checks the recordings; exit code 3 if the recordings are not enough"),
+    ("loopscope check day*.csv --fail-on doubtful --all", "prints all findings and tables; exit code 3 also if a finding limits the calibration"),
 ]))]
 pub struct CheckJob {
     /// Training recordings to check [default: those of the built-in simulated sensor].
@@ -38,31 +57,60 @@ pub struct CheckJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
+    /// TOML file with the sensor's identity and rated loads. `loopscope sensor` prints a template.
+    #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
+    sensor: Option<PathBuf>,
+    /// Verdict from which the exit code is 3.
+    #[arg(long, value_name = "VERDICT", value_parser = verdict(), default_value = "insufficient")]
+    fail_on: Verdict,
+    /// Print all findings and tables, also if they take more than a screen.
+    #[arg(long)]
+    all: bool,
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
 }
 
+fn verdict() -> impl TypedValueParser<Value = Verdict> {
+    one_of([
+        (
+            Verdict::Doubtful,
+            "doubtful",
+            "a finding limits where the model holds, or how accurate it is",
+        ),
+        (Verdict::Insufficient, "insufficient", "the recordings do not give a usable model"),
+    ])
+}
+
 #[derive(Serialize)]
 struct Report<'a> {
     simulated: bool,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    serial: &'a str,
     features: String,
     #[serde(flatten)]
     found: &'a Sufficiency,
+    /// Options that each remedy stands for.
+    remedy_options: Vec<String>,
 }
 
 impl Work for CheckJob {
     fn files(&self) -> Files<'_> {
         let named = self.recordings.files();
-        if self.files.is_empty() { named } else { Files { recordings: &self.files, ..named } }
+        let files =
+            if self.files.is_empty() { named } else { Files { recordings: &self.files, ..named } };
+        files.reading(&self.sensor)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
         // An unusable file is reported, but does not prevent the check of the other files.
         let mut recordings = self.recordings.clone();
         recordings.read.keep_going = true;
-        let set = recordings.read(run, &self.model.rated())?;
-        let settings = self.model.settings(&run.say, &set);
+        let sensor = self.sensor.as_deref().map(SensorFile::read).transpose()?.unwrap_or_default();
+        let rated = Rated { by_axis: sensor.rated_loads.clone(), ..self.model.rated() };
+        let set = recordings.read(run, &rated)?;
+        let mut settings = self.model.settings(&run.say, &set);
+        rate(&sensor.rated_loads, &set.layout().axes, &mut settings.full_scale);
         let features = settings.features.describe();
         let simulated = set.is_simulated();
         let request = Request::fit(Arc::new(set), settings);
@@ -70,30 +118,135 @@ impl Work for CheckJob {
         let asked =
             CheckData { unusable: run.say.files_left_out(), ..CheckData::of(&request, range) };
         let found = sufficiency(&asked, &run.progress)?;
-        let report = Report { simulated, features, found: &found };
-        run.print(self.json, &report, |out| print(&report, out))?;
-        match found.verdict {
-            Verdict::Enough | Verdict::Doubtful => Ok(()),
-            Verdict::Insufficient => {
-                Err(JobError::NotMet("the recordings do not give a usable model".to_owned()))
-            }
+        let report = Report {
+            simulated,
+            serial: sensor.identity.get(Item::Serial),
+            features,
+            remedy_options: found.remedies.iter().map(|own| option(own, &request)).collect(),
+            found: &found,
+        };
+        run.print(self.json, &report, |out| {
+            let lines = if self.all { report.all() } else { report.screen() };
+            lines.iter().try_for_each(|line| writeln!(out, "{line}"))
+        })?;
+        if found.verdict < self.fail_on {
+            return Ok(());
         }
+        let reason = match found.verdict {
+            Verdict::Insufficient => "the recordings do not give a usable model",
+            _ => "findings limit where the model holds, or how accurate it is",
+        };
+        Err(JobError::NotMet(reason.to_owned()))
     }
 }
 
-fn print(report: &Report<'_>, out: &mut Vec<u8>) -> io::Result<()> {
-    let found = report.found;
-    if report.simulated {
-        writeln!(out, "The built-in simulated sensor")?;
+/// Returns the command-line option of a remedy.
+fn option(remedy: &Remedy, request: &Request) -> String {
+    match &remedy.action {
+        Action::Features(features) => fit_arguments(&FitSettings {
+            features: (**features).clone(),
+            regressor: Regressor::Linear,
+            ..request.settings.clone()
+        }),
+        Action::Tare => "--tare auto".to_owned(),
+        Action::TryModels => "`loopscope best` tries all models".to_owned(),
+        action => action.words(),
     }
-    writeln!(out, "{}.", found.verdict.words())?;
-    for sentence in found.sentences(Face::CommandLine) {
-        writeln!(out, "* {sentence}")?;
+}
+
+impl Report<'_> {
+    /// Returns the lines of the budget: its table, its sentences with at most this number of lines each, and at most this number
+    /// of remedies.
+    fn budget(&self, most_lines: usize, most_remedies: usize) -> Vec<String> {
+        let mut lines = Vec::new();
+        if self.simulated {
+            lines.push("The built-in simulated sensor".to_owned());
+        }
+        let budget = match &self.found.budget {
+            Ok(budget) => budget,
+            Err(reason) => {
+                lines.push(format!("No error budget: {reason}."));
+                return lines;
+            }
+        };
+        let table = Table { note: String::new(), ..budget_table(budget) };
+        if table.columns.len() > 1 {
+            lines.extend(table.text().lines().map(str::to_owned));
+        }
+        lines.extend(budget.sentences().iter().flat_map(|own| clipped(own, "", most_lines)));
+        for (remedy, option) in
+            self.found.remedies.iter().zip(&self.remedy_options).take(most_remedies)
+        {
+            lines.extend(clipped(&format!("> {}", remedy.text(option, budget)), "  ", most_lines));
+        }
+        lines
     }
-    writeln!(out, "\n{}", found.holds_for)?;
-    writeln!(out, "{}", found.rank_in_words())?;
-    for table in sufficiency_tables(found) {
-        writeln!(out, "\n{}", table.text().trim_end())?;
+
+    fn findings(&self) -> Vec<String> {
+        self.found.sentences(Face::CommandLine).map(|own| format!("* {own}")).collect()
     }
-    Ok(())
+
+    fn all(&self) -> Vec<String> {
+        let mut lines = self.budget(usize::MAX, usize::MAX);
+        lines.extend([String::new(), format!("{}.", self.found.verdict.words())]);
+        lines.extend(self.findings());
+        lines.extend([self.found.holds_for.clone(), self.found.rank_in_words()]);
+        for table in rig_and_axes(self.found) {
+            lines.push(String::new());
+            lines.extend(table.text().lines().map(str::to_owned));
+        }
+        lines
+    }
+
+    /// Returns the lines of one screen. Findings that do not fit are counted.
+    fn screen(&self) -> Vec<String> {
+        let mut lines = self.budget(2, REMEDIES);
+        lines.push(format!("{}.", self.found.verdict.words()));
+        let mut last = clipped(&self.found.holds_for, "", 2);
+        last.extend(clipped(&self.found.rank_in_words(), "", 1));
+        last.push("--all prints all findings and tables, --json all numbers.".to_owned());
+        let findings = self.findings();
+        let mut shown = 0;
+        for finding in &findings {
+            let own = clipped(finding, "  ", LINES_OF_FINDING);
+            let is_last = shown + 1 == findings.len();
+            if lines.len() + own.len() + last.len() + usize::from(!is_last) > LINES {
+                break;
+            }
+            lines.extend(own);
+            shown += 1;
+        }
+        if shown < findings.len() {
+            lines.push(format!("* {} more", counted(findings.len() - shown, "finding")));
+        }
+        lines.extend(last);
+        lines
+    }
+}
+
+/// Returns the text in lines of at most [`WIDTH`] characters. All lines but the first begin with `indent`.
+fn wrapped(text: &str, indent: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().expect("there is a line");
+        if line.chars().count() + 1 + word.chars().count() > WIDTH && !line.trim().is_empty() {
+            lines.push(format!("{indent}{word}"));
+        } else {
+            line.extend((!line.is_empty()).then_some(' '));
+            line.push_str(word);
+        }
+    }
+    let end = |line: String| line.chars().take(WIDTH).collect();
+    lines.into_iter().map(end).collect()
+}
+
+/// Returns the first lines of the wrapped text. An ellipsis stands for the rest.
+fn clipped(text: &str, indent: &str, most: usize) -> Vec<String> {
+    let mut lines = wrapped(text, indent);
+    if lines.len() > most {
+        lines.truncate(most);
+        let last = lines.last_mut().expect("at least one line is kept");
+        *last = last.chars().take(WIDTH - 2).collect::<String>() + " …";
+    }
+    lines
 }

@@ -31,7 +31,7 @@ use crate::{
         },
         findings, read_factory, settings_table, train,
     },
-    recording::Axis,
+    recording::{Axis, Item},
     report::Shown,
     scoring::{numbers::significant, score_set::ScoreSet},
 };
@@ -114,6 +114,7 @@ impl Work for FitJob {
         let first = calibration.features.look_backs.first();
         let report = FitReport {
             simulated: calibration.simulated,
+            serial: sensor.identity.get(Item::Serial),
             recordings: request.recordings.entries().len(),
             axes: &calibration.axes,
             units: &calibration.units,
@@ -235,6 +236,8 @@ fn step_text(step: &TrainingStep, cost: f64) -> String {
 #[derive(Debug, Serialize)]
 struct FitReport<'a> {
     simulated: bool,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    serial: &'a str,
     recordings: usize,
     axes: &'a [Axis],
     units: &'a [String],

@@ -1,12 +1,15 @@
-//! Pane of the data check: verdict on the recordings, findings about faults, and range of the loads.
+//! Pane of the data check: where the error comes from, verdict on the recordings, findings about faults, and range of the loads.
 
 use egui::{RichText, Ui};
 
 use crate::{
     engine::Engine,
     finding::{Face, Verdict},
-    questions::check::{
-        independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
+    questions::{
+        budget::budget_table,
+        check::{
+            independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
+        },
     },
     report::Table,
     ui::{
@@ -24,7 +27,7 @@ const FIGURE_WIDTH: f32 = 380.0;
 pub const PANE: Pane = Pane {
     key: "check",
     title: "Check",
-    explanation: "Shows whether the recordings determine the model, and faults of the measuring rig",
+    explanation: "Shows where the error comes from, whether the recordings determine the model, and faults of the rig",
 };
 
 #[derive(Debug, Default)]
@@ -65,12 +68,20 @@ impl View {
         };
         let width = ui.available_width();
         ui.scrolled(|ui| {
+            let budget = found.budget.as_ref().ok().map(budget_table);
+            if let Some(budget) = &budget {
+                table::show(ui, budget);
+                ui.add_space(8.0);
+            }
             ui.vertical(|ui| {
                 ui.set_max_width(width);
+                for remedy in found.remedies_in_words() {
+                    ui.label(format!("Remedy for {remedy}"));
+                }
                 verdict(ui, found, check.is_current());
             });
             ui.add_space(8.0);
-            for shown in &tables {
+            for shown in &tables[usize::from(budget.is_some())..] {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }

@@ -46,7 +46,7 @@ const GUIDE: [(&str, &str); 16] = [
     ("On a robot", include_str!("../../assets/guide/robot.md")),
     ("Many sensors", include_str!("../../assets/guide/many-sensors.md")),
     ("Calibration file", include_str!("../../assets/guide/calibration-file.md")),
-    ("Checking the rig", include_str!("../../assets/guide/checking.md")),
+    ("Where the error comes from", include_str!("../../assets/guide/checking.md")),
     ("Choosing a model", include_str!("../../assets/guide/choosing.md")),
     ("Method", include_str!("../../assets/guide/method.md")),
     ("Equations", include_str!("../../assets/guide/equations.md")),

@@ -26,13 +26,17 @@ fn too_few_poses_are_exit_code_three_and_say_why() {
     let output = run(workshop.path(), &arguments);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.starts_with("Not enough"), "{text}");
+    assert!(text.lines().any(|line| line.starts_with("Not enough")), "{text}");
+    assert!(
+        text.lines().count() <= 30 && text.lines().all(|line| line.chars().count() <= 120),
+        "{text}"
+    );
     assert!(text.contains("coefficients per axis are fitted to 8 load cases"), "{text}");
     let output = run(workshop.path(), &[&arguments[..], &["--json"]].concat());
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&found["verdict"], &found["load_cases"]), (&"insufficient".into(), &8.into()));
     assert!(found["free_coefficients"].as_f64().unwrap() > 8.0 / 1.25, "{found}");
-    let reasons = found["reasons"].as_array().unwrap();
+    let reasons = found["findings"].as_array().unwrap();
     assert!(
         reasons
             .iter()
@@ -72,7 +76,7 @@ fn axes_and_directions_without_load_are_named() {
         let arguments = [&["check", "a.csv", "--json", "--look-back", "none"], more].concat();
         let output = run(workshop.path(), &arguments);
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let own = found["reasons"].as_array().unwrap().iter();
+        let own = found["findings"].as_array().unwrap().iter();
         let own: Vec<Value> = own.filter(|reason| reason["id"] == id).cloned().collect();
         assert_eq!(own.len(), 1, "{found}");
         let text = own[0]["text"].as_str().unwrap();
@@ -110,7 +114,7 @@ fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["rig"]["runs"].as_array().unwrap().len(), 3);
-    let reasons = found["reasons"].as_array().unwrap().iter();
+    let reasons = found["findings"].as_array().unwrap().iter();
     let mut unusable = reasons.filter(|own| own["id"] == "unusable");
     let text = unusable.next().unwrap()["text"].as_str().unwrap();
     assert!(text.contains("broken.csv") && text.contains("bare.csv"), "{text}");
@@ -118,4 +122,89 @@ fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     let refused = run(workshop.path(), &[&["fit", "--train"], &files[..]].concat());
     assert_eq!(refused.status.code(), Some(1));
     assert!(refused.stdout.is_empty(), "fit writes no calibration of only some files");
+}
+
+/// The recordings do not reach the rated load, which limits the calibration, but the model is determined.
+#[test]
+fn the_exit_code_follows_the_verdict_that_is_asked_for() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("sensor.toml", "serial = 4711\n[rated_loads]\nFz = 100\n");
+    let arguments = [&["check", "--json", "--sensor", "sensor.toml"], &ALL_FILES[..]].concat();
+    let output = succeed(workshop.path(), &arguments);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["verdict"], &found["serial"]), (&"doubtful".into(), &"4711".into()));
+    assert!(found["findings"].as_array().unwrap().iter().any(|own| own["id"] == "not_reached"));
+    let failing = [&arguments[..], &["--fail-on", "doubtful"]].concat();
+    assert_eq!(run(workshop.path(), &failing).status.code(), Some(3));
+}
+
+#[test]
+fn a_screen_begins_with_the_budget_and_all_has_every_finding() {
+    let workshop = Workshop::with_recordings();
+    let text = |more: &[&str]| {
+        let output = run(workshop.path(), &[&["check"], &ALL_FILES[..], more].concat());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (screen, all) = (text(&[]), text(&["--all"]));
+    assert!(screen.lines().count() <= 30, "{screen}");
+    assert!(screen.lines().all(|line| line.chars().count() <= 120), "{screen}");
+    let at = |text: &str, word: &str| text.lines().position(|line| line.contains(word));
+    let (error, unexplained) =
+        (at(&screen, "  error").unwrap(), at(&screen, "unexplained").unwrap());
+    assert!(error <= 3 && unexplained < 14, "{screen}");
+    assert!(at(&all, "held-out error").is_some() && at(&screen, "held-out error [%]").is_none());
+}
+
+/// Returns a recording of one force and two gauges, which follow it with backlash, or are curved.
+fn pressed(seed: usize, backlash: f64, curved: f64) -> String {
+    let mut played = [0.0_f64; 2];
+    let row = |k: usize| {
+        let t = k as f64 / 50.0;
+        let phase = seed as f64;
+        let force = 6.0 * (1.1 * t + phase).sin() + 4.0 * (2.3 * t + 2.0 * phase).sin();
+        let mut gauges = [force, -0.7 * force];
+        for (at, (gauge, played)) in gauges.iter_mut().zip(&mut played).enumerate() {
+            let noise = ((k * 7919 + at * 104_729 + seed * 31) % 1009) as f64 / 1009.0 - 0.5;
+            *played = played.max(*gauge - 2.0).min(*gauge + 2.0);
+            *gauge += backlash * (*played - *gauge) + curved * *gauge * *gauge + 0.01 * noise;
+        }
+        format!("{t},{},{},{force}\n", gauges[0], gauges[1])
+    };
+    HEADER.to_owned() + &(0..1500).map(row).collect::<String>()
+}
+
+#[test]
+fn the_option_of_a_remedy_leaves_the_error_that_is_given() {
+    for (backlash, curved, cause, option) in
+        [(0.1, 0.0, "hysteresis", "--play"), (0.0, 0.005, "curvature", "--polynomial")]
+    {
+        let workshop = Workshop::new();
+        let names: Vec<String> = (1..6).map(|at| format!("run{at}.csv")).collect();
+        for (at, name) in names.iter().enumerate() {
+            workshop.write(name, pressed(at + 1, backlash, curved));
+        }
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let checked = |more: &[&str]| -> Value {
+            let arguments = [&["check", "--json"], more, &["--train"], &names].concat();
+            serde_json::from_slice(&run(workshop.path(), &arguments).stdout).unwrap()
+        };
+        let found = checked(&["--look-back", "none"]);
+        let remedy = &found["remedies"][0];
+        assert_eq!(remedy["cause"], cause, "{found}");
+        let options = found["remedy_options"][0].as_str().unwrap();
+        assert!(options.contains(option), "{options}");
+        let words: Vec<&str> = options.split(' ').collect();
+        let arguments = [&["fit", "--json"], &words[..], &["--train"], &names].concat();
+        let fitted: Value =
+            serde_json::from_slice(&succeed(workshop.path(), &arguments).stdout).unwrap();
+        let left = fitted["compensated"]["cv_rmse"][0].as_f64().unwrap();
+        let left = left / fitted["full_scale"][0].as_f64().unwrap();
+        let given = remedy["errors"][0].as_f64().unwrap();
+        assert!((left - given).abs() < 1e-6 * given, "{left} {given}");
+        let error = found["budget"]["uncompensated"]["pools"][0]["total"].as_f64().unwrap().sqrt();
+        assert!(given < 0.5 * error, "{given} {error}");
+        let after = checked(&words);
+        let left = after["budget"]["compensated"]["pools"][0]["total"].as_f64().unwrap().sqrt();
+        assert!((left - given).abs() < 1e-6 * given, "the total is that of the fit");
+    }
 }

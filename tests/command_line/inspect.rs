@@ -225,7 +225,7 @@ fn an_assumed_pattern_of_bursts_is_reported_and_written_to_the_map() {
     let found = inspected(&workshop, &arguments);
     assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 1);
     assert_eq!(found["check"]["assumed_gap_secs"], 2.0);
-    let warning = &found["check"]["warnings"][0];
+    let warning = &found["check"]["findings"][0];
     assert_eq!(warning["id"], "assumed");
     assert_eq!(warning["place"]["count"], 59);
     let message = warning["text"].as_str().unwrap();

@@ -136,6 +136,8 @@ fn a_report_is_well_formed_and_complete_for_any_file_names() {
     for section in SECTIONS {
         assert!(html.contains(&format!("<section id=\"{section}\"")), "{section}");
     }
+    let place = |section: &str| html.find(&format!("<section id=\"{section}\""));
+    assert!(place("budget").is_some() && place("budget") < place("warnings"));
     // The figures are curves over both thresholds, one loop, one trace, and two figures with the gauges of each recording.
     assert_eq!(names.iter().filter(|name| *name == "svg").count(), 6);
     for unwanted in ["script", "img", "link", "src", "href", "onload"] {

@@ -284,7 +284,7 @@ fn findings(set: &Set, n_tests: usize) -> Vec<Finding> {
     let settings = FitSettings { full_scale, ..FitSettings::default() };
     let request = Request::fit(Arc::new(recordings), settings);
     let asked = CheckData::of(&request, ValidRange::default());
-    sufficiency(&asked, &Progress::default()).unwrap().reasons
+    sufficiency(&asked, &Progress::default()).unwrap().findings
 }
 
 /// Returns the faults that the check reports.

@@ -114,6 +114,7 @@ pub struct Check {
     /// Message of the error that prevents loading, if there is one.
     pub error: Option<String>,
     /// Warnings that loading would give.
+    #[serde(rename = "findings")]
     pub warnings: Vec<Finding>,
     /// Recordings that would be loaded.
     pub recordings: Vec<RecordingReport>,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::{
-    calibration::{Calibration, Past, Regressor, RidgeChoice},
+    calibration::{Calibration, Past, Quality, Regressor, RidgeChoice, Scores},
     features::{Design, FeatureStream},
     progress::Progress,
     questions::{dataset::Dataset, error::AnalysisError, request::Request},
@@ -24,7 +24,8 @@ pub struct ErrorBudget {
     /// Name of each pool of axes: the forces, the moments.
     pub pools: Vec<&'static str>,
     pub uncompensated: Budget,
-    /// Budget of what the compensation leaves; `None` without a compensation, or if it is not linear in its coefficients.
+    /// Budget of what the compensation leaves; `None` without a compensation, if it has no effect, or if it is not linear in
+    /// its coefficients.
     pub compensated: Option<Budget>,
 }
 
@@ -32,7 +33,7 @@ pub struct ErrorBudget {
 struct Appended<'a> {
     design: &'a Design,
     recordings: Vec<&'a Recording>,
-    past: Vec<&'a Past>,
+    past: Vec<Past>,
     n_columns: usize,
 }
 
@@ -42,7 +43,7 @@ impl ModelColumns for Appended<'_> {
     }
 
     fn stream(&self, run: usize) -> ColumnStream<'_> {
-        let (recording, past) = (self.recordings[run], self.past[run]);
+        let (recording, past) = (self.recordings[run], &self.past[run]);
         let mut stream = FeatureStream::new(self.design);
         let first = self.design.n_gauges();
         let mut row = vec![0.0; self.design.n_columns()];
@@ -61,16 +62,16 @@ impl ModelColumns for Appended<'_> {
     }
 }
 
-/// Returns the error budgets of a fit, or the reason why there is none.
+/// Returns the error budgets of a fit, or the reason why there is none. `calibration` is the linear fit.
 ///
 /// # Errors
 /// [`AnalysisError`] if there is nothing to fit, or the work was cancelled.
 pub fn error_budget(
     request: &Request,
+    calibration: &Calibration,
     progress: &Progress,
 ) -> Result<Result<ErrorBudget, NoBudget>, AnalysisError> {
     let data = request.datasets.get(&request.key(), progress)?;
-    let calibration = data.blank_calibration(&request.settings)?;
     let numbers = training(&data);
     let recordings: Vec<&Recording> =
         numbers.iter().map(|at| &*data.entries[*at].recording).collect();
@@ -86,25 +87,45 @@ pub fn error_budget(
     });
     let runs: Vec<Run<'_>> = runs.collect();
     let full_scale = &calibration.full_scale;
-    let (names, pools) = pools(&calibration);
-    let Some(measured) = Measured::of(&runs, full_scale, progress)? else {
-        return Ok(Err(NoBudget::NothingToExplain));
+    let (names, pools) = pools(calibration);
+    // Segments of recordings are not the parts of the fit's cross-validation.
+    let scaled = |budget: Budget, scores: &Scores| match &scores.cv_rmse {
+        Some(rmse) if data.folds.are_whole && !budget.are_segments => {
+            let squares = rmse.iter().zip(full_scale).map(|(error, full)| (error / full).powi(2));
+            budget.scaled_to(&squares.collect::<Vec<f64>>(), &pools)
+        }
+        _ => budget,
     };
-    let uncompensated = measured.budget(&pools, None, progress)?;
+    let Quality { conventional, compensated, .. } = &calibration.quality;
+    // A history in which no earlier sample differs from the present one leaves the conventional map.
+    let has_effect = conventional.train_rmse != compensated.train_rmse;
     let design = calibration.design();
     let n_columns = design.n_columns() - design.n_gauges() - usize::from(calibration.offset);
-    let compensated = if n_columns > 0 && request.settings.regressor == Regressor::Linear {
-        let past = data.past(&calibration, progress)?;
-        let past = numbers.iter().map(|at| &past[*at]).collect();
-        let columns = Appended { design: &design, recordings, past, n_columns };
-        let ridge = match request.settings.ridge {
-            RidgeChoice::Strength(own) if own > 0.0 => own,
-            _ => RIDGE,
-        };
-        Some(measured.budget(&pools, Some((&columns, ridge)), progress)?)
+    let is_linear = request.settings.regressor == Regressor::Linear;
+    let columns = if n_columns > 0 && has_effect && is_linear {
+        let past = data.past(calibration, progress)?;
+        Some(Appended {
+            design: &design,
+            recordings,
+            past: numbers.iter().map(|at| past[*at].clone()).collect(),
+            n_columns,
+        })
     } else {
         None
     };
+    let ridge = match request.settings.ridge {
+        RidgeChoice::Strength(own) if own > 0.0 => own,
+        _ => RIDGE,
+    };
+    let model = columns.as_ref().map(|own| (own as &dyn ModelColumns, ridge));
+    let Some(measured) = Measured::of(&runs, full_scale, model, progress)? else {
+        return Ok(Err(NoBudget::NothingToExplain));
+    };
+    let budget = |of_model, scores| {
+        Ok::<_, AnalysisError>(scaled(measured.budget(&pools, of_model, progress)?, scores))
+    };
+    let uncompensated = budget(false, conventional)?;
+    let compensated = model.map(|_| budget(true, compensated)).transpose()?;
     Ok(Ok(ErrorBudget { axes: calibration.axes.clone(), pools: names, uncompensated, compensated }))
 }
 
@@ -122,7 +143,7 @@ fn training(data: &Dataset) -> Vec<usize> {
 }
 
 /// Returns the axes with a full scale that are forces, and those that are moments, each with a name.
-fn pools(calibration: &Calibration) -> (Vec<&'static str>, Vec<Vec<usize>>) {
+pub(super) fn pools(calibration: &Calibration) -> (Vec<&'static str>, Vec<Vec<usize>>) {
     let of = |is_force: bool| {
         let axes = calibration.axes.iter().zip(&calibration.full_scale).enumerate();
         let axes = axes.filter(|(_, (axis, full))| axis.is_force() == is_force && **full > 0.0);

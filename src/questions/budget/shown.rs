@@ -5,7 +5,7 @@ use strum::IntoEnumIterator as _;
 use crate::{
     questions::budget::{query::ErrorBudget, sentence},
     report::table::{Cell, Column, Table},
-    scoring::budget::{Budget, Cause, NoBudget, Shares},
+    scoring::budget::{Budget, Cause, Shares},
 };
 
 /// Row of the table.
@@ -17,18 +17,22 @@ enum Row {
     Unexplained,
 }
 
-/// Returns the table of one budget: a row for each cause, a column for each pool of axes, root shares in % of full scale.
-/// The squares of the shares add to the square of the total.
+/// Returns the table of the budgets: a row for each cause, a column for each pool of axes whose error is split, root shares in %
+/// of full scale. The squares of the shares add to the square of the total.
 pub fn budget_table(of: &ErrorBudget) -> Table {
     let rows = [Row::Total].into_iter().chain(Cause::iter().map(Row::Cause));
     let rows: Vec<Row> = rows.chain([Row::Noise, Row::Unexplained]).collect();
-    let head = |(name, ..): &(String, &Budget, usize)| Column::numbers(name.as_str()).unit("% FS");
     let uncompensated = [("uncompensated", &of.uncompensated)];
     let compensated = of.compensated.iter().map(|own| ("compensated", own));
     let budgets: Vec<(&str, &Budget)> = uncompensated.into_iter().chain(compensated).collect();
     let columns = of.pools.iter().enumerate().flat_map(|(pool, name)| {
-        budgets.iter().map(move |(kind, budget)| (format!("{name}, {kind}"), *budget, pool))
+        budgets.iter().filter_map(move |(kind, budget)| {
+            let shares = budget.pools[pool].as_ref().ok()?;
+            Some((format!("{name}, {kind}"), *budget, shares))
+        })
     });
+    let head =
+        |(name, ..): &(String, &Budget, &Shares)| Column::numbers(name.as_str()).unit("% FS");
     Table::of(&rows)
         .words("Cause", |row| match row {
             Row::Total => "error".to_owned(),
@@ -36,15 +40,11 @@ pub fn budget_table(of: &ErrorBudget) -> Table {
             Row::Noise => "noise".to_owned(),
             Row::Unexplained => "unexplained".to_owned(),
         })
-        .columns(columns, head, |row, (_, budget, pool)| cell(**row, budget, *pool))
-        .table("Where the error comes from", note(of))
+        .columns(columns, head, |row, (_, budget, shares)| cell(**row, budget, shares))
+        .table("Where the error comes from", of.sentences().join(" "))
 }
 
-fn cell(row: Row, budget: &Budget, pool: usize) -> Cell {
-    let shares: &Shares = match &budget.pools[pool] {
-        Ok(shares) => shares,
-        Err(reason) => return Cell::known(None, reason.to_string()),
-    };
+fn cell(row: Row, budget: &Budget, shares: &Shares) -> Cell {
     let shown = |square: f64| Cell::digits(Some(100.0 * square.max(0.0).sqrt()), 3);
     match row {
         Row::Total => shown(shares.total),
@@ -59,29 +59,4 @@ fn cell(row: Row, budget: &Budget, pool: usize) -> Cell {
             None => Cell::words("not found"),
         },
     }
-}
-
-/// Returns what the table does not say: what most of the error is, and alternatives.
-fn note(of: &ErrorBudget) -> String {
-    let mut sentences = Vec::new();
-    let uncompensated = ("The uncompensated error", &of.uncompensated);
-    let compensated = of.compensated.as_ref().map(|own| ("What the compensation leaves", own));
-    for (subject, budget) in [Some(uncompensated), compensated].into_iter().flatten() {
-        for (name, shares) in of.pools.iter().zip(&budget.pools) {
-            match shares {
-                Ok(shares) => {
-                    let words = sentence::mostly(shares, budget);
-                    sentences.extend(words.map(|words| {
-                        format!("{subject} of the {} is {words}.", name.to_lowercase())
-                    }));
-                }
-                Err(NoBudget::NoError) => {}
-                Err(reason) => sentences.push(format!(
-                    "{subject} of the {} is not split: {reason}.",
-                    name.to_lowercase()
-                )),
-            }
-        }
-    }
-    sentences.join(" ")
 }

@@ -1,24 +1,30 @@
 //! Result of a check of the training recordings. A figure is `None` if the data do not determine it.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer, ser::SerializeMap as _};
 
 use crate::{
     finding::{Face, Finding, Id, Verdict},
-    questions::{budget::ErrorBudget, errors::load_count::LoadCount},
+    questions::{
+        budget::{ErrorBudget, Remedy},
+        errors::load_count::LoadCount,
+    },
     recording::Axis,
     scoring::{numbers::significant, rig::RigReport},
 };
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {
-    /// Verdict on the recordings: the gravest severity of the findings in `reasons`.
+    /// Verdict on the recordings: the gravest severity in `findings`.
     pub verdict: Verdict,
     /// Where the held-out error comes from, or the reason why this is unknown.
+    #[serde(flatten, serialize_with = "as_budget")]
     pub budget: Result<ErrorBudget, String>,
+    /// What lowers the error that is left, for the largest causes first.
+    pub remedies: Vec<Remedy>,
     /// Text with the numbers of coefficients, load cases and samples.
     pub summary: String,
     /// Findings: faults of recordings first, then by severity, then by the error that they cause.
-    pub reasons: Vec<Finding>,
+    pub findings: Vec<Finding>,
     pub n_samples: u64,
     #[serde(flatten)]
     pub count: LoadCount,
@@ -58,12 +64,35 @@ pub struct AxisReach {
     pub moves_with: Option<(Axis, f64)>,
 }
 
+fn as_budget<S: Serializer>(
+    budget: &Result<ErrorBudget, String>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(None)?;
+    match budget {
+        Ok(budget) => {
+            map.serialize_entry("budget", budget)?;
+            map.serialize_entry("budget_in_words", &budget.sentences())?;
+        }
+        Err(reason) => map.serialize_entry("no_budget", reason)?,
+    }
+    map.end()
+}
+
 impl Sufficiency {
     /// Returns the findings as sentences. If no finding gives the number of load cases, a sentence with this number is added.
     pub fn sentences(&self, face: Face) -> impl Iterator<Item = String> {
         let is_count = |own: &Finding| own.id == Id::FewLoads;
-        let summary = (!self.reasons.iter().any(is_count)).then(|| self.summary.clone());
-        self.reasons.iter().map(move |own| own.text(face)).chain(summary)
+        let summary = (!self.findings.iter().any(is_count)).then(|| self.summary.clone());
+        self.findings.iter().map(move |own| own.text(face)).chain(summary)
+    }
+
+    /// Returns the remedies in words, for readers without a command line.
+    pub fn remedies_in_words(&self) -> Vec<String> {
+        let budget = self.budget.iter();
+        let of =
+            |budget| self.remedies.iter().map(move |own| own.text(&own.action.words(), budget));
+        budget.flat_map(of).collect()
     }
 
     pub fn rank_in_words(&self) -> String {

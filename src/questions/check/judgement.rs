@@ -31,14 +31,14 @@ use Verdict::{Doubtful, Enough, Insufficient};
 impl Sufficiency {
     /// Adds the findings that follow from the figures of the check, sorts all findings, and sets the verdict.
     pub fn judged(mut self, cross_validation: Option<&str>) -> Self {
-        let mut found = std::mem::take(&mut self.reasons);
+        let mut found = std::mem::take(&mut self.findings);
         found.extend(cross_validation.and_then(|by| self.no_better_than_mean(by)));
         found.extend(cross_validation.and_then(|by| self.larger_left_out(by)));
         found.extend(self.axes.iter().filter_map(AxisReach::one_sided));
         found.extend(self.axes.iter().filter_map(AxisReach::not_reached));
         found.extend(self.move_together());
         self.verdict = found.iter().map(|own| own.severity).max().unwrap_or(Enough);
-        self.reasons = Finding::ordered(found);
+        self.findings = Finding::ordered(found);
         self
     }
 

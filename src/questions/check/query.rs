@@ -9,7 +9,7 @@ use crate::{
     min_max::MinMax,
     progress::Progress,
     questions::{
-        budget::error_budget,
+        budget::{error_budget, remedies},
         check::{
             independent_loads::{AxisReach, Sufficiency},
             judgement::ONE_WAY,
@@ -117,17 +117,24 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     }
     let how = calibration.quality.cross_validation.as_ref().map(ToString::to_string);
     let not_covered = not_covered(&data.entries, axes_n, data.groups.by);
+    let budget = error_budget(&asked.request, &calibration, progress)?;
+    let rig = rig.cloned().unwrap_or_default();
+    let remedies = match &budget {
+        Ok(budget) => remedies(&asked.request, &calibration, &rig, budget, progress)?,
+        Err(_) => Vec::new(),
+    };
     let found = Sufficiency {
         verdict: Verdict::Enough,
-        budget: error_budget(&asked.request, progress)?.map_err(|reason| reason.to_string()),
+        budget: budget.map_err(|reason| reason.to_string()),
+        remedies,
         summary: format!("{}, {}", count.words(), counted(n_samples as usize, "sample")),
-        reasons,
+        findings: reasons,
         n_samples,
         count,
         rank: calibration.quality.rank,
         condition: calibration.quality.condition,
         faults,
-        rig: rig.cloned().unwrap_or_default(),
+        rig,
         holds_for: shown_for(&axes, training.len(), how.as_deref(), &not_covered),
         axes,
     };
@@ -368,7 +375,7 @@ mod tests {
     }
 
     fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<Id> {
-        let of = found.reasons.iter().filter(|reason| reason.severity == verdict);
+        let of = found.findings.iter().filter(|reason| reason.severity == verdict);
         of.map(|reason| reason.id).collect()
     }
 
@@ -379,9 +386,9 @@ mod tests {
             (few.verdict, few.count.coefficients, few.count.load_cases),
             (Verdict::Insufficient, 15, 16)
         );
-        assert!(abouts(&few, Verdict::Insufficient).contains(&Id::FewLoads), "{:#?}", few.reasons);
+        assert!(abouts(&few, Verdict::Insufficient).contains(&Id::FewLoads), "{:#?}", few.findings);
         let many = of(poses(200, 20, 50), quadratic(0.0));
-        assert_eq!(many.verdict, Verdict::Enough, "{:#?}", many.reasons);
+        assert_eq!(many.verdict, Verdict::Enough, "{:#?}", many.findings);
         assert!(abouts(&many, Verdict::Doubtful).is_empty());
         let shrunk = of(poses(16, 20, 4), quadratic(1.0));
         let free = shrunk.count.free_coefficients;
@@ -395,7 +402,7 @@ mod tests {
         for (n, ridge) in [(16, 0.0), (28, 0.0), (28, 1.0), (40, 0.0)] {
             let request = Request::fit(poses(n, 20, 4), quadratic(ridge));
             let fitted = analyse(&request, &Progress::default()).unwrap().findings;
-            let checked = of(request.recordings, request.settings).reasons;
+            let checked = of(request.recordings, request.settings).findings;
             let few = [fitted, checked].map(|found| found.iter().any(is_few));
             let expected = ridge == 0.0 && n < 30;
             assert_eq!(few, [expected; 2], "{n} loads, ridge {ridge}");
@@ -412,7 +419,7 @@ mod tests {
         };
         let told = |asked: &CheckData| {
             let found = sufficiency(asked, &Progress::default()).unwrap();
-            let about = found.reasons.iter().find(|reason| reason.id == Id::Faults);
+            let about = found.findings.iter().find(|reason| reason.id == Id::Faults);
             about.map(|reason| reason.severity)
         };
         let asked = limited(5.0);
@@ -447,7 +454,7 @@ mod tests {
         let worst = |found: &Sufficiency| abouts(found, Verdict::Insufficient);
         let zero = one(50, &gauges, &|_| [0.0; 2]);
         assert_eq!(worst(&zero), [Id::Still, Id::FewLoads]);
-        assert!(zero.reasons[0].seen.contains("Fx") && zero.reasons[0].seen.contains("My"));
+        assert!(zero.findings[0].seen.contains("Fx") && zero.findings[0].seen.contains("My"));
         assert!(zero.axes[0].moves_with.is_none());
         let single = one(1, &gauges, &|_| [1.0, 2.0]);
         assert!(worst(&single).contains(&Id::Undetermined));
@@ -460,7 +467,7 @@ mod tests {
             &|k| [1.0, 2.0, -0.5].map(|slope| slope * load(k) + 0.01 * noise(k, 1)),
             &|k| [load(k), 0.1 * load(k)],
         );
-        assert_eq!(worst(&hung), [Id::MovesTogether], "{:#?}", hung.reasons);
+        assert_eq!(worst(&hung), [Id::MovesTogether], "{:#?}", hung.findings);
         assert_eq!(hung.axes[0].moves_with, Some((Axis::My, 1.0)));
         let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| [load(k), load(k + 40)]);
         for found in [&zero, &single, &unlike, &hung, &dead] {
@@ -474,7 +481,7 @@ mod tests {
         let set = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
         let settings = FitSettings { decimation: 10, ..FitSettings::default() };
         let found = of(set, settings);
-        assert_eq!(found.verdict, Verdict::Enough, "{:#?}", found.reasons);
+        assert_eq!(found.verdict, Verdict::Enough, "{:#?}", found.findings);
         assert!(found.rig.findings.is_empty(), "{:?}", found.rig.findings);
     }
 }

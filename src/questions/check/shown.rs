@@ -18,7 +18,12 @@ type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
 
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
     let budget = of.budget.as_ref().ok().map(budget_table);
-    budget.into_iter().chain(rig_tables(&of.rig)).chain([axes(of)]).collect()
+    budget.into_iter().chain(rig_and_axes(of)).collect()
+}
+
+/// Returns the tables of the check without the error budget.
+pub fn rig_and_axes(of: &Sufficiency) -> Vec<Table> {
+    rig_tables(&of.rig).into_iter().chain([axes(of)]).collect()
 }
 
 fn axes(of: &Sufficiency) -> Table {

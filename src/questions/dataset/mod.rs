@@ -37,7 +37,7 @@ use crate::{
     scoring::{
         MANY_SAMPLES,
         coverage::Coverage,
-        cross_validation::Folds,
+        cross_validation::{FEWEST_RECORDINGS, Folds},
         faults::{Faults, faults, faults_of},
         metrics,
         rig::{RigReport, lag},
@@ -163,6 +163,9 @@ impl FaultsOf {
         Arc::ptr_eq(&self.recording, recording) && self.range == *range
     }
 }
+
+/// Maximum range of a load that rests, as a share of the range over all recordings.
+const RESTS: f64 = 0.02;
 
 /// Maximum number of datasets in the cache: one for a fit, and one for an applied calibration.
 const KEPT: usize = 2;
@@ -351,6 +354,17 @@ impl Dataset {
         in_role(&self.entries, Role::Train)
     }
 
+    /// Returns true if the recordings say nothing about earlier samples: they have no times, or the load rests in each of them.
+    pub fn has_no_history(&self) -> bool {
+        let training = self.training();
+        let rests = |own: &&Recording| {
+            let mut axes = own.load_ranges().iter().zip(&self.full_scale);
+            axes.all(|(range, full_scale)| range.span() <= 2.0 * RESTS * full_scale)
+        };
+        let all_rest = training.len() >= FEWEST_RECORDINGS && training.iter().all(rests);
+        self.key.recordings.is_static() || all_rest
+    }
+
     pub fn training_groups(&self) -> BTreeSet<usize> {
         let entries = self.entries.iter().zip(&self.groups.of);
         entries.filter(|(entry, _)| entry.role == Role::Train).map(|(_, group)| *group).collect()
@@ -460,8 +474,8 @@ impl Dataset {
                 axes: layout.axes.len(),
             });
         }
-        let mut features = if self.key.recordings.is_static() {
-            // Load cases without times have no earlier samples, so features that use them are removed.
+        let mut features = if self.has_no_history() {
+            // Load cases have no earlier samples, so features that use them are removed.
             settings.features.without_history()
         } else {
             settings.features.clone()

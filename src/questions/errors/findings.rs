@@ -95,10 +95,15 @@ pub(crate) fn findings_of_fit(
 
 fn without_times(data: &Dataset) -> Option<Finding> {
     let training = in_role(&data.entries, Role::Train);
-    training.iter().find(|recording| recording.is_static())?;
+    let seen = if training.iter().any(|recording| recording.is_static()) {
+        "the training recordings have no times"
+    } else if data.has_no_history() {
+        "the load rests in every training recording"
+    } else {
+        return None;
+    };
     let n_cases = data.training_groups().len();
     let n_rows: usize = training.iter().map(|recording| recording.n_samples()).sum();
-    let seen = "the training recordings have no times";
     let found = Finding::new(Id::NoTimes, Enough, seen);
     Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
 }

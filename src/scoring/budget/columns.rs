@@ -3,7 +3,6 @@
 //! A row is `[1, gauges, model, causes, time, loads]`. The rows contain raw columns; their sums are standardised later.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use faer::Mat;
 
@@ -28,7 +27,7 @@ const MOST_PRODUCTS: usize = 64;
 /// Which columns the rows have, and how they are computed.
 #[derive(Debug)]
 pub(super) struct Columns {
-    pub inputs: Arc<Inputs>,
+    pub inputs: Inputs,
     n_model: usize,
     /// Columns of each cause that is tested.
     pub of_causes: Vec<(Cause, Range<usize>)>,
@@ -45,7 +44,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub fn new(inputs: Arc<Inputs>, scale: TimeScale, median_samples: f64, n_model: usize) -> Self {
+    pub fn new(inputs: Inputs, scale: TimeScale, median_samples: f64, n_model: usize) -> Self {
         let change = scale.change_samples;
         let lags = LAGS
             .iter()
@@ -66,7 +65,7 @@ impl Columns {
             inputs,
         };
         columns.lags.dedup();
-        let mut at = columns.base().end;
+        let mut at = columns.model().end;
         for cause in Cause::WITH_COLUMNS {
             let n = columns.n_columns(cause);
             if n > 0 {
@@ -87,13 +86,10 @@ impl Columns {
         self.inputs.gauges.len()
     }
 
-    /// Returns the columns of the calibration whose error is explained: offset, gauges, and columns of the model.
-    pub fn base(&self) -> Range<usize> {
-        0..1 + self.n_gauges() + self.n_model
-    }
-
+    /// Returns the columns of the compensation.
     pub fn model(&self) -> Range<usize> {
-        1 + self.n_gauges()..self.base().end
+        let first = 1 + self.n_gauges();
+        first..first + self.n_model
     }
 
     /// Returns true if the noise is known, so that lag columns do not need the present sample.
@@ -128,7 +124,7 @@ pub(super) struct Rows<'a> {
     columns: &'a Columns,
     run: &'a Run<'a>,
     model: Option<ColumnStream<'a>>,
-    /// Conventional loads of the whole recording, `n_samples × n_loads` row-major; empty for rows of the calibration alone.
+    /// Conventional loads of the whole recording, `n_samples × n_loads` row-major.
     conventional: Vec<f64>,
     /// Positions of the play operators, for each radius and expected gauge.
     plays: Vec<f64>,
@@ -145,30 +141,25 @@ impl<'a> Rows<'a> {
         at: usize,
         model: Option<&'a dyn ModelColumns>,
     ) -> Self {
-        Self {
-            columns,
-            run: &runs[at],
-            model: model.map(|own| own.stream(at)),
-            conventional: Vec::new(),
-            plays: Vec::new(),
-            creeps: Vec::new(),
-            expected: vec![0.0; columns.inputs.expected.ncols()],
-            curved: vec![0.0; columns.inputs.n_curved()],
-        }
-    }
-
-    /// Returns the rows with the columns of the causes, which need the conventional loads of all samples.
-    pub fn with_causes(mut self) -> Self {
-        let (run, inputs) = (self.run, &self.columns.inputs);
+        let (run, inputs) = (&runs[at], &columns.inputs);
         let n_loads = inputs.loads.ncols();
         let mut gauges = vec![0.0; inputs.gauges.len()];
-        self.conventional = vec![0.0; run.n_samples * n_loads];
+        let mut conventional = vec![0.0; run.n_samples * n_loads];
         let samples = run.gauges.chunks_exact(run.gauges.len() / run.n_samples);
-        for (sample, loads) in samples.zip(self.conventional.chunks_exact_mut(n_loads)) {
+        for (sample, loads) in samples.zip(conventional.chunks_exact_mut(n_loads)) {
             inputs.gauges.standardise(sample, &mut gauges);
             apply(&inputs.loads, &gauges, loads);
         }
-        self
+        Self {
+            columns,
+            run,
+            model: model.map(|own| own.stream(at)),
+            conventional,
+            plays: Vec::new(),
+            creeps: Vec::new(),
+            expected: vec![0.0; inputs.expected.ncols()],
+            curved: vec![0.0; inputs.n_curved()],
+        }
     }
 
     fn load(&self, sample: usize, shift: isize) -> &[f64] {
@@ -177,47 +168,33 @@ impl<'a> Rows<'a> {
         &self.conventional[at * n..][..n]
     }
 
-    /// Writes the row of the next sample of the unit, after [`Self::with_causes`]. The samples of a recording must be asked for
-    /// in order.
+    /// Writes the row of the next sample of the unit. The samples of a recording must be asked for in order.
     pub fn next(&mut self, unit: &Unit, sample: usize, row: &mut [f64]) {
-        let columns = self.columns;
-        self.next_base(sample, &mut row[columns.base()]);
-        self.loads(sample, &mut row[columns.loads..columns.width]);
-        for (cause, own) in &columns.of_causes {
-            let row_of_cause = &mut row[own.clone()];
-            match cause {
-                Cause::Hysteresis => self.play(sample, row_of_cause),
-                Cause::Creep => self.creep(sample, row_of_cause),
-                Cause::Lag => self.lag(sample, row_of_cause),
-                _ => {
-                    let (before, rest) = row.split_at_mut(own.start);
-                    let gauges = &before[1..=columns.n_gauges()];
-                    self.present(*cause, sample, gauges, &mut rest[..own.len()]);
-                }
-            }
-        }
-        row[columns.time] = unit.time(sample);
-    }
-
-    /// Writes the columns of the calibration for the next sample.
-    pub fn next_base(&mut self, sample: usize, row: &mut [f64]) {
-        let columns = self.columns;
+        let (columns, inputs) = (self.columns, &self.columns.inputs);
         let width = self.run.gauges.len() / self.run.n_samples;
         row[0] = 1.0;
         let gauges = &self.run.gauges[sample * width..][..width];
-        columns.inputs.gauges.standardise(gauges, &mut row[1..=columns.n_gauges()]);
+        inputs.gauges.standardise(gauges, &mut row[1..=columns.n_gauges()]);
         if let Some(model) = &mut self.model {
             model(sample, &mut row[columns.model()]);
         }
-    }
-
-    /// Writes the loads of a sample minus their means.
-    pub fn loads(&self, sample: usize, out: &mut [f64]) {
-        let means = &self.columns.inputs.load_means;
-        let loads = self.run.loads[sample * means.len()..].iter().zip(means);
-        for (out, (load, mean)) in out.iter_mut().zip(loads) {
-            *out = load - mean;
+        let n_axes = columns.n_axes();
+        let loads = self.run.loads[sample * n_axes..][..n_axes].iter().zip(&inputs.load_means);
+        row[columns.loads..]
+            .iter_mut()
+            .zip(loads)
+            .for_each(|(out, (load, mean))| *out = load - mean);
+        for (cause, own) in &columns.of_causes {
+            let (before, rest) = row.split_at_mut(own.start);
+            let out = &mut rest[..own.len()];
+            match cause {
+                Cause::Hysteresis => self.play(sample, out),
+                Cause::Creep => self.creep(sample, out),
+                Cause::Lag => self.lag(sample, out),
+                _ => self.present(*cause, sample, &before[1..=columns.n_gauges()], out),
+            }
         }
+        row[columns.time] = unit.time(sample);
     }
 
     /// Writes the columns of a cause that depend on the present sample only.

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Ridge on offset and gauges, per sample.
-pub(super) const GAUGE_RIDGE: f64 = 1e-9;
+const GAUGE_RIDGE: f64 = 1e-9;
 /// Ridges on the columns of the causes, per sample. Each set of causes uses the one with the smallest held-out error.
 const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 /// Maximum number of fits that each leave out some units.
@@ -51,6 +51,8 @@ pub(super) struct HeldOut<'a> {
     pub columns: &'a Columns,
     pub units: &'a [Unit],
     pub sums: &'a Sums,
+    /// Columns of the calibration whose error is explained: offset, gauges, and columns of the compensation.
+    pub base: Vec<usize>,
     pub model_ridge: f64,
     /// Causes of units that are tested.
     pub of_units: Vec<Cause>,
@@ -105,6 +107,18 @@ impl HeldOut<'_> {
         Ok(self.combined(&all?, &projections, &sets, &unit_sets))
     }
 
+    /// Returns for each axis the mean squared residual of the base when it is fitted to all samples, and the noise that it
+    /// passes on.
+    pub fn in_sample(&self) -> Vec<(f64, f64)> {
+        let total = self.sums.total();
+        let all = self.weights(&total, &total, [false; 2], &[Causes::default()]);
+        let weights = all[0].subcols(0, self.columns.n_axes()).to_owned();
+        let rows = self.rows(&self.base);
+        let errors = self.error_sums(&total, &weights, &rows, &self.base);
+        let noise = self.passed_on(&weights, &rows, &self.base);
+        errors.iter().map(|own| own.square / total[(0, 0)]).zip(noise).collect()
+    }
+
     /// Returns the numbers of the units that each fold leaves out.
     fn folds(&self) -> Vec<Vec<usize>> {
         let n_parts = self.units.iter().map(|unit| unit.part + 1).max().unwrap_or(0);
@@ -149,7 +163,7 @@ impl HeldOut<'_> {
     ) -> Vec<Mat<f64>> {
         let (columns, n_axes) = (self.columns, self.columns.n_axes());
         // If each unit has an offset of its own, the fit has no common offset.
-        let base = if offset { &self.sums.base[1..] } else { &self.sums.base[..] };
+        let base = if offset { &self.base[1..] } else { &self.base[..] };
         let causes: Vec<usize> =
             self.sums.of_causes.iter().flat_map(|own| own.1.iter().copied()).collect();
         let loads: Vec<usize> = (columns.loads..columns.width).collect();
@@ -170,7 +184,7 @@ impl HeldOut<'_> {
             let own = self.positions(*set);
             let rows: Vec<usize> = (0..n_axes).collect();
             let right = picked(&causes_with_loads, &own, &rows);
-            let mut all = Mat::zeros(self.sums.base.len() + own.len(), RIDGES.len() * n_axes);
+            let mut all = Mat::zeros(self.base.len() + own.len(), RIDGES.len() * n_axes);
             for (at, ridge) in RIDGES.iter().enumerate() {
                 let mut products = picked(&among_causes, &own, &own);
                 (0..own.len()).for_each(|i| products[(i, i)] += ridge * n);
@@ -198,10 +212,15 @@ impl HeldOut<'_> {
         sets.iter().map(of_set).collect()
     }
 
+    /// Returns these columns, and those of the time and the loads.
+    fn rows(&self, used: &[usize]) -> Vec<usize> {
+        used.iter().copied().chain(self.columns.time..self.columns.width).collect()
+    }
+
     /// Returns the columns of the base and of a set of causes.
     fn used(&self, set: Causes) -> Vec<usize> {
         let causes = self.sums.of_causes.iter().filter(|(cause, _)| set.contains(*cause));
-        self.sums.base.iter().chain(causes.flat_map(|own| &own.1)).copied().collect()
+        self.base.iter().chain(causes.flat_map(|own| &own.1)).copied().collect()
     }
 
     /// Returns the positions of a set's columns among the columns of all causes.
@@ -219,15 +238,14 @@ impl HeldOut<'_> {
         sets: &[Causes],
         unit_sets: &[Causes],
     ) -> FoldErrors {
-        let (columns, n_axes) = (self.columns, self.columns.n_axes());
+        let n_axes = self.columns.n_axes();
         let per_projection = RIDGES.len() * n_axes;
         let mut squares = vec![vec![Vec::new(); sets.len()]; projections.len()];
         let mut gains_of = vec![vec![Vec::new(); sets.len()]; unit_sets.len()];
         let mut noise = vec![Vec::new(); projections.len()];
         for (set_number, set) in sets.iter().enumerate() {
             let used = self.used(*set);
-            let rows: Vec<usize> =
-                used.iter().copied().chain(columns.time..columns.width).collect();
+            let rows = self.rows(&used);
             let mut all = Mat::zeros(used.len(), projections.len() * per_projection);
             for (at, weights) in weights.iter().enumerate() {
                 let mut part = all.subcols_mut(at * per_projection, per_projection);

@@ -1,5 +1,7 @@
 //! Standardised gauges, conventional loads and expected gauges, which the columns of the causes are made of.
 
+use std::ops::Range;
+
 use faer::{Mat, Side};
 
 use crate::{
@@ -65,6 +67,8 @@ pub(super) struct Inputs {
     pub load_means: Vec<f64>,
     /// True for each axis whose conventional load moves.
     pub moves: Vec<bool>,
+    /// Coefficients from the standardised gauges to the loads minus their means, `n_gauges × n_axes`.
+    pub conventional: Mat<f64>,
     /// Coefficients of the conventional loads of the axes that move, which have the standard deviation 1.
     pub loads: Mat<f64>,
     /// Coefficients from these loads to the gauges that they predict, which have the standard deviation 1; from loads to
@@ -123,11 +127,29 @@ impl Inputs {
             auxiliary,
             load_means,
             moves,
+            conventional,
             loads,
             expected,
             components,
             gauges_from_loads,
         })
+    }
+
+    /// Returns the residuals of the conventional calibration in some samples, `n_samples × n_axes` row-major.
+    pub fn residuals(&self, run: &Run<'_>, samples: Range<usize>) -> Vec<f64> {
+        let n_axes = self.load_means.len();
+        let width = run.gauges.len() / run.n_samples;
+        let mut gauges = vec![0.0; self.gauges.len()];
+        let mut residuals = run.loads[samples.start * n_axes..samples.end * n_axes].to_vec();
+        let all = run.gauges[samples.start * width..].chunks_exact(width);
+        for (sample, out) in all.zip(residuals.chunks_exact_mut(n_axes)) {
+            self.gauges.standardise(sample, &mut gauges);
+            for (axis, (out, mean)) in out.iter_mut().zip(&self.load_means).enumerate() {
+                let own = self.conventional.col(axis).iter().zip(&gauges);
+                *out -= mean + own.map(|(own, gauge)| own * gauge).sum::<f64>();
+            }
+        }
+        residuals
     }
 
     /// Returns the number of inputs of curvature: gauges or principal components.

@@ -8,7 +8,6 @@
 //! Guarantees: the work is linear in the samples, can be cancelled, and needs memory for the sums and the rows of a few samples
 //! only.
 
-mod base;
 mod cause;
 mod columns;
 mod freedoms;
@@ -20,9 +19,7 @@ mod shares;
 mod sums;
 mod time_scale;
 
-use std::sync::Arc;
-
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 pub use crate::scoring::budget::{
     cause::Cause,
@@ -33,7 +30,7 @@ use crate::{
     progress::{Cancelled, Progress},
     scoring::{
         budget::{
-            base::Base, columns::Columns, held_out::HeldOut, inputs::Inputs, run::Unit,
+            columns::Columns, held_out::HeldOut, inputs::Inputs, noise::Noise, run::Unit,
             shares::Decision, sums::Sums, time_scale::TimeScale,
         },
         cross_validation::FEWEST_RECORDINGS,
@@ -61,33 +58,72 @@ pub struct Budget {
     /// Causes whose columns the calibration contains already, so that what it does not follow is unexplained.
     pub in_model: Vec<Cause>,
     /// Shares on each axis.
+    #[serde(serialize_with = "shares_or_reasons")]
     pub axes: Vec<Result<Shares, NoBudget>>,
     /// Shares over the axes of each pool.
+    #[serde(serialize_with = "shares_or_reasons")]
     pub pools: Vec<Result<Shares, NoBudget>>,
 }
 
-/// Recordings, with what the budgets of all their calibrations share.
-pub struct Measured<'a> {
-    runs: &'a [Run<'a>],
-    full_scale: &'a [f64],
-    inputs: Arc<Inputs>,
-    scale: TimeScale,
-    median_samples: f64,
+fn shares_or_reasons<S: Serializer>(
+    all: &[Result<Shares, NoBudget>],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    #[serde(untagged)]
+    enum Shown<'a> {
+        Shares(&'a Shares),
+        Reason { no_budget: NoBudget },
+    }
+    let shown = all.iter().map(|own| match own {
+        Ok(shares) => Shown::Shares(shares),
+        Err(reason) => Shown::Reason { no_budget: *reason },
+    });
+    serializer.collect_seq(shown)
+}
+
+impl Budget {
+    /// Returns the budget with the mean squared errors that the fit's cross-validation gives on each axis (full scale²). The
+    /// fits of the budget differ from it in the ridge, and leave out several recordings together if there are many.
+    pub fn scaled_to(mut self, mean_squares: &[f64], pools: &[Vec<usize>]) -> Self {
+        let scaled = |own: Result<Shares, NoBudget>, axes: &[usize]| {
+            let sum: f64 = axes.iter().map(|axis| mean_squares[*axis]).sum();
+            let total = sum / axes.len() as f64;
+            own.map(|own| if total.is_finite() { own.scaled_to(total) } else { own })
+        };
+        let axes = self.axes.into_iter().enumerate();
+        self.axes = axes.map(|(axis, own)| scaled(own, &[axis])).collect();
+        let pools = self.pools.into_iter().zip(pools);
+        self.pools = pools.map(|(own, axes)| scaled(own, axes)).collect();
+        self
+    }
 }
 
 /// Share of the variance of a cause's columns that the calibration's columns explain, above which the cause is in the model.
 const IN_MODEL: f64 = 0.95;
 
+/// Sums of recordings, from which the budgets of the uncompensated and of the compensated calibration follow.
+pub struct Measured<'a> {
+    n_recordings: usize,
+    full_scale: &'a [f64],
+    scale: TimeScale,
+    columns: Columns,
+    units: Vec<Unit>,
+    sums: Sums,
+    model_ridge: f64,
+}
+
 impl<'a> Measured<'a> {
-    /// Measures the channels and loads of training recordings. There is at least one recording, and each has samples.
+    /// Sums the products of all columns over training recordings. There is at least one recording, and each has samples.
     /// `full_scale` has a value for each axis. Returns `None` if there is nothing to explain: no gauge or no conventional load
     /// varies.
     ///
     /// # Errors
     /// [`Cancelled`] if the work was cancelled.
     pub fn of(
-        runs: &'a [Run<'a>],
+        runs: &[Run<'_>],
         full_scale: &'a [f64],
+        model: Model<'_>,
         progress: &Progress,
     ) -> Result<Option<Self>, Cancelled> {
         let Some(inputs) = Inputs::of(runs, full_scale.len()) else { return Ok(None) };
@@ -95,23 +131,42 @@ impl<'a> Measured<'a> {
         let scale = TimeScale::of(runs, &inputs.moves);
         let lengths = runs.iter().map(|run| run.n_samples as f64).collect();
         let median_samples = time_scale::middle(lengths).unwrap_or(0.0);
-        Ok(Some(Self { runs, full_scale, inputs: Arc::new(inputs), scale, median_samples }))
+        let n_model = model.map_or(0, |own| own.0.n_columns());
+        let columns = Columns::new(inputs, scale, median_samples, n_model);
+        let most_blocks = MOST_NUMBERS / columns.width.pow(2);
+        let units = Unit::all(runs, scale.change_samples, most_blocks);
+        let noise = match scale.separates_noise() {
+            true => Noise::measure(runs, &columns.inputs, &units, progress)?,
+            false => None,
+        };
+        let model_columns = model.map(|own| own.0);
+        let sums = Sums::collect(runs, &columns, model_columns, (&units, noise), progress)?;
+        Ok(Some(Self {
+            n_recordings: runs.len(),
+            full_scale,
+            scale,
+            columns,
+            units,
+            sums,
+            model_ridge: model.map_or(0.0, |own| own.1),
+        }))
     }
 
-    /// Returns where the held-out error of a calibration comes from: on each axis, and over the axes of each pool.
+    /// Returns where the held-out error comes from, on each axis and over the axes of each pool: that of the conventional
+    /// calibration, or that of the model.
     ///
     /// # Errors
     /// [`Cancelled`] if the work was cancelled.
     pub fn budget(
         &self,
         pools: &[Vec<usize>],
-        model: Model<'_>,
+        of_model: bool,
         progress: &Progress,
     ) -> Result<Budget, Cancelled> {
         let guarded = |own: Vec<Result<Shares, NoBudget>>| {
             own.into_iter().map(|own| own.and_then(Shares::if_loads_suffice)).collect()
         };
-        let found = self.split(pools, model, progress)?;
+        let found = self.split(pools, of_model, progress)?;
         Ok(Budget { axes: guarded(found.axes), pools: guarded(found.pools), ..found })
     }
 
@@ -119,38 +174,40 @@ impl<'a> Measured<'a> {
     fn split(
         &self,
         pools: &[Vec<usize>],
-        model: Model<'_>,
+        of_model: bool,
         progress: &Progress,
     ) -> Result<Budget, Cancelled> {
-        let Self { runs, full_scale, scale, .. } = *self;
-        let n_model = model.map_or(0, |own| own.0.n_columns());
-        let columns = Columns::new(Arc::clone(&self.inputs), scale, self.median_samples, n_model);
-        let most_blocks = MOST_NUMBERS / columns.width.pow(2);
-        let units = Unit::all(runs, scale.change_samples, most_blocks);
-        let base = Base { runs, columns: &columns, model };
-        let sums = Sums::collect(&base, &units, scale.separates_noise(), progress)?;
-        let are_segments = runs.len() < FEWEST_RECORDINGS;
+        let Self { full_scale, scale, columns, units, sums, .. } = self;
+        let model = if of_model { &sums.model[..] } else { &[] };
+        let base: Vec<usize> = (0..=columns.n_gauges()).chain(model.iter().copied()).collect();
+        let are_segments = self.n_recordings < FEWEST_RECORDINGS;
         let held_out = HeldOut {
-            columns: &columns,
-            units: &units,
-            sums: &sums,
-            model_ridge: model.map_or(0.0, |own| own.1),
-            of_units: of_units(&units, &sums, are_segments, scale.is_table),
+            columns,
+            units,
+            sums,
+            base,
+            model_ridge: self.model_ridge,
+            of_units: of_units(units, sums, are_segments, scale.is_table),
             full_scale,
         };
         let errors = held_out.errors(progress)?;
-        let squared = |values: &[f64]| -> Vec<f64> {
-            values.iter().zip(full_scale).map(|(own, full)| own / (full * full)).collect()
-        };
+        let squares = || full_scale.iter().map(|full| full * full);
+        let in_sample = held_out.in_sample();
         let noise = sums.noise.as_ref();
-        let floor = noise.map_or_else(|| vec![0.0; full_scale.len()], |own| squared(&own.floor));
+        let floor = |(axis, square): (usize, f64)| {
+            noise.map_or(0.0, |own| own.floor[axis].min(in_sample[axis].1) / square)
+        };
         let with_columns = sums.of_causes.iter().map(|own| own.0);
         let tested: Vec<Cause> = with_columns.chain(held_out.of_units.iter().copied()).collect();
         let decision = Decision {
             errors: &errors,
             n_samples: &sums.n_samples,
-            floor: &floor,
-            in_sample: &squared(&sums.in_sample),
+            floor: &squares().enumerate().map(floor).collect::<Vec<f64>>(),
+            in_sample: &in_sample
+                .iter()
+                .zip(squares())
+                .map(|(own, square)| own.0 / square)
+                .collect::<Vec<f64>>(),
             tested: &tested,
         };
         Ok(Budget {
@@ -158,8 +215,8 @@ impl<'a> Measured<'a> {
             is_table: scale.is_table,
             noise_is_known: noise.is_some(),
             change_samples: scale.change_samples,
-            n_recordings: runs.len(),
-            in_model: if model.is_some() { sums.in_base(IN_MODEL) } else { Vec::new() },
+            n_recordings: self.n_recordings,
+            in_model: if of_model { sums.causes_in(&held_out.base, IN_MODEL) } else { Vec::new() },
             axes: (0..full_scale.len()).map(|axis| decision.shares(&[axis])).collect(),
             pools: pools.iter().map(|axes| decision.shares(axes)).collect(),
             tested,

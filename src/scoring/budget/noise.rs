@@ -3,9 +3,16 @@
 //! A load that changes smoothly leaves little in differences of a high order, noise as much as in the samples. The noise is
 //! the smallest of the figures of order 1 to 4, each the median over short chunks.
 
-use std::ops::Range;
+use rayon::prelude::*;
 
-use crate::scoring::budget::time_scale::middle;
+use crate::{
+    progress::{Cancelled, Progress},
+    scoring::budget::{
+        inputs::Inputs,
+        run::{Run, Unit},
+        time_scale::middle,
+    },
+};
 
 /// Number of differences in a chunk.
 pub(super) const CHUNK: usize = 25;
@@ -14,7 +21,7 @@ const ORDERS: usize = 4;
 const FEWEST_CHUNKS: usize = 4;
 
 /// Mean squared differences of the residuals of one unit, for each order, chunk and axis, scaled to the variance of white noise.
-pub(super) type Differences = [Vec<Vec<f64>>; ORDERS];
+type Differences = [Vec<Vec<f64>>; ORDERS];
 
 /// Noise of the residuals, and the chunks in which it was measured.
 #[derive(Debug)]
@@ -23,12 +30,12 @@ pub(super) struct Noise {
     pub variances: Vec<f64>,
     /// Order of the differences.
     pub order: usize,
-    /// For each unit and chunk, true if the chunk is not above the median.
-    pub quiet: Vec<Vec<bool>>,
+    /// For each unit, the numbers of the chunks that are not above the median.
+    pub quiet: Vec<Vec<usize>>,
 }
 
 /// Returns the mean squared differences of residuals, `n_samples × n_axes` row-major.
-pub(super) fn differences(residuals: &[f64], n_axes: usize) -> Differences {
+fn differences(residuals: &[f64], n_axes: usize) -> Differences {
     let mut changes = residuals.to_vec();
     let mut length = residuals.len();
     let mut scale = 1.0;
@@ -48,8 +55,24 @@ pub(super) fn differences(residuals: &[f64], n_axes: usize) -> Differences {
 }
 
 impl Noise {
-    /// Returns the noise from the differences of all units; `None` if there are too few.
-    pub fn of(units: &[Differences], n_axes: usize) -> Option<Self> {
+    /// Measures the noise of the conventional calibration; `None` if there are too few samples.
+    pub fn measure(
+        runs: &[Run<'_>],
+        inputs: &Inputs,
+        units: &[Unit],
+        progress: &Progress,
+    ) -> Result<Option<Self>, Cancelled> {
+        let n_axes = inputs.load_means.len();
+        let of_unit = |unit: &Unit| {
+            progress.check()?;
+            let residuals = inputs.residuals(&runs[unit.run], unit.samples.clone());
+            Ok(differences(&residuals, n_axes))
+        };
+        let found: Result<Vec<_>, Cancelled> = units.par_iter().map(of_unit).collect();
+        Ok(Self::of(&found?, n_axes))
+    }
+
+    fn of(units: &[Differences], n_axes: usize) -> Option<Self> {
         let mut best: Option<(usize, Vec<f64>)> = None;
         for order in 0..ORDERS {
             let chunks: Vec<&Vec<f64>> = units.iter().flat_map(|own| &own[order]).collect();
@@ -69,19 +92,10 @@ impl Noise {
         };
         let sizes: Vec<Vec<f64>> = units.iter().map(of_unit).collect();
         let limit = middle(sizes.iter().flatten().copied().collect())?;
-        let quiet = sizes.iter().map(|unit| unit.iter().map(|own| *own <= limit).collect());
-        Some(Self { quiet: quiet.collect(), order: order + 1, variances })
-    }
-
-    /// Returns the quiet differences of a unit whose first sample, counted in the unit, lies in `window`, which starts with a
-    /// chunk.
-    pub fn quiet_in(&self, unit: usize, window: &Range<usize>) -> impl Iterator<Item = usize> {
-        let chunks = (window.start / CHUNK..)
-            .zip(&self.quiet[unit][window.start.min(self.quiet[unit].len() * CHUNK) / CHUNK..]);
-        let end = window.end;
-        let quiet = chunks.filter(|(_, is_quiet)| **is_quiet);
-        let samples = quiet.flat_map(|(chunk, _)| chunk * CHUNK..(chunk + 1) * CHUNK);
-        samples.take_while(move |at| *at < end)
+        let quiet = |unit: &Vec<f64>| -> Vec<usize> {
+            (0..unit.len()).filter(|chunk| unit[*chunk] <= limit).collect()
+        };
+        Some(Self { quiet: sizes.iter().map(quiet).collect(), order: order + 1, variances })
     }
 }
 

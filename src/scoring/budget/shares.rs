@@ -62,6 +62,8 @@ pub struct Shares {
     pub perhaps: Vec<Cause>,
     /// Ratio of the held-out to the in-sample mean squared error.
     pub over_in_sample: f64,
+    /// Factor by which the shares were multiplied, so that `total` is the error that the fit's cross-validation gives.
+    pub factor: f64,
 }
 
 /// Reason why there is no error budget.
@@ -103,6 +105,24 @@ struct OfSet<'a> {
 }
 
 impl Shares {
+    /// Returns the shares of an error with another mean square.
+    pub fn scaled_to(self, total: f64) -> Self {
+        let factor = total / self.total;
+        let of_cause = |own: Share| Share {
+            square: factor * own.square,
+            standard_error: factor * own.standard_error,
+            ..own
+        };
+        Self {
+            total,
+            shares: self.shares.into_iter().map(of_cause).collect(),
+            noise: factor * self.noise,
+            unexplained: factor * self.unexplained,
+            factor: factor * self.factor,
+            ..self
+        }
+    }
+
     /// Returns the shares if they are those of the model, and not of missing load cases.
     pub fn if_loads_suffice(self) -> Result<Self, NoBudget> {
         if self.over_in_sample > MOST_OVER_IN_SAMPLE {
@@ -193,6 +213,7 @@ impl Explained<'_> {
             unexplained: rest + unnamed.iter().map(|own| own.1).sum::<f64>(),
             perhaps: unnamed.iter().map(|own| own.0).collect(),
             over_in_sample: 1.0,
+            factor: 1.0,
         }
     }
 

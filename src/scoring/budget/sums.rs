@@ -9,18 +9,23 @@ use crate::{
     calibration::NormalEquations,
     progress::{Cancelled, Progress},
     scoring::budget::{
-        base::{Base, moments},
         cause::Cause,
         columns::{Columns, Rows},
         held_out::{picked, solve},
         inputs::inverse_above,
         noise::{CHUNK, Noise},
-        run::Unit,
+        run::{ModelColumns, Run, Unit},
     },
 };
 
 /// Number of samples whose rows are in memory at the same time. It contains whole chunks.
 const WINDOW: usize = 40 * CHUNK;
+/// Approximate maximum number of samples whose products are summed. Of more samples, every n-th is used; the columns still see
+/// every sample.
+const MOST_SAMPLES: usize = 1 << 19;
+/// Standard deviation below which a column is left out, absolute and as a share of its mean.
+const CONSTANT: f64 = 1e-9;
+const CONSTANT_SHARE: f64 = 1e-7;
 /// Share of the gauges' mean noise that is added to each, so that gauges without noise can be inverted.
 const LEAST_NOISE: f64 = 1e-9;
 const UNDETERMINED: f64 = 1e-9;
@@ -32,12 +37,10 @@ pub(super) struct Sums {
     pub blocks: Vec<Mat<f64>>,
     /// Number of samples of each block.
     pub n_samples: Vec<f64>,
-    /// Columns of the base that vary.
-    pub base: Vec<usize>,
+    /// Columns of the compensation that vary.
+    pub model: Vec<usize>,
     /// Columns of each cause that vary.
     pub of_causes: Vec<(Cause, Vec<usize>)>,
-    /// Mean squared residual of the base on each axis, when fitted to all samples.
-    pub in_sample: Vec<f64>,
     pub noise: Option<NoiseSums>,
 }
 
@@ -46,7 +49,7 @@ pub(super) struct Sums {
 pub(super) struct NoiseSums {
     /// Mean products of the differences of all columns.
     pub differences: Mat<f64>,
-    /// Factor of each axis by which the differences of the base's residuals become their noise.
+    /// Factor of each axis by which the differences of the conventional residuals become their noise.
     pub scales: Vec<f64>,
     /// Noise of the unbiased calibration that passes on least noise.
     pub floor: Vec<f64>,
@@ -54,27 +57,32 @@ pub(super) struct NoiseSums {
 
 impl Sums {
     pub fn collect(
-        base: &Base<'_>,
-        units: &[Unit],
-        separates_noise: bool,
+        runs: &[Run<'_>],
+        columns: &Columns,
+        model: Option<&dyn ModelColumns>,
+        (units, noise): (&[Unit], Option<Noise>),
         progress: &Progress,
     ) -> Result<Self, Cancelled> {
-        let columns = base.columns;
-        let fit = base.fit(progress)?;
-        let noise = if separates_noise { base.noise(&fit, units, progress)? } else { None };
+        let n: usize = runs.iter().map(|run| run.n_samples).sum();
+        let step = n.div_ceil(MOST_SAMPLES).max(1);
         let of_run = |at: usize| {
             progress.check()?;
-            let mut rows = base.rows(at).with_causes();
+            let mut rows = Rows::new(columns, runs, at, model);
             let mut of_differences = NormalEquations::new(columns.width, 0);
             let mut blocks = Vec::new();
             for (number, unit) in units.iter().enumerate().filter(|(_, unit)| unit.run == at) {
                 let noise = noise.as_ref().map(|own| (own, number));
-                blocks.extend(unit_sums(&mut rows, unit, columns, noise, &mut of_differences));
+                blocks.extend(unit_sums(
+                    (&mut rows, step),
+                    unit,
+                    columns,
+                    noise,
+                    &mut of_differences,
+                ));
             }
             Ok((blocks, of_differences))
         };
-        let all: Result<Vec<_>, Cancelled> =
-            (0..base.runs.len()).into_par_iter().map(of_run).collect();
+        let all: Result<Vec<_>, Cancelled> = (0..runs.len()).into_par_iter().map(of_run).collect();
         let mut of_differences = NormalEquations::new(columns.width, 0);
         let mut raw = Vec::new();
         for (blocks, differences) in all? {
@@ -84,38 +92,38 @@ impl Sums {
         let standard = Standard::of(&raw, columns);
         let n_samples = raw.iter().map(|own| own.n_samples() as f64).collect();
         let blocks = raw.into_par_iter().map(|own| standard.apply(&own)).collect();
-        let varying = |own: &Range<usize>| -> Vec<usize> {
-            own.clone().filter(|column| standard.deviation[*column] > 0.0).collect()
+        let varying = |own: Range<usize>| -> Vec<usize> {
+            own.filter(|column| standard.deviation[*column] > 0.0).collect()
         };
-        let of_causes = columns.of_causes.iter().map(|(cause, own)| (*cause, varying(own)));
+        let of_causes = columns.of_causes.iter().map(|(cause, own)| (*cause, varying(own.clone())));
         let noise = noise.map(|noise| {
-            let weights = standard.residual_weights(&fit.coefficients, columns);
             let n = (of_differences.n_samples() as f64).max(1.0);
             let scale = faer::Scale(1.0 / (binomial(noise.order) * n));
             let differences = standard.apply(&of_differences) * scale;
-            NoiseSums::of(noise.variances, columns, differences, &weights)
+            NoiseSums::of(noise.variances, columns, differences)
         });
         Ok(Self {
             blocks,
             n_samples,
+            model: varying(columns.model()),
             of_causes: of_causes.collect(),
-            base: fit.used,
-            in_sample: fit.mean_squares,
             noise,
         })
     }
-}
 
-impl Sums {
-    /// Returns the causes whose columns the base explains up to the share `explained` of their variance.
-    pub fn in_base(&self, explained: f64) -> Vec<Cause> {
+    /// Returns the sum over all blocks.
+    pub fn total(&self) -> Mat<f64> {
         let width = self.blocks.first().map_or(0, Mat::ncols);
-        let total =
-            self.blocks.iter().fold(Mat::zeros(width, width), |sum: Mat<f64>, own| sum + own);
-        let mut among = picked(&total, &self.base, &self.base);
-        (0..self.base.len()).for_each(|at| among[(at, at)] += 1e-7 * total[(0, 0)]);
+        self.blocks.iter().fold(Mat::zeros(width, width), |sum: Mat<f64>, own| sum + own)
+    }
+
+    /// Returns the causes whose columns these columns explain up to the share `explained` of their variance.
+    pub fn causes_in(&self, base: &[usize], explained: f64) -> Vec<Cause> {
+        let total = self.total();
+        let mut among = picked(&total, base, base);
+        (0..base.len()).for_each(|at| among[(at, at)] += 1e-7 * total[(0, 0)]);
         let is_in_base = |own: &Vec<usize>| {
-            let with = picked(&total, &self.base, own);
+            let with = picked(&total, base, own);
             let by_base = solve(&among, &with);
             let of_column = |at: usize| with.col(at).transpose() * by_base.col(at);
             let squares = own.iter().map(|column| total[(*column, *column)]).sum::<f64>();
@@ -127,19 +135,15 @@ impl Sums {
 }
 
 impl NoiseSums {
-    /// Computes the noise from mean products of differences. `weights` are those of the residuals of the base.
-    fn of(
-        variances: Vec<f64>,
-        columns: &Columns,
-        differences: Mat<f64>,
-        weights: &Mat<f64>,
-    ) -> Self {
+    /// Computes the noise from mean products of differences. `variances` is the noise of the conventional residuals.
+    fn of(variances: Vec<f64>, columns: &Columns, differences: Mat<f64>) -> Self {
         let passed_on = |weights: &Mat<f64>| -> Vec<f64> {
             let products = &differences * weights;
             let of_axis = |axis: usize| weights.col(axis).transpose() * products.col(axis);
             (0..columns.n_axes()).map(of_axis).collect()
         };
-        let scales = variances.iter().zip(passed_on(weights));
+        let scales =
+            variances.iter().zip(passed_on(&weights_of(columns, &columns.inputs.conventional)));
         let scales: Vec<f64> = scales.map(|(own, of)| own / of.max(1e-300)).collect();
         let floor = match best_weights(columns, &differences) {
             Some(best) => {
@@ -162,24 +166,22 @@ fn best_weights(columns: &Columns, differences: &Mat<f64>) -> Option<Mat<f64>> {
     let from_loads = &columns.inputs.gauges_from_loads;
     let weighted = inverse_above(&noise, 1e-15)? * from_loads.transpose();
     let best = &weighted * inverse_above(&(from_loads * &weighted), UNDETERMINED)?;
-    let mut weights = weights_of_loads(columns);
-    for axis in 0..columns.n_axes() {
-        for gauge in 0..g {
-            weights[(1 + gauge, axis)] = -best[(gauge, axis)];
-        }
-    }
-    Some(weights)
+    Some(weights_of(columns, &best))
 }
 
-/// Returns the weights of the columns whose sum on each axis is the load.
-fn weights_of_loads(columns: &Columns) -> Mat<f64> {
-    let is_load = |column: usize, axis: usize| column == columns.loads + axis;
-    Mat::from_fn(columns.width, columns.n_axes(), |i, axis| f64::from(u8::from(is_load(i, axis))))
+/// Returns the weights of the columns whose sum on each axis is the load minus what these coefficients of the gauges explain.
+fn weights_of(columns: &Columns, gauges: &Mat<f64>) -> Mat<f64> {
+    let weight = |column: usize, axis: usize| match column.checked_sub(1) {
+        Some(gauge) if gauge < gauges.nrows() => -gauges[(gauge, axis)],
+        _ => f64::from(u8::from(column == columns.loads + axis)),
+    };
+    Mat::from_fn(columns.width, columns.n_axes(), weight)
 }
 
-/// Returns the sums of the raw columns over each block of a unit. Adds the differences of quiet chunks to `of_differences`.
+/// Returns the sums of every `step`-th row over each block of a unit. Adds the differences of every `step`-th chunk that is quiet
+/// to `of_differences`.
 fn unit_sums(
-    rows: &mut Rows<'_>,
+    (rows, step): (&mut Rows<'_>, usize),
     unit: &Unit,
     columns: &Columns,
     noise: Option<(&Noise, usize)>,
@@ -188,8 +190,10 @@ fn unit_sums(
     let mut sums = vec![NormalEquations::new(columns.width, 0); unit.blocks.len()];
     let stride = of_differences.stride();
     let order = noise.map_or(0, |(own, _)| own.order);
+    let quiet = noise.into_iter().flat_map(|(own, number)| own.quiet[number].iter().copied());
+    let mut quiet = quiet.filter(|chunk| chunk % step == 0).peekable();
     let mut buffer: Vec<f64> = Vec::new();
-    let mut changes = Vec::new();
+    let (mut changes, mut kept) = (Vec::new(), Vec::new());
     let end = unit.samples.end;
     let mut written = unit.samples.start;
     for start in unit.samples.clone().step_by(WINDOW) {
@@ -204,16 +208,20 @@ fn unit_sums(
         }
         for (sums, block) in sums.iter_mut().zip(&unit.blocks) {
             let (from, to) = (block.start.max(start), block.end.min(stop));
-            if from < to {
-                sums.add_rows(&buffer[(from - start) * stride..(to - start) * stride]);
+            kept.clear();
+            let first = block.start + from.saturating_sub(block.start).next_multiple_of(step);
+            for sample in (first..to).step_by(step) {
+                kept.extend_from_slice(&buffer[(sample - start) * stride..][..stride]);
             }
+            sums.add_rows(&kept);
         }
-        let Some((noise, number)) = noise else { continue };
-        let first = unit.samples.start;
         changes.clear();
-        for at in noise.quiet_in(number, &(start - first..stop - first)) {
-            let row = &buffer[(at + first - start) * stride..][..(order + 1) * stride];
-            push_difference(row, stride, order, &mut changes);
+        let first = unit.samples.start;
+        while let Some(chunk) = quiet.next_if(|chunk| first + chunk * CHUNK < stop) {
+            for at in chunk * CHUNK..(chunk + 1) * CHUNK {
+                let row = &buffer[(first + at - start) * stride..][..(order + 1) * stride];
+                push_difference(row, stride, order, &mut changes);
+            }
         }
         of_differences.add_rows(&changes);
     }
@@ -275,18 +283,12 @@ impl Standard {
         }
         products
     }
+}
 
-    /// Returns the weights of the standardised columns whose sum on each axis is the residual of the base. The coefficients
-    /// are those of the raw columns.
-    fn residual_weights(&self, coefficients: &Mat<f64>, columns: &Columns) -> Mat<f64> {
-        let mut weights = weights_of_loads(columns);
-        for axis in 0..columns.n_axes() {
-            for column in columns.base() {
-                let raw = coefficients[(column, axis)];
-                weights[(0, axis)] -= raw * self.mean[column];
-                weights[(column, axis)] -= raw * self.deviation[column];
-            }
-        }
-        weights
-    }
+/// Returns mean and standard deviation from sums. The deviation is 0 for a column that does not vary.
+fn moments(n: f64, sum: f64, square: f64) -> (f64, f64) {
+    let mean = sum / n;
+    let deviation = (square / n - mean * mean).max(0.0).sqrt();
+    let varies = deviation > CONSTANT && deviation > CONSTANT_SHARE * mean.abs();
+    (mean, if varies { deviation } else { 0.0 })
 }

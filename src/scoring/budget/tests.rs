@@ -87,8 +87,8 @@ fn shares_equal_those_of_numpy() {
             .collect();
         let pools = vec![(0..full_scale.len()).collect::<Vec<usize>>()];
         let progress = Progress::default();
-        let measured = Measured::of(&runs, &full_scale, &progress).unwrap().unwrap();
-        let found = measured.split(&pools, None, &progress).unwrap();
+        let measured = Measured::of(&runs, &full_scale, None, &progress).unwrap().unwrap();
+        let found = measured.split(&pools, false, &progress).unwrap();
         let change = expected["h10"].as_f64().unwrap();
         assert!((found.change_samples - change).abs() < 1e-9 * change, "{}", found.change_samples);
         for (axis, expected) in expected["axes"].as_array().unwrap().iter().enumerate() {

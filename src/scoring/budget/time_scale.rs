@@ -4,6 +4,8 @@ use crate::scoring::budget::run::Run;
 
 /// Share of the variance by which the load has changed after the change time.
 const CHANGED: f64 = 0.1;
+/// Maximum number of pairs of samples of a recording whose loads are compared. Of more pairs, every n-th is used.
+const MOST_PAIRS: usize = 1 << 16;
 /// Longest change time (samples) that is searched, and number of intervals up to it.
 const LONGEST: f64 = 4000.0;
 const INTERVALS: i32 = 60;
@@ -104,13 +106,15 @@ fn variances(loads: &[&[f64]], n_axes: usize) -> Vec<f64> {
 fn squared_changes(loads: &[f64], n_axes: usize, interval: usize) -> Vec<f64> {
     let mut sums = vec![0.0; n_axes];
     let later = loads[interval * n_axes..].chunks_exact(n_axes);
-    for (later, earlier) in later.zip(loads.chunks_exact(n_axes)) {
+    let pairs = later.zip(loads.chunks_exact(n_axes));
+    let n = loads.len() / n_axes - interval;
+    let step = n.div_ceil(MOST_PAIRS).max(1);
+    for (later, earlier) in pairs.step_by(step) {
         for ((sum, later), earlier) in sums.iter_mut().zip(later).zip(earlier) {
             *sum += (later - earlier).powi(2);
         }
     }
-    let n = (loads.len() / n_axes - interval) as f64;
-    sums.iter().map(|sum| sum / n).collect()
+    sums.iter().map(|sum| sum / n.div_ceil(step) as f64).collect()
 }
 
 /// Returns the median, the mean of the two middle values if their number is even.
