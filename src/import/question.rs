@@ -32,12 +32,12 @@ impl Question {
         !matches!(self, Self::ReferenceClock(_))
     }
 
-    /// Returns the question, updated to the roles in this column map, or `None` if the map answers the question.
-    pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
+    /// Returns true if this column map does not answer the question.
+    pub fn is_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> bool {
         let has_loads = map.reference_table().columns.iter().any(|rule| rule.is.is_load())
             || map.weight.is_some()
             || map.reference.is_some();
-        let is_open = match self {
+        match self {
             Self::ReferenceClock(clocks) => {
                 let is_unused = |number: &usize| {
                     let role = columns.get(number - 1).map(|column| column.is);
@@ -53,8 +53,7 @@ impl Question {
                 };
                 numbers.iter().any(is_open)
             }
-        };
-        is_open.then(|| self.clone())
+        }
     }
 
     /// Returns the shortest answer, such as `Mass=Fz kgf`, of the kind that the option `--columns` takes.

@@ -80,6 +80,11 @@ pub enum Cause {
     SeveralReferences { used: Vec<String>, others: Vec<String> },
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
+    #[error(
+        "numbers far outside the other values of a column are read as missing values: {}. If they are values, use a column map without \"dropouts\"",
+        listed(columns)
+    )]
+    MissingMarks { columns: Vec<String> },
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
     #[error(
@@ -155,6 +160,7 @@ impl Cause {
             | Self::SeveralReferences { .. }
             | Self::SeveralParts { .. }
             | Self::LoadCases { .. }
+            | Self::MissingMarks { .. }
             | Self::RowOrder { .. }
             | Self::Square { .. }
             | Self::Bursts { .. }

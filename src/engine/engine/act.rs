@@ -258,12 +258,6 @@ impl Engine {
                 map.into_iter().for_each(|map| self.inspect(|own| own.take_map(map)));
             }
             ImportCommand::ReadMap(path) => self.tasks.start(Task::read_map(path)),
-            ImportCommand::Decide(at, is_decided) => {
-                let questions = self.importing.as_mut().map(|own| &mut own.questions);
-                if let Some((_, decided)) = questions.and_then(|own| own.get_mut(at)) {
-                    *decided = is_decided;
-                }
-            }
             ImportCommand::FindWeight => {
                 if let Some(Importing { path, map, .. }) = &self.importing {
                     self.tasks.start(Task::find_weight(path.clone(), map.clone()));

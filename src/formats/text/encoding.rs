@@ -232,7 +232,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (
             b"\x02P",
             "a C3D file of motion capture",
-            "in Python: `import ezc3d, pandas`, then `c = ezc3d.c3d(\"FILE.c3d\")`, and `pandas.DataFrame(c[\"data\"][\"analogs\"][0].T).to_csv(\"FILE.csv\", index=False)` for its analogue channels",
+            "in Python: `import ezc3d, pandas`, then `c = ezc3d.c3d(\"FILE.c3d\")`, and `pandas.DataFrame(c[\"data\"][\"analogs\"][0].T, columns=c[\"parameters\"][\"ANALOG\"][\"LABELS\"][\"value\"]).to_csv(\"FILE.csv\", index=False)` for its analogue channels",
         ),
         (b"\x1f\x8b", "a gzip archive", UNPACK),
         (
