@@ -284,6 +284,8 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
 fn missing_mark(numbers: &[f64]) -> Option<f64> {
     const FEWEST: usize = 3;
     const FEWEST_OTHERS: usize = 12;
+    /// Maximum number of marks for each other value.
+    const MOST_MARKS: usize = 2;
     /// Minimum distance of the mark from the range of the other values, in ranges.
     const RANGES: f64 = 2.0;
     /// Minimum value of the others if the mark is -1.
@@ -309,7 +311,7 @@ fn missing_mark(numbers: &[f64]) -> Option<f64> {
         others.dedup();
         if !is_far
             || n_marks < FEWEST
-            || n_marks * 2 > numbers.len()
+            || n_marks > MOST_MARKS * (numbers.len() - n_marks)
             || others.len() < FEWEST_OTHERS
         {
             return false;
@@ -397,7 +399,11 @@ mod tests {
             assert_eq!(missing_mark(&with(mark, 9)), Some(mark), "{mark}");
         }
         assert_eq!(missing_mark(&with(-1.0, 90)), None, "it hardly repeats");
-        assert_eq!(missing_mark(&with(-1.0, 2)).or(missing_mark(&with(-5.0, 9))), None);
+        assert_eq!(missing_mark(&with(-5.0, 9)), None);
+        let mostly = |n: usize| -> Vec<f64> {
+            (0..400).map(|k| if k % n == 0 { wave(k).round() } else { -1.0 }).collect()
+        };
+        assert_eq!([missing_mark(&mostly(3)), missing_mark(&mostly(4))], [Some(-1.0), None]);
         assert_eq!(missing_mark(&with(999.0, 9)), None, "inside twice the range");
         // A signal about zero, a ramp of whole numbers, a load that returns to -1, in steps and at once, and a setpoint.
         let about_zero: Vec<f64> =

@@ -271,11 +271,12 @@ impl Findings {
         self.0.iter().filter(|(cause, _)| cause.id() == Id::RowsSkipped)
     }
 
-    /// Returns the number of skipped rows. Rows that are skipped because a value is missing (an empty cell, NaN) or infinite are
-    /// not counted.
+    /// Returns the number of skipped rows. Rows that are skipped because a value is missing (an empty cell, NaN, a mark) or
+    /// infinite are not counted.
     pub fn not_understood(&self) -> u64 {
         let is_missing = |cause: &Cause| {
-            matches!(cause, Cause::Cell { trouble: Trouble::NotFinite | Trouble::Empty, .. })
+            use Trouble::{Dropout, Empty, NotFinite};
+            matches!(cause, Cause::Cell { trouble: NotFinite | Empty | Dropout, .. })
         };
         self.skipped().filter(|(cause, _)| !is_missing(cause)).map(|(_, place)| place.count).sum()
     }
