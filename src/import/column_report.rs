@@ -215,12 +215,13 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
         let filled = || cells().filter(|cell| !cell.is_blank());
         let value = |cell: Cell<'_>| value_of(cell, text);
         let mut numbers: Vec<f64> = filled().filter_map(value).collect();
+        let n_numbers = numbers.len();
         let missing = missing_mark(&numbers);
         numbers.retain(|number| Some(*number) != missing);
         let form = form_of_column(rows, index);
         let content = if filled().next().is_none() {
             Content::Nothing
-        } else if numbers.len() * 2 > filled().count() {
+        } else if n_numbers * 2 > filled().count() {
             Content::Numbers
         } else if form.is_some() {
             Content::Times
@@ -304,8 +305,15 @@ fn missing_mark(numbers: &[f64]) -> Option<f64> {
         let mut others: Vec<f64> = numbers.iter().copied().filter(|own| *own != mark).collect();
         let n_marks = numbers.len() - others.len();
         others.sort_by(f64::total_cmp);
-        let (Some(&min), Some(&max)) = (others.first(), others.last()) else { return false };
-        let typical = (others[others.len() / 2] - mark).abs();
+        let (Some(&min), Some(&max)) = (others.first(), others.last()) else {
+            // A channel without a sensor.
+            return mark != -1.0 && n_marks >= FEWEST;
+        };
+        let quartile = |values: &mut Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 4).copied()
+        };
+        let typical = quartile(&mut others.iter().map(|own| (own - mark).abs()).collect());
         let gap = (min - mark).max(mark - max);
         let is_far = gap >= RANGES * (max - min) || mark == -1.0 && min >= ABOVE_MINUS_ONE;
         others.dedup();
@@ -318,8 +326,7 @@ fn missing_mark(numbers: &[f64]) -> Option<f64> {
         }
         let pairs = numbers.windows(2).filter(|pair| (pair[0] == mark) != (pair[1] == mark));
         let mut beside: Vec<f64> = pairs.map(|pair| (pair[0] - pair[1]).abs()).collect();
-        beside.sort_by(f64::total_cmp);
-        beside.get(beside.len() / 4).is_some_and(|near| *near >= 0.5 * typical)
+        quartile(&mut beside) >= typical.map(|typical| 0.5 * typical)
     })
 }
 
@@ -398,7 +405,7 @@ mod tests {
         for mark in [-1.0, -9999.0, 9999.0, -999_999.0, -1e6] {
             assert_eq!(missing_mark(&with(mark, 9)), Some(mark), "{mark}");
         }
-        assert_eq!(missing_mark(&with(-1.0, 90)), None, "it hardly repeats");
+        assert_eq!(missing_mark(&with(-1.0, 150)), None, "it hardly repeats");
         assert_eq!(missing_mark(&with(-5.0, 9)), None);
         let mostly = |n: usize| -> Vec<f64> {
             (0..400).map(|k| if k % n == 0 { wave(k).round() } else { -1.0 }).collect()

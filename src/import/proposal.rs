@@ -542,6 +542,7 @@ impl Making<'_> {
             // A signal that never changes is still a signal.
             gauges = self.indices(|own| {
                 own.content == Content::Numbers
+                    && own.min.is_some()
                     && own.named.kind.is_none()
                     && own.named.is_signal(own.unit.as_deref())
             });

@@ -9,6 +9,7 @@ use crate::{
         column_report::ColumnReport,
         map::{ColumnMap, ColumnRole},
     },
+    recording::units::force_in_newtons,
     shown::{listed, shown},
 };
 
@@ -65,7 +66,8 @@ impl Question {
                 // A reference has mostly round values, so that it has the fewest different ones.
                 let n_different = |number: &&usize| columns[**number - 1].n_different;
                 let Some(&load) = numbers.iter().min_by_key(n_different) else { return Vec::new() };
-                let unit = columns[load - 1].unit.as_deref().unwrap_or("N");
+                let unit = columns[load - 1].unit.as_deref();
+                let unit = unit.filter(|unit| force_in_newtons(unit).is_some()).unwrap_or("N");
                 vec![format!("{}=Fz {unit}", key(load))]
             }
             Self::LoadUnit(numbers) => {

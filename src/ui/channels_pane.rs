@@ -235,7 +235,7 @@ fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut
     });
 }
 
-fn role_of(channel: Channel, recording: &Recording) -> &'static str {
+pub fn role_of(channel: Channel, recording: &Recording) -> &'static str {
     match channel {
         Channel::Time if recording.is_static() => "Rows",
         Channel::Time => "Time",

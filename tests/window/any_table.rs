@@ -109,7 +109,7 @@ fn roles_change_by_the_right_mouse_button() {
     let name = drop.window.query_all_by_role_and_label(Role::Button, "pull").next();
     name.expect("the name in the list").click_secondary();
     settle(&mut drop.window);
-    for step in ["Roles of its channels", "Force_ref [N]", "Fz"] {
+    for step in ["Roles of its channels", "Force_ref [N] (Aux)", "Fz"] {
         drop.press(step);
     }
     assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);

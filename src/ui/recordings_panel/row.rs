@@ -148,7 +148,8 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
         ui.menu_button("Roles of its channels", |ui| {
             let all = Channel::all(recording);
             for channel in all.filter(|own| channels_pane::can_change(*own, recording)) {
-                let label = channel.label(recording);
+                let role = channels_pane::role_of(channel, recording);
+                let label = format!("{} ({role})", channel.label(recording));
                 ui.menu_button(label, |ui| channels_pane::roles(ui, recording, channel, out));
             }
         });
