@@ -291,37 +291,39 @@ fn missing_mark(numbers: &[f64]) -> Option<f64> {
     const RANGES: f64 = 2.0;
     /// Minimum value of the others if the mark is -1.
     const ABOVE_MINUS_ONE: f64 = 20.0;
-    let is_mark = |number: f64| {
-        let nines = [999.0, 9999.0, 99_999.0, 999_999.0, 9_999_999.0, 1e6];
-        number == -1.0 || nines.contains(&number.abs())
+    const MARKS: [f64; 13] = [
+        -1.0,
+        -999.0,
+        999.0,
+        -9999.0,
+        9999.0,
+        -99_999.0,
+        99_999.0,
+        -999_999.0,
+        999_999.0,
+        -9_999_999.0,
+        9_999_999.0,
+        -1e6,
+        1e6,
+    ];
+    let quartile = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 4).copied()
     };
-    let mut marks = Vec::new();
-    for number in numbers.iter().copied().filter(|number| is_mark(*number)) {
-        if !marks.contains(&number) {
-            marks.push(number);
+    MARKS.into_iter().find(|&mark| {
+        let n_marks = numbers.iter().filter(|own| **own == mark).count();
+        if n_marks < FEWEST || n_marks > MOST_MARKS * (numbers.len() - n_marks) {
+            // A channel without a sensor has no other values.
+            return n_marks >= FEWEST && n_marks == numbers.len() && mark != -1.0;
         }
-    }
-    marks.into_iter().find(|&mark| {
         let mut others: Vec<f64> = numbers.iter().copied().filter(|own| *own != mark).collect();
-        let n_marks = numbers.len() - others.len();
         others.sort_by(f64::total_cmp);
-        let (Some(&min), Some(&max)) = (others.first(), others.last()) else {
-            // A channel without a sensor.
-            return mark != -1.0 && n_marks >= FEWEST;
-        };
-        let quartile = |values: &mut Vec<f64>| {
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 4).copied()
-        };
+        let (min, max) = (others[0], others[others.len() - 1]);
         let typical = quartile(&mut others.iter().map(|own| (own - mark).abs()).collect());
         let gap = (min - mark).max(mark - max);
         let is_far = gap >= RANGES * (max - min) || mark == -1.0 && min >= ABOVE_MINUS_ONE;
         others.dedup();
-        if !is_far
-            || n_marks < FEWEST
-            || n_marks > MOST_MARKS * (numbers.len() - n_marks)
-            || others.len() < FEWEST_OTHERS
-        {
+        if !is_far || others.len() < FEWEST_OTHERS {
             return false;
         }
         let pairs = numbers.windows(2).filter(|pair| (pair[0] == mark) != (pair[1] == mark));

@@ -9,7 +9,10 @@ use crate::{
         column_report::ColumnReport,
         map::{ColumnMap, ColumnRole},
     },
-    recording::units::force_in_newtons,
+    recording::{
+        Axis,
+        units::{force_in_newtons, moment_in_newton_metres},
+    },
     shown::{listed, shown},
 };
 
@@ -66,9 +69,13 @@ impl Question {
                 // A reference has mostly round values, so that it has the fewest different ones.
                 let n_different = |number: &&usize| columns[**number - 1].n_different;
                 let Some(&load) = numbers.iter().min_by_key(n_different) else { return Vec::new() };
-                let unit = columns[load - 1].unit.as_deref();
-                let unit = unit.filter(|unit| force_in_newtons(unit).is_some()).unwrap_or("N");
-                vec![format!("{}=Fz {unit}", key(load))]
+                let unit = columns[load - 1].unit.as_deref().unwrap_or_default();
+                let (axis, unit) = if moment_in_newton_metres(unit).is_some() {
+                    (Axis::Mz, unit)
+                } else {
+                    (Axis::Fz, if force_in_newtons(unit).is_some() { unit } else { "N" })
+                };
+                vec![format!("{}={} {unit}", key(load), axis.symbol())]
             }
             Self::LoadUnit(numbers) => {
                 let of = |number: &usize| {
