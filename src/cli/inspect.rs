@@ -44,7 +44,7 @@ pub struct InspectJob {
     #[arg(long, requires = "write_map")]
     force: bool,
     /// Only estimate the weight that the sensor carries, from the poses and the measured loads in one file.
-    #[arg(long, requires = "columns")]
+    #[arg(long)]
     estimate_weight: bool,
     /// Print JSON instead of text: one object for a single file, an array for several.
     #[arg(long)]
@@ -70,8 +70,8 @@ impl Work for InspectJob {
             let why = "needs a single file; name one file only";
             return usage(format!("{option} {why}"));
         }
-        if let (true, Some(map), [input]) = (self.estimate_weight, &map, &inputs[..]) {
-            let estimate = estimate_weight(&input.path, map, &run.progress)?;
+        if let (true, [input]) = (self.estimate_weight, &inputs[..]) {
+            let estimate = estimate_weight(&input.path, map.as_ref(), &run.progress)?;
             return run.print(self.json, &estimate, |out| print_weight(&estimate, out));
         }
         let known = map.map_or(Known::Nothing, |map| Known::Map(Box::new(map)));

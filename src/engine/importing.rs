@@ -61,8 +61,6 @@ pub enum ImportCommand {
     WriteMap(PathBuf),
     /// Load the file by the column map, and remember the map for similar files.
     Load,
-    /// Mark the open question about the columns with this index as answered (true) or open (false).
-    Decide(usize, bool),
     /// Cancel the import of this file, and continue with the next waiting file.
     Cancel,
     /// Cancel the import of this file and of all waiting files.
@@ -77,8 +75,8 @@ pub struct Importing {
     pub map: ColumnMap,
     pub problem: Option<String>,
     pub is_detecting: bool,
-    /// Questions that the proposed column map leaves open, such as a unit, each with true if the user has answered it.
-    pub questions: Vec<(Question, bool)>,
+    /// Questions that the proposed column map leaves open, such as a unit.
+    pub questions: Vec<Question>,
     /// True if the running inspection proposes a column map; false if it tries the map that the user has chosen.
     pub proposes: bool,
     /// Files that are imported after this one. Files with the same columns are read by the column map of this file.
@@ -143,18 +141,15 @@ impl Importing {
         self.try_map(map)
     }
 
-    /// Uses a complete column map, by which all open questions about the columns are answered.
+    /// Uses a complete column map, which leaves no question open.
     pub(super) fn take_map(&mut self, map: ColumnMap) -> Preview {
-        for (_, is_decided) in &mut self.questions {
-            *is_decided = true;
-        }
+        self.questions.clear();
         self.try_map(map)
     }
 
     pub(super) fn take_inspection(&mut self, inspection: &Arc<Inspection>) {
         if self.proposes {
-            let questions = inspection.questions.iter().cloned();
-            self.questions = questions.map(|question| (question, false)).collect();
+            self.questions = inspection.questions.clone();
         }
         self.map = inspection.map.clone();
         self.inspection = Some(Arc::clone(inspection));

@@ -165,7 +165,7 @@ impl Task {
     /// Estimates the weight that the sensor carries from a file that is read by this column map.
     pub fn find_weight(path: PathBuf, map: ColumnMap) -> Self {
         Self::new("Estimating the weight", move |progress| {
-            let found = import::estimate_weight(&path, &map, progress).map_err(because)?;
+            let found = import::estimate_weight(&path, Some(&map), progress).map_err(because)?;
             Ok(Done::Weight(path.clone(), Box::new(found)))
         })
     }

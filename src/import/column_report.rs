@@ -26,6 +26,8 @@ const FEWEST_CLOCK_ROWS: usize = 3;
 const EVEN_STEPS_PERCENT: usize = 75;
 /// Minimum share (%) of rows in which a time column has a value.
 const FILLED_PERCENT: usize = 50;
+/// Minimum number of rows from which a column of whole numbers that rise by 1 is taken for a counter.
+const COUNTED_ROWS: usize = 60;
 
 /// Reason for the proposed role of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -86,6 +88,9 @@ pub struct ColumnReport {
     pub outline: Vec<f32>,
     pub min: Option<f64>,
     pub max: Option<f64>,
+    /// Number that most likely stands for a missing value, because it lies far from all other values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missing: Option<f64>,
     /// True if the numbers or dates increase in most rows and hardly ever decrease, like a time.
     pub runs_like_clock: bool,
     pub is: ColumnRole,
@@ -106,6 +111,9 @@ pub struct ColumnReport {
     /// True if the values never decrease, or never increase.
     #[serde(skip)]
     pub(super) is_monotone: bool,
+    /// True if the values are whole numbers that never fall, and rise by 1 from row to row if they rise.
+    #[serde(skip)]
+    counts_up: bool,
     /// Number of different values in the sample.
     #[serde(skip)]
     pub(super) n_different: usize,
@@ -118,6 +126,11 @@ impl ColumnReport {
     /// Returns true if the values are numbers, not all of which are the same.
     pub(super) fn moves(&self) -> bool {
         self.content == Content::Numbers && self.min < self.max
+    }
+
+    /// Returns true if the name or the values are those of a count of rows, cycles or frames.
+    pub(super) fn is_counter(&self) -> bool {
+        self.counts_up || self.named.is_counter(self.is_whole)
     }
 
     /// Returns true if the column may be a count of rows, poses or repetitions: its numbers are whole and increase by 0 or 1
@@ -201,11 +214,14 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
         let cells = || rows.iter().filter_map(move |row| row.get(index).copied());
         let filled = || cells().filter(|cell| !cell.is_blank());
         let value = |cell: Cell<'_>| value_of(cell, text);
-        let numbers: Vec<f64> = filled().filter_map(value).collect();
+        let mut numbers: Vec<f64> = filled().filter_map(value).collect();
+        let n_numbers = numbers.len();
+        let missing = missing_mark(&numbers);
+        numbers.retain(|number| Some(*number) != missing);
         let form = form_of_column(rows, index);
         let content = if filled().next().is_none() {
             Content::Nothing
-        } else if numbers.len() * 2 > filled().count() {
+        } else if n_numbers * 2 > filled().count() {
             Content::Numbers
         } else if form.is_some() {
             Content::Times
@@ -214,7 +230,7 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
         };
         let time = |cell: Cell<'_>| match (content, form) {
             (Content::Times, Some(form)) => form.secs(cell.written()?),
-            _ => value(cell),
+            _ => value(cell).filter(|number| Some(*number) != missing),
         };
         let places = sample.places().map(|place| -> Vec<f64> {
             let cells = place.iter().filter_map(|row| row.get(index).copied());
@@ -224,6 +240,7 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
         let mut different: Vec<u64> = numbers.iter().map(|value| value.to_bits()).collect();
         different.sort_unstable();
         different.dedup();
+        let is_whole = numbers.iter().all(|value| value.fract() == 0.0);
         let named = ColumnName::parse(names.get(index).map_or("", String::as_str));
         ColumnReport {
             number: index + 1,
@@ -238,6 +255,7 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
                 .collect(),
             min: numbers.iter().copied().reduce(f64::min),
             max: numbers.iter().copied().reduce(f64::max),
+            missing,
             // Dates and times of day often repeat, because they have whole seconds.
             runs_like_clock: match content {
                 Content::Times => steps.n_back * 100 <= steps.n && !steps.up.is_empty(),
@@ -248,13 +266,70 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
             named,
             form,
             is_even: steps.are_even(),
-            is_whole: numbers.iter().all(|value| value.fract() == 0.0),
+            is_whole,
             is_monotone: steps.n_back == 0 || steps.up.is_empty(),
+            counts_up: is_whole
+                && numbers.len() > COUNTED_ROWS
+                && numbers.is_sorted()
+                && steps.up.iter().all(|step| *step == 1.0),
             n_different: different.len(),
             is_filled: filled().count() * 100 >= rows.len() * FILLED_PERCENT,
         }
     };
     (0..n_columns).map(column).collect()
+}
+
+/// Returns the number among the values of a column, in the order of the rows, that stands for a missing value: -1, ±1000000 or
+/// digits 9. It repeats, and it is far outside the range of all other values. A true extreme has neighbours near it, but
+/// the neighbours of a missing value are like any others.
+fn missing_mark(numbers: &[f64]) -> Option<f64> {
+    const FEWEST: usize = 3;
+    const FEWEST_OTHERS: usize = 12;
+    /// Maximum number of marks for each other value.
+    const MOST_MARKS: usize = 2;
+    /// Minimum distance of the mark from the range of the other values, in ranges.
+    const RANGES: f64 = 2.0;
+    /// Minimum value of the others if the mark is -1.
+    const ABOVE_MINUS_ONE: f64 = 20.0;
+    const MARKS: [f64; 13] = [
+        -1.0,
+        -999.0,
+        999.0,
+        -9999.0,
+        9999.0,
+        -99_999.0,
+        99_999.0,
+        -999_999.0,
+        999_999.0,
+        -9_999_999.0,
+        9_999_999.0,
+        -1e6,
+        1e6,
+    ];
+    let quartile = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 4).copied()
+    };
+    MARKS.into_iter().find(|&mark| {
+        let n_marks = numbers.iter().filter(|own| **own == mark).count();
+        if n_marks < FEWEST || n_marks > MOST_MARKS * (numbers.len() - n_marks) {
+            // A channel without a sensor has no other values.
+            return n_marks >= FEWEST && n_marks == numbers.len() && mark != -1.0;
+        }
+        let mut others: Vec<f64> = numbers.iter().copied().filter(|own| *own != mark).collect();
+        others.sort_by(f64::total_cmp);
+        let (min, max) = (others[0], others[others.len() - 1]);
+        let typical = quartile(&mut others.iter().map(|own| (own - mark).abs()).collect());
+        let gap = (min - mark).max(mark - max);
+        let is_far = gap >= RANGES * (max - min) || mark == -1.0 && min >= ABOVE_MINUS_ONE;
+        others.dedup();
+        if !is_far || others.len() < FEWEST_OTHERS {
+            return false;
+        }
+        let pairs = numbers.windows(2).filter(|pair| (pair[0] == mark) != (pair[1] == mark));
+        let mut beside: Vec<f64> = pairs.map(|pair| (pair[0] - pair[1]).abs()).collect();
+        quartile(&mut beside) >= typical.map(|typical| 0.5 * typical)
+    })
 }
 
 /// Returns the number in a cell.
@@ -322,6 +397,35 @@ impl Steps {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn missing_values_are_found_and_true_extremes_are_not() {
+        let wave = |k: usize| 500.0 + 400.0 * (k as f64 * 0.3).sin();
+        let with = |mark: f64, every: usize| -> Vec<f64> {
+            (0..200).map(|k| if k % every == 5 { mark } else { wave(k).round() }).collect()
+        };
+        for mark in [-1.0, -9999.0, 9999.0, -999_999.0, -1e6] {
+            assert_eq!(missing_mark(&with(mark, 9)), Some(mark), "{mark}");
+        }
+        assert_eq!(missing_mark(&with(-1.0, 150)), None, "it hardly repeats");
+        assert_eq!(missing_mark(&with(-5.0, 9)), None);
+        let mostly = |n: usize| -> Vec<f64> {
+            (0..400).map(|k| if k % n == 0 { wave(k).round() } else { -1.0 }).collect()
+        };
+        assert_eq!([missing_mark(&mostly(3)), missing_mark(&mostly(4))], [Some(-1.0), None]);
+        assert_eq!(missing_mark(&with(999.0, 9)), None, "inside twice the range");
+        // A signal about zero, a ramp of whole numbers, a load that returns to -1, in steps and at once, and a setpoint.
+        let about_zero: Vec<f64> =
+            (0..200).map(|k| (2.0 * (k as f64 * 0.3).sin()).round()).collect();
+        let ramp: Vec<f64> = (0..200).map(|k| f64::from(k % 50) - 1.0).collect();
+        let steps: Vec<f64> = (0..200).map(|k| f64::from(k % 20) * 50.0 - 1.0).collect();
+        let back = |k: i32| if k % 40 < 20 { k % 20 } else { 20 - k % 20 };
+        let both: Vec<f64> = (0..200).map(|k| f64::from(back(k)) * 50.0 - 1.0).collect();
+        let setpoint: Vec<f64> = (0..200).map(|k| [-1.0, 9999.0][k / 5 % 2]).collect();
+        for values in [about_zero, ramp, steps, both, setpoint] {
+            assert_eq!(missing_mark(&values), None, "{values:?}");
+        }
+    }
 
     #[test]
     fn clocks_increase_and_hardly_ever_decrease() {

@@ -131,11 +131,10 @@ pub enum ReadError {
     #[error("{first}. No other row of the table is usable either")]
     NoUsableRow { first: Box<Finding> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped. The most frequent reason is: {first}{}. Describe the layout of the table in a column map, or correct the file",
-        .path.display(),
-        if *are_largest { ". The skipped rows have the largest values, so the calibration would be wrong without them" } else { "" }
+        "{}: {skipped} of {rows} rows would be skipped. The most frequent reason is: {first}. Describe the layout of the table in a column map, or correct the file",
+        path.display()
     )]
-    ManySkipped { path: PathBuf, skipped: u64, rows: u64, are_largest: bool, first: Box<Finding> },
+    ManySkipped { path: PathBuf, skipped: u64, rows: u64, first: Box<Finding> },
     #[error("{}: the reading was cancelled, but the reader of the file did not stop. It was abandoned, and may use a processor core until the program ends. The file is probably damaged, or its drive does not answer", path.display())]
     Abandoned { path: PathBuf },
     #[error("cancelled")]

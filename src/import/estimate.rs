@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::abandonable::abandonable;
-use super::load::Reading;
+use super::load::{Reading, mapped};
 use super::plan::Side;
 use super::two_clocks;
 use super::weigh::rotations;
@@ -18,25 +18,28 @@ use crate::{
 };
 
 /// Estimates mass and centre of mass of the weight that a sensor carries, from a recording of poses and measured loads on one
-/// clock. The method is least squares with an unknown offset of the measured loads. `weight` in the map may set gravity and
-/// the convention of angles; its mass is not used. Returns [`ReadError`] if the map does not fit the file, a pose or forces
+/// clock. The method is least squares with an unknown offset of the measured loads. What the map leaves out, or all columns
+/// without a map, are proposed. `weight` in the map may set gravity and the convention of angles; its mass is not used.
+/// Returns [`ReadError`] if the map does not fit the file, a pose or forces
 /// are missing, or the sensor never turned.
 pub fn estimate_weight(
     path: &Path,
-    map: &ColumnMap,
+    map: Option<&ColumnMap>,
     progress: &Progress,
 ) -> Result<WeightEstimate, ReadError> {
-    let (at, map) = (path.to_owned(), map.clone());
-    abandonable(path, progress, move |progress| estimated(&at, &map, progress))
+    let (at, map) = (path.to_owned(), map.cloned());
+    abandonable(path, progress, move |progress| estimated(&at, map.as_ref(), progress))
 }
 
 fn estimated(
     path: &Path,
-    map: &ColumnMap,
+    map: Option<&ColumnMap>,
     progress: &Progress,
 ) -> Result<WeightEstimate, ReadError> {
-    map.check()?;
+    map.map_or(Ok(()), ColumnMap::check)?;
     let reading = Reading::whole(progress);
+    let parts = map.map_or(&[][..], |map| &map.table.text.parts);
+    let map = &mapped(path, &reading.open(path, parts)?, map, None)?.map;
     let (path, side) = two_clocks::reference_of(path, map).unwrap_or_else(|| {
         let has_gauges = map.table.has_role(ColumnRole::Gauge);
         (path.to_owned(), if has_gauges { Side::Both } else { Side::ReferenceFile })

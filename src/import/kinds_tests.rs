@@ -97,6 +97,46 @@ fn what_only_rises_is_no_clock() {
     }
 }
 
+/// A mark of missing values is left out where it is used, and noted once. The same number inside the range is a value.
+#[test]
+fn marks_of_missing_values_are_proposed_and_reported() {
+    let is_noted = |loaded: &Loaded| {
+        loaded.warnings.iter().filter(|own| own.to_string().contains("missing values")).count()
+    };
+    let wave = |k: f64| 1800.0 + (400.0 * (0.3 * k).sin()).round();
+    let header = "timestamp,side,top";
+    let rows = |mark: &dyn Fn(f64) -> f64| {
+        table(header, 240, |k| vec![1_747_678_671.0 + 0.5 * k, wave(k), mark(k)]).replace('\t', ",")
+    };
+    let marked =
+        read_as(&rows(&|k| if k % 5.0 == 2.0 { -1.0 } else { wave(k + 9.0) }), "time gauge gauge");
+    assert_eq!(marked.recordings.iter().map(Recording::n_samples).sum::<usize>(), 192);
+    let column = &marked.columns[2];
+    assert_eq!((column.missing, column.min), (Some(-1.0), Some(1400.0)));
+    assert_eq!((is_noted(&marked), marked.columns[1].missing), (1, None));
+    let about_zero = read_as(&rows(&|k| (3.0 * (0.3 * k).sin()).round()), "time gauge gauge");
+    assert_eq!((is_noted(&about_zero), about_zero.recordings[0].n_samples()), (0, 240));
+    // A map that names the column keeps the mark; one that ignores it needs no row.
+    let answer =
+        answered(&rows(&|k| if k % 5.0 == 2.0 { -1e6 } else { wave(k + 9.0) }), "top=Fz N");
+    assert_eq!(answer.recordings.iter().map(Recording::n_samples).sum::<usize>(), 192);
+    assert!(answer.recordings[0].loads().iter().all(|load| *load > 0.0));
+}
+
+/// Whole numbers that rise by 1 are a count under any name; the spread of values is no signal, but their mean is, even if it
+/// never changes.
+#[test]
+fn counts_and_spreads_are_no_gauges() {
+    let text = table("Zeit [s]\tSpannung\t循環\tAblauf", 200, |k| {
+        vec![k, (k / 9.0).sin(), (k / 40.0).floor(), 3.0 * (k / 20.0).floor()]
+    });
+    read_as(&text, "time gauge channel gauge");
+    let text = table("timestamp_us\tmean_V\tstd_V\tn_samples", 60, |k| {
+        vec![588_000.0 * k, 5.0, 0.001 * (k % 3.0), 20.0]
+    });
+    read_as(&text, "time gauge channel ignore");
+}
+
 #[test]
 fn weights_against_readings_are_load_cases_in_newtons() {
     let text = "Mass_kg,Reading\n0,9100\n5,24400\n10,37100\n20,60200\n50,131000\n";

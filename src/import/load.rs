@@ -274,8 +274,8 @@ pub(super) fn mapped(
             column.take(&rule, Reason::Given);
         }
     }
-    let open = proposal.questions.iter().filter_map(|own| own.still_open(&whole, &columns));
-    let questions = open.collect();
+    let mut questions = proposal.questions;
+    questions.retain(|own| own.is_open(&whole, &columns));
     let is_bare = |own: &&ColumnReport| own.is.is_load() && own.unit.is_none();
     let without_unit = columns.iter().filter(is_bare).map(|own| own.name.clone()).collect();
     let notes = proposal.notes;
@@ -317,7 +317,6 @@ impl Sides {
             path: path.to_owned(),
             skipped,
             rows: skipped + used,
-            are_largest: rows.skips_largest(&self.gauges.plan),
             first: Box::new(cause.finding(place, path)),
         })
     }

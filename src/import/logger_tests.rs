@@ -240,17 +240,3 @@ fn topics_in_one_table_are_two_clocks() {
     }
     assert!(findings.iter().all(|own| own.id != Id::RowsSkipped), "{findings:?}");
 }
-
-#[test]
-fn a_file_whose_largest_values_are_unreadable_is_reported() {
-    let rows = |large: &str| {
-        let mut text = String::from("t;S1;Fz\n");
-        for k in 0..100 {
-            let load = if k % 3 == 0 { large.to_owned() } else { (k % 50).to_string() };
-            writeln!(text, "{};{k};{load}", f64::from(k) / 10.0).unwrap();
-        }
-        TestFile::new(text).read().unwrap_err().to_string()
-    };
-    assert!(rows("1_262.21").contains("largest values"));
-    assert!(!rows("n/a").contains("largest values"));
-}

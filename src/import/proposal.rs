@@ -91,7 +91,12 @@ impl Proposal {
         let mut given: Vec<(usize, ColumnRule)> = Vec::new();
         for rule in &map.table.columns {
             let index = self.index(&header, &rule.column)?;
-            given.push((index, ColumnRule { column: header.key(index), ..rule.clone() }));
+            let mut rule = ColumnRule { column: header.key(index), ..rule.clone() };
+            if rule.dropouts.is_empty() {
+                rule.dropouts =
+                    self.columns.get(index).and_then(|own| own.missing).into_iter().collect();
+            }
+            given.push((index, rule));
         }
         let is_taken = |index: usize, role: ColumnRole| {
             let is_same = |rule: &ColumnRule| role.is_of_one_column() && rule.is == role;
@@ -191,6 +196,7 @@ impl Making<'_> {
         self.channels();
         self.note_ignored();
         self.note_date_order();
+        self.note_missing();
         self.ask();
         let is_turn_by_turn = self.is_turn_by_turn();
         if is_turn_by_turn {
@@ -221,6 +227,7 @@ impl Making<'_> {
         let rule = ColumnRule {
             unit: column.unit.clone().filter(|unit| !unit.is_empty()),
             name: is_named.then(|| column.named.name.clone()),
+            dropouts: column.missing.into_iter().collect(),
             ..ColumnRule::new(self.keys.key(index), is)
         };
         self.roles[index] = Some((rule, why));
@@ -524,7 +531,7 @@ impl Making<'_> {
                 may_be(own)
                     && own.moves()
                     && own.named.kind.is_none()
-                    && !own.named.is_counter(own.is_whole)
+                    && !own.is_counter()
                     && !own.named.is_other_quantity(own.unit.as_deref())
                     && !(own.named.has_clock_word() && own.runs_like_clock)
                     && !own.named.is_of_stamp()
@@ -534,7 +541,10 @@ impl Making<'_> {
         if gauges.is_empty() {
             // A signal that never changes is still a signal.
             gauges = self.indices(|own| {
-                own.content == Content::Numbers && own.named.kind.is_none() && own.named.is_signal()
+                own.content == Content::Numbers
+                    && own.min.is_some()
+                    && own.named.kind.is_none()
+                    && own.named.is_signal(own.unit.as_deref())
             });
         }
         let why = if has_named_gauges { Reason::Name } else { Reason::Moves };
@@ -587,8 +597,7 @@ impl Making<'_> {
         let others = self.indices(ColumnReport::moves);
         for index in others.into_iter().take(CHANNEL_LIMIT) {
             let own = &self.columns[index];
-            let is_counter = own.named.is_counter(own.is_whole);
-            let why = if is_counter { Reason::Counter } else { Reason::Shown };
+            let why = if own.is_counter() { Reason::Counter } else { Reason::Shown };
             self.give(index, ColumnRole::Channel, why);
         }
     }
@@ -620,6 +629,18 @@ impl Making<'_> {
             })
         });
         self.notes.extend(found);
+    }
+
+    /// Notes the numbers that are read as missing values.
+    fn note_missing(&mut self) {
+        let marks = self.columns.iter().filter(|own| !self.is_free(own.number - 1));
+        let marks = marks.filter_map(|own| {
+            Some(format!("{} ({})", self.written_name(own.number - 1), own.missing?))
+        });
+        let columns: Vec<String> = marks.collect();
+        if !columns.is_empty() {
+            self.notes.push(Cause::MissingMarks { columns });
+        }
     }
 
     /// Returns the loads that have neither a unit nor a device that gives it.

@@ -9,6 +9,10 @@ use crate::{
         column_report::ColumnReport,
         map::{ColumnMap, ColumnRole},
     },
+    recording::{
+        Axis,
+        units::{force_in_newtons, moment_in_newton_metres},
+    },
     shown::{listed, shown},
 };
 
@@ -32,12 +36,12 @@ impl Question {
         !matches!(self, Self::ReferenceClock(_))
     }
 
-    /// Returns the question, updated to the roles in this column map, or `None` if the map answers the question.
-    pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
+    /// Returns true if this column map does not answer the question.
+    pub fn is_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> bool {
         let has_loads = map.reference_table().columns.iter().any(|rule| rule.is.is_load())
             || map.weight.is_some()
             || map.reference.is_some();
-        let is_open = match self {
+        match self {
             Self::ReferenceClock(clocks) => {
                 let is_unused = |number: &usize| {
                     let role = columns.get(number - 1).map(|column| column.is);
@@ -53,8 +57,7 @@ impl Question {
                 };
                 numbers.iter().any(is_open)
             }
-        };
-        is_open.then(|| self.clone())
+        }
     }
 
     /// Returns the shortest answer, such as `Mass=Fz kgf`, of the kind that the option `--columns` takes.
@@ -66,8 +69,13 @@ impl Question {
                 // A reference has mostly round values, so that it has the fewest different ones.
                 let n_different = |number: &&usize| columns[**number - 1].n_different;
                 let Some(&load) = numbers.iter().min_by_key(n_different) else { return Vec::new() };
-                let unit = columns[load - 1].unit.as_deref().unwrap_or("N");
-                vec![format!("{}=Fz {unit}", key(load))]
+                let unit = columns[load - 1].unit.as_deref().unwrap_or_default();
+                let (axis, unit) = if moment_in_newton_metres(unit).is_some() {
+                    (Axis::Mz, unit)
+                } else {
+                    (Axis::Fz, if force_in_newtons(unit).is_some() { unit } else { "N" })
+                };
+                vec![format!("{}={} {unit}", key(load), axis.symbol())]
             }
             Self::LoadUnit(numbers) => {
                 let of = |number: &usize| {

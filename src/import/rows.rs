@@ -9,10 +9,10 @@ mod values;
 use std::ops::Range;
 
 pub(super) use values::is_overload;
-use values::{magnitude, next_value, value_of};
+use values::{next_value, value_of};
 
 use super::plan::{Plan, PosePlan, TimeScale, Use};
-use super::warning::{Cause, Findings, Trouble};
+use super::warning::{Cause, Findings};
 use crate::{
     formats::{
         Cell, FileError, Opened, Part, Row,
@@ -42,9 +42,6 @@ pub(super) struct Rows {
     pub n_skipped: u64,
     /// For each column, the number of skipped rows in which this column has no finite number.
     pub bad_cells: Vec<u64>,
-    /// For each column, the smallest magnitude that the digits of an unreadable number form; infinite if the column has no
-    /// unreadable number.
-    pub least_bad: Vec<f64>,
     /// Number of rows of the table, whether they can be used or not.
     n_table_rows: u64,
     /// True if the times are row numbers, because no column gives the time.
@@ -92,7 +89,6 @@ impl Rows {
     pub fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
             bad_cells: vec![0; plan.uses.len()],
-            least_bad: vec![f64::INFINITY; plan.uses.len()],
             counts_rows: plan.time_column.is_none(),
             ..Self::default()
         };
@@ -251,10 +247,6 @@ impl Rows {
         for (sum, more) in self.bad_cells.iter_mut().zip(next.bad_cells) {
             *sum += more;
         }
-        self.least_bad.resize(next.least_bad.len(), f64::INFINITY);
-        for (least, next) in self.least_bad.iter_mut().zip(next.least_bad) {
-            *least = least.min(next);
-        }
         for run in next.lines {
             self.place_row(n_rows + run.row, n_lines + run.line, &run.group);
         }
@@ -319,17 +311,14 @@ impl Rows {
                     row.next().ok_or(Unusable)?;
                 }
                 Use::Gauge { .. } => self.gauges.push(value()?),
-                Use::Auxiliary { .. } => {
+                Use::Auxiliary { .. } | Use::Channel { .. } => {
                     // An auxiliary channel that is sampled more slowly than the gauges has values only in some rows. So the
                     // row can be used even if the cell is empty.
                     let cell = row.next().ok_or(Unusable)?;
                     let value = value_of(cell, *usage, index, plan);
-                    self.auxiliary.push(value.map_or(f64::NAN, |(value, _)| value));
-                }
-                Use::Channel { .. } => {
-                    let cell = row.next().ok_or(Unusable)?;
-                    let value = value_of(cell, *usage, index, plan);
-                    self.channels.push(value.map_or(f64::NAN, |(value, _)| value));
+                    let is_auxiliary = matches!(usage, Use::Auxiliary { .. });
+                    let list = if is_auxiliary { &mut self.auxiliary } else { &mut self.channels };
+                    list.push(value.map_or(f64::NAN, |(value, _)| value));
                 }
                 Use::Load { slot, .. } => loads[slot] = value()?,
                 Use::Time | Use::TimeText(_) | Use::TimeFraction { .. } => time += value()?,
@@ -382,9 +371,6 @@ impl Rows {
                 && !may_be_missing
             {
                 self.bad_cells[index] += u64::from(!trouble.is_wanted());
-                if let (Trouble::NotANumber, Some(text)) = (trouble, cell.written()) {
-                    self.least_bad[index] = self.least_bad[index].min(magnitude(text));
-                }
                 first.get_or_insert_with(|| Cause::Cell {
                     column: plan.column(index),
                     value: cell.shown(),
@@ -395,26 +381,6 @@ impl Rows {
         if let Some(cause) = first {
             self.findings.note(self.n_lines, cause);
         }
-    }
-
-    /// Returns true if the unreadable numbers in a column of a gauge or a load are all larger than every readable number of
-    /// the column.
-    pub fn skips_largest(&self, plan: &Plan) -> bool {
-        let mut gauge = 0;
-        let mut columns = plan.uses.iter().zip(&self.least_bad);
-        columns.any(|(usage, least)| {
-            let (values, at, width) = match usage {
-                Use::Gauge { .. } => {
-                    gauge += 1;
-                    (&self.gauges, gauge - 1, plan.gauge_names.len())
-                }
-                Use::Load { slot, .. } => (&self.loads, *slot, plan.axes.len()),
-                _ => return false,
-            };
-            let kept = values.iter().skip(at).step_by(width.max(1));
-            let largest = kept.fold(0.0, |largest: f64, value| largest.max(value.abs()));
-            least.is_finite() && least * usage.factor().abs() > largest
-        })
     }
 
     pub fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, cause: Cause) {

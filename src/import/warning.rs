@@ -80,6 +80,11 @@ pub enum Cause {
     SeveralReferences { used: Vec<String>, others: Vec<String> },
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
+    #[error(
+        "numbers far outside the other values of a column are read as missing values: {}. If they are values, use a column map without \"dropouts\"",
+        listed(columns)
+    )]
+    MissingMarks { columns: Vec<String> },
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
     #[error(
@@ -155,6 +160,7 @@ impl Cause {
             | Self::SeveralReferences { .. }
             | Self::SeveralParts { .. }
             | Self::LoadCases { .. }
+            | Self::MissingMarks { .. }
             | Self::RowOrder { .. }
             | Self::Square { .. }
             | Self::Bursts { .. }
@@ -265,11 +271,12 @@ impl Findings {
         self.0.iter().filter(|(cause, _)| cause.id() == Id::RowsSkipped)
     }
 
-    /// Returns the number of skipped rows. Rows that are skipped because a value is missing (an empty cell, NaN) or infinite are
-    /// not counted.
+    /// Returns the number of skipped rows. Rows that are skipped because a value is missing (an empty cell, NaN, a mark) or
+    /// infinite are not counted.
     pub fn not_understood(&self) -> u64 {
         let is_missing = |cause: &Cause| {
-            matches!(cause, Cause::Cell { trouble: Trouble::NotFinite | Trouble::Empty, .. })
+            use Trouble::{Dropout, Empty, NotFinite};
+            matches!(cause, Cause::Cell { trouble: NotFinite | Empty | Dropout, .. })
         };
         self.skipped().filter(|(cause, _)| !is_missing(cause)).map(|(_, place)| place.count).sum()
     }

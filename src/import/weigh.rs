@@ -269,7 +269,7 @@ mod tests {
         assert!(message(&part).contains("no z component of the quaternion"));
         let file = TestFile::new(text);
         let alone = map(&QUATERNION[..6], whole);
-        let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();
+        let error = estimate_weight(&file.path, Some(&alone), &Progress::default()).unwrap_err();
         assert!(error.to_string().contains("needs the pose of the sensor and measured forces"));
     }
 }

@@ -436,7 +436,7 @@ pub fn help() -> Vec<Action> {
             "First steps",
             "Shows the page of the guide that leads from recordings to an exported calibration",
             None,
-            Command::ShowFirstSteps,
+            Command::ShowGuide(0),
         ),
         action(
             "About LoopScope",

@@ -73,7 +73,7 @@ impl Default for View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        let Some(at) = shown(cx.engine) else {
+        let Some(at) = index_shown(cx.engine) else {
             ui.weak("No recordings. Choose File > Open, or drop files on the window");
             return;
         };
@@ -192,7 +192,11 @@ fn figures(ui: &mut Ui, plot: &ChannelPlot) {
 }
 
 /// Returns the recording on screen, or the first if all are on screen.
-fn shown(engine: &Engine) -> Option<usize> {
+pub fn shown(engine: &Engine) -> Option<&Recording> {
+    Some(&engine.entries()[index_shown(engine)?].recording)
+}
+
+fn index_shown(engine: &Engine) -> Option<usize> {
     let n = engine.entries().len();
     let at = match engine.project().view {
         Shown::One(at) => at,
@@ -231,7 +235,7 @@ fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut
     });
 }
 
-fn role_of(channel: Channel, recording: &Recording) -> &'static str {
+pub fn role_of(channel: Channel, recording: &Recording) -> &'static str {
     match channel {
         Channel::Time if recording.is_static() => "Rows",
         Channel::Time => "Time",
@@ -243,10 +247,10 @@ fn role_of(channel: Channel, recording: &Recording) -> &'static str {
 }
 
 /// Draws the button with the role of a channel, and the menu that changes it.
-pub fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
+fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
     let role = role_of(channel, recording);
     let name = channel.name(recording);
-    let can_change = recording.source().path().is_some() && role != "Rows";
+    let can_change = can_change(channel, recording);
     let button = egui::Button::new(role).min_size(egui::vec2(46.0, 0.0));
     let response = ui
         .add_enabled_ui(can_change, |ui| {
@@ -262,7 +266,18 @@ pub fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut
     );
 }
 
-fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
+/// Returns true if the channel is a column of a file, so that it may have another role.
+pub fn can_change(channel: Channel, recording: &Recording) -> bool {
+    let is_row = channel == Channel::Time && recording.is_static();
+    recording.source().path().is_some() && !is_row
+}
+
+/// Draws the menu that gives a channel another role.
+pub fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
+    if !can_change(channel, recording) {
+        ui.weak("The roles of a built-in sensor do not change");
+        return;
+    }
     let mut chosen: Option<(ColumnRole, Option<String>)> = None;
     let mut plain = |ui: &mut Ui, role: ColumnRole, about: &str| {
         if ui.press(role.label(), about) {

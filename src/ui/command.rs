@@ -118,7 +118,8 @@ pub enum Command {
     /// Shows or hides the help.
     ToggleHelp,
     /// Shows the first page of the guide.
-    ShowFirstSteps,
+    /// Show the page of the guide with this index.
+    ShowGuide(usize),
     /// Shows the About page.
     ShowAbout,
     /// Shows or hides the list of all notices.

@@ -1,4 +1,5 @@
-//! The command palette: a field in which the user types a part of an action's name to find and run the action.
+//! The command palette: a field in which the user types a part of an action's name to find and run the action. It also finds the
+//! pages of the guide that contain the typed text.
 
 use egui::{Context, text_edit::TextEditState};
 use egui::{Event, Id, Key, Modifiers};
@@ -8,6 +9,7 @@ use crate::{
     ui::{
         actions::{self, Action, CanGo, FIND},
         command::Out,
+        help,
     },
 };
 
@@ -77,6 +79,7 @@ impl CommandPalette {
             .filter(|action| matches(&action.name, &self.text))
             .collect();
         found.sort_by_key(|action| !action.enabled);
+        found.extend(help::pages_with(&self.text));
         let last = found.len().saturating_sub(1);
         let steps = std::mem::take(&mut self.steps);
         self.chosen = self.chosen.min(last).saturating_add_signed(steps).min(last);
@@ -98,7 +101,7 @@ impl CommandPalette {
             ui.separator();
             egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
                 if found.is_empty() {
-                    ui.weak("No action has all typed words in its name");
+                    ui.weak("No action has all typed words in its name, and no page of the guide has this text");
                 }
                 for (at, action) in found.iter().enumerate() {
                     let keys = action.keys.map(|keys| ui.ctx().format_shortcut(&keys));

@@ -3,7 +3,7 @@
 use egui::{Label, RichText, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
-use crate::ui::{about::About, actions::Action, controls::Controls as _};
+use crate::ui::{about::About, actions::Action, command::Command, controls::Controls as _};
 
 #[derive(Debug, Default)]
 pub struct Help {
@@ -36,6 +36,7 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-errors.png", include_bytes!("../../assets/guide/first-errors.png")),
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
+/// Pages of the guide, each with its title.
 const GUIDE: [(&str, &str); 16] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Your files", include_str!("../../assets/guide/your-files.md")),
@@ -55,13 +56,31 @@ const GUIDE: [(&str, &str); 16] = [
     ("Glossary", include_str!("../../assets/guide/glossary.md")),
 ];
 
+/// Returns actions that open the pages of the guide in which a text occurs.
+pub fn pages_with(typed: &str) -> Vec<Action> {
+    const FEWEST_BYTES: usize = 3;
+    let typed = typed.trim().to_lowercase();
+    let page = |(at, (title, text)): (usize, &(&str, &str))| {
+        let is_found = typed.len() >= FEWEST_BYTES && text.to_lowercase().contains(&typed);
+        is_found.then(|| Action {
+            name: format!("Guide: {title}"),
+            explanation: "Opens this page of the guide, which contains the typed text".into(),
+            keys: None,
+            enabled: true,
+            command: Command::ShowGuide(at),
+        })
+    };
+    GUIDE.iter().enumerate().filter_map(page).collect()
+}
+
 impl Help {
     pub fn toggle(&mut self) {
         self.open = !self.open;
     }
 
-    pub fn open_first_steps(&mut self) {
-        *self = Self { open: true, ..Self::default() };
+    /// Opens the page of the guide with this index.
+    pub fn open_guide(&mut self, guide: usize) {
+        *self = Self { open: true, guide, ..Self::default() };
     }
 
     pub fn open_about(&mut self) {
@@ -166,6 +185,15 @@ fn shortcuts(ui: &mut Ui, actions: &[Action]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pages_of_the_guide_are_found_by_the_words_of_the_field() {
+        let words = "strain gauge|load cell|HX711|amplifier|gravity|tool weight|sensor frame|zero return|dead weight|testing machine";
+        for words in words.split('|') {
+            assert!(!pages_with(words).is_empty(), "{words}");
+        }
+        assert!(pages_with("no such words anywhere").is_empty() && pages_with(" ").is_empty());
+    }
 
     #[test]
     fn every_picture_of_the_guide_is_in_the_program() {

@@ -7,7 +7,7 @@ mod reference;
 mod settings;
 mod weight;
 
-use egui::{RichText, Ui};
+use egui::Ui;
 
 use crate::{
     engine::{Engine, ImportCommand, Importing},
@@ -96,7 +96,7 @@ fn body(
             "{n} more files need a column map. Files with the same columns are loaded with this map"
         ))),
     }
-    questions(ui, importing, inspection, out);
+    questions(ui, importing, inspection);
     remembered(ui, engine, importing, out);
     ui.separator();
     let mut text = importing.map.table.text.clone();
@@ -118,22 +118,17 @@ fn body(
     preview(ui, table);
 }
 
-/// Draws the questions about the columns that the user has to answer. Answered questions stay visible, so that the controls
-/// below do not move.
-fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
-    for (at, (question, said)) in importing.questions.iter().enumerate() {
-        let open = question.still_open(&importing.map, &inspection.table.columns);
-        let is_answered = open.is_none();
-        let mut decided = is_answered || *said;
-        let visuals = ui.visuals();
-        let color = if decided { visuals.text_color() } else { visuals.warn_fg_color };
-        let text = format!("Question: {}", open.as_ref().unwrap_or(question));
-        let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
-        let tick = ui.add_enabled(!is_answered, tick);
-        let explanation = "Ticked once the roles of the columns below answer the question. Tick the box yourself to accept the column map without an answer";
-        if tick.on_hover_text(explanation).changed() {
-            out.send(ImportCommand::Decide(at, decided));
-        }
+/// Draws the questions about the columns that the present roles leave open. Answered questions stay visible, so that the
+/// controls below do not move.
+fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection) {
+    let columns = &inspection.table.columns;
+    for question in &importing.questions {
+        let mut is_answered = !question.is_open(&importing.map, columns);
+        let text = format!("Question: {}", question.text(columns));
+        let tick = egui::Checkbox::new(&mut is_answered, text);
+        ui.add_enabled(false, tick).on_disabled_hover_text(
+            "Ticked once the roles of the columns below answer the question. The file can be loaded without an answer",
+        );
     }
 }
 

@@ -48,17 +48,23 @@ enum Mode {
     #[default]
     Loops,
     Cross,
+    Channels,
     Dwells,
 }
 
 impl Mode {
-    const ALL: [(Self, &'static str, &'static str); 3] = [
+    const ALL: [(Self, &'static str, &'static str); 4] = [
         (
             Self::Loops,
             "Loop",
             "Plots the error, the load or a gauge against the reference load of one axis",
         ),
-        (Self::Cross, "Cross-plot", "Plots any channel against any other"),
+        (Self::Cross, "Cross-plot", "Plots any load, gauge or time against any other"),
+        (
+            Self::Channels,
+            "Any channel",
+            "Plots any channel of the file against any other: also auxiliary channels and those without a use in a fit",
+        ),
         (
             Self::Dwells,
             "Drift",
@@ -80,7 +86,7 @@ pub struct LoopsPane {
     cross_up: Channel,
     /// Index of the dwell on screen; `None` shows the longest dwell.
     rest: Option<usize>,
-    zooms: [Zoom; 3],
+    zooms: [Zoom; 4],
     /// Width and height of the drawing in pixels. Each is that of the plot on screen or of a saved figure, whichever is
     /// larger.
     pixels: [f64; 2],
@@ -101,7 +107,7 @@ impl Default for LoopsPane {
             across: Channel::Load(Trace::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
             rest: None,
-            zooms: [None; 3],
+            zooms: [None; 4],
             pixels: STANDS_ALONE.into(),
             channels: channels_pane::View::asking_as(PANE.key, true),
         }
@@ -114,7 +120,7 @@ impl PaneView for LoopsPane {
             return self.channels.ui(ui, cx);
         }
         self.draw(ui, cx);
-        if self.shows_rows(cx.engine) {
+        if self.shows_channels(cx.engine) {
             return self.channels.ui(ui, cx);
         }
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
@@ -125,9 +131,10 @@ impl PaneView for LoopsPane {
 }
 
 impl LoopsPane {
-    /// Returns true if the loop is that of a channel over the rows of a table without times.
-    fn shows_rows(&self, engine: &Engine) -> bool {
-        self.mode == Mode::Loops && engine.project().recordings.is_static()
+    /// Returns true if the plot is one of single channels, as it is in a table without times.
+    fn shows_channels(&self, engine: &Engine) -> bool {
+        let is_static = engine.project().recordings.is_static();
+        self.mode == Mode::Channels || self.mode == Mode::Loops && is_static
     }
 
     fn draw(&mut self, ui: &mut Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
@@ -144,7 +151,7 @@ impl LoopsPane {
             out.send(Edit::Measuring(measuring));
         }
         ui.separator();
-        if self.shows_rows(engine) {
+        if self.shows_channels(engine) {
             return;
         }
         if let Some(problem) = engine.lane_of::<LookAt>(PANE.key).problem() {
@@ -174,7 +181,7 @@ impl LoopsPane {
             Mode::Loops => {
                 Question::Loops(LoopQuestion { axis, up, span, lag_removed, frame, pixels })
             }
-            Mode::Cross => {
+            Mode::Cross | Mode::Channels => {
                 Question::Cross(CrossQuestion { across, up: cross_up, span, frame, pixels })
             }
             Mode::Dwells => Question::Dwells(DwellQuestion { axis, rest, frame, pixels }),
@@ -189,7 +196,7 @@ impl LoopsPane {
             && !axes.contains(&self.axis)
         {
             self.axis = *first;
-            self.zooms = [None; 3];
+            self.zooms = [None; 4];
         }
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
             self.up = Up::default();
@@ -219,7 +226,7 @@ impl LoopsPane {
         ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
-            Mode::Loops if self.shows_rows(engine) => {}
+            _ if self.shows_channels(engine) => {}
             Mode::Loops => {
                 self.axis_choice(ui, engine);
                 self.up_choice(ui, engine);
@@ -233,7 +240,7 @@ impl LoopsPane {
                     reversal_threshold(ui, "Reversal threshold", (axes, at), measuring, used);
                 }
             }
-            Mode::Cross => {
+            Mode::Cross | Mode::Channels => {
                 channel_choice(ui, engine, "across", &mut self.across);
                 channel_choice(ui, engine, "up", &mut self.cross_up);
                 self.span_choice(ui, engine);

@@ -14,7 +14,7 @@ use crate::{
     engine::{Action, Edit, Engine, Project},
     min_max::MinMax,
     questions::{self, RecordingResult, check::query::FindFaults},
-    recording::{Axis, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange},
+    recording::{Axis, Channel, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange},
     report::{self, Cell, Table},
     scoring::metrics::Group,
     shown::{and_more, printable},

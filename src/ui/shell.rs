@@ -217,7 +217,7 @@ impl Shell {
                 setting::seek(ui.ctx(), setting);
             }
             Command::ToggleHelp => self.help.toggle(),
-            Command::ShowFirstSteps => self.help.open_first_steps(),
+            Command::ShowGuide(page) => self.help.open_guide(page),
             Command::ShowAbout => self.help.open_about(),
             Command::ToggleNotices => self.notices.toggle_list(),
             Command::Time(time_move) => self.time.apply(time_move),

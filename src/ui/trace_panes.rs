@@ -10,6 +10,7 @@ use egui::Ui;
 use crate::{
     engine::{Edit, Engine},
     questions::{AxisTraces, check::query::FindFaults},
+    recording::Channel,
     report::figure,
     ui::{
         channels_pane::{self, view_choice},
@@ -159,8 +160,18 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
         for axis in engine.project().axes() {
             let mut shown = engine.project().is_shown(*axis);
             let toggle = ui.toggle_value(&mut shown, axis.symbol());
-            if toggle.on_hover_text("Shows or hides this axis").clicked() {
+            let about = "Shows or hides this axis. The right mouse button opens the menu of its role";
+            let toggle = toggle.on_hover_text(about);
+            if toggle.clicked() {
                 out.send(Edit::ShowAxis(*axis, shown));
+            }
+            if let Some(recording) = channels_pane::shown(engine) {
+                let load = recording.axes().iter().position(|own| own == axis);
+                toggle.context_menu(|ui| {
+                    load.into_iter().for_each(|at| {
+                        channels_pane::roles(ui, recording, Channel::Load(at), out);
+                    });
+                });
             }
         }
         ui.separator();

@@ -188,7 +188,7 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let workshop = Workshop::with_recordings();
     let rows = "1,0,0,0,1,0,-19.6133\n1,1,0,0,1,-19.6133,0\n1,0,1,0,20.6133,0,0\n";
     let rows: String = (0..3).zip(rows.lines()).map(|(k, row)| format!("{k},{row}\n")).collect();
-    workshop.write("run.csv", format!("t_s,w,x,y,z,Fx,Fy,Fz\n{rows}"));
+    workshop.write("run.csv", format!("t_s,qw,qx,qy,qz,Fx,Fy,Fz\n{rows}"));
     let roles = "time pose_qw pose_qx pose_qy pose_qz Fx Fy Fz".split(' ');
     let rules: Vec<String> = roles
         .enumerate()
@@ -204,6 +204,8 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let found = inspected(&workshop, &arguments);
     assert!((found["mass_kg"].as_f64().unwrap() - 2.0).abs() < 1e-9);
     assert!((numbers(&found["force_offset"])[0] - 1.0).abs() < 1e-9);
+    let by_names = inspected(&workshop, &["run.csv", "--estimate-weight"]);
+    assert!((by_names["mass_kg"].as_f64().unwrap() - 2.0).abs() < 1e-9, "the names give the roles");
     let text = succeed(workshop.path(), &[&["inspect"], &arguments[..]].concat());
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(text.starts_with("mass: 2.000000 kg, from 3 samples"), "{text}");

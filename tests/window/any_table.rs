@@ -86,6 +86,52 @@ fn a_catman_export_opens_with_its_roles() {
     drop.assert_exported(10);
 }
 
+/// The same menu of roles opens at the name of an axis in the traces and at the name of a recording in the list.
+#[test]
+fn roles_change_by_the_right_mouse_button() {
+    let mut text = "time [s],Force_ref [N],Strain_1 [mV/V]\n".to_owned();
+    for (k, load, reading) in cycles(400) {
+        writeln!(text, "{:.2},{load:.4},{reading:.6}", k as f64 / 50.0).unwrap();
+    }
+    let mut drop = Counted::dropped("pull.csv", &text);
+    assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);
+    let n = drop.window.query_all_by_role_and_label(Role::Button, "Fz").count();
+    for at in 0..n {
+        let toggle = drop.window.query_all_by_role_and_label(Role::Button, "Fz").nth(at);
+        toggle.expect("the toggle of the axis").click_secondary();
+        settle(&mut drop.window);
+        if has(&drop.window, "Auxiliary channel") {
+            break;
+        }
+    }
+    drop.press("Auxiliary channel");
+    assert_eq!(state(&drop.window).project().axes(), []);
+    let name = drop.window.query_all_by_role_and_label(Role::Button, "pull").next();
+    name.expect("the name in the list").click_secondary();
+    settle(&mut drop.window);
+    for step in ["Roles of its channels", "Force_ref [N] (Aux)", "Fz"] {
+        drop.press(step);
+    }
+    assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);
+}
+
+/// Beside a calibration, the pane of the loops crosses every channel of the file.
+#[test]
+fn a_channel_without_a_use_is_crossed_beside_a_calibration() {
+    let mut text = "time [s],Force [N],Strain_1 [mV/V],Displacement [mm]\n".to_owned();
+    for (k, load, reading) in cycles(400) {
+        let t = k as f64 / 50.0;
+        writeln!(text, "{t:.2},{load:.4},{reading:.6},{:.4}", 0.1 * load).unwrap();
+    }
+    let mut drop = Counted::dropped("pull.csv", &text);
+    assert_eq!(state(&drop.window).project().missing(), None);
+    drop.press("Loops");
+    drop.press("Any channel");
+    drop.window.get_by_role_and_label(Role::Button, "Displacement [mm]").click();
+    settle(&mut drop.window);
+    assert!(has(&drop.window, "Displacement [mm] against Fz [N]"));
+}
+
 #[test]
 fn weights_in_a_spreadsheet_show_their_branches() {
     let mut text = "Mass_kg,Reading\n".to_owned();
@@ -152,9 +198,8 @@ fn roles_of_a_file_without_a_header_are_chosen_on_what_one_sees() {
     drop.role(&name, &["Fx", "N"]);
     assert_eq!(state(&drop.window).project().axes(), [Axis::Fx]);
     assert!(train_rmse(&drop.window)[0][0].is_finite());
-    let n = drop.n;
     drop.press("Loops");
-    drop.n = n;
+    assert!(drop.n <= 4 && has(&drop.window, "Fx"), "{} presses", drop.n);
     drop.assert_exported(10);
     let shell = drop.window.state_mut().as_mut().unwrap();
     shell.send(Action::Undo);

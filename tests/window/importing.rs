@@ -150,7 +150,7 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
 }
 
 #[test]
-fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
+fn a_question_stays_on_screen_and_nothing_moves() {
     let files = Files::new();
     let text = headerless(100).lines().fold(String::new(), |text, line| {
         let (time, rest) = line.split_once(';').unwrap();
@@ -181,9 +181,8 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
     check(&window, [true, true], "the reference has a clock");
     choose(&mut window, 5, "Ignore");
     check(&window, [false, true], "it is open again");
-    window.get_by_label_contains(questions[0]).click();
-    settle(&mut window);
-    check(&window, [true, true], "a person says that there is none");
+    let load = window.get_by_role_and_label(Role::Button, "Load the file");
+    assert!(!load.accesskit_node().is_disabled(), "an open question holds nothing up");
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod words;
 use path::{NANOSECONDS, SECONDS, Understood, stamp_of_part};
 pub(crate) use words::Kind;
 pub(super) use words::is_one_of;
-use words::{LONGEST, plain, plain_kind};
+use words::{LONGEST, is_known, plain, plain_kind};
 
 use crate::recording::{
     Axis,
@@ -18,6 +18,8 @@ const GAUGE_UNITS: &str = "v mv uv µv counts count lsb raw adc ohm ohms strain 
 /// Units that only gauges have. A column with one of these units is a gauge, whatever its name.
 const GAUGE_ONLY_UNITS: &str =
     "mv/v uv/v µv/v μv/v v/v um/m µm/m μm/m ustrain µstrain µε με microstrain";
+/// Units of a voltage.
+const VOLTS: &str = "V mV uV µV";
 /// French word that means time, and also weather. A column with this name is a time only if its unit is one of time.
 const TIME_WITH_UNIT: &str = "temps";
 
@@ -134,16 +136,19 @@ impl ColumnName {
     }
 
     /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
-    /// displacement or a stress.
+    /// displacement, a stress or the spread of other values.
     pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
         let name = self.name.to_lowercase();
         unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
             || self.name.len() <= LONGEST && words::is_displacement(&words_of(&name))
     }
 
-    /// Returns true if the name has a word for an electrical signal or its digits, such as `voltage` or `adc`.
-    pub fn is_signal(&self) -> bool {
-        self.name.len() <= LONGEST && words::is_signal(&words_of(&self.name.to_lowercase()))
+    /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
+    /// `adc`.
+    pub fn is_signal(&self, unit: Option<&str>) -> bool {
+        let name = self.name.to_lowercase();
+        unit.is_some_and(|unit| is_one_of(unit, VOLTS) && !self.is_other_quantity(Some(unit)))
+            || self.name.len() <= LONGEST && words::is_signal(&words_of(&name))
     }
 
     /// Returns true if the column holds the seconds or nanoseconds of a time stamp.
@@ -159,6 +164,7 @@ impl ColumnName {
         let is_load = || words::is_load(&words_of(&start.to_lowercase()));
         let is_unit = is_load_unit(unit)
             || is_time
+            || is_one_of(unit, VOLTS)
             || force_in_newtons(unit).is_some() && is_load()
             || unit.len() > 1 && words::is_other_unit(&unit.to_lowercase());
         (self.name.len() <= LONGEST && is_unit).then(|| unit.to_owned())
@@ -170,6 +176,14 @@ impl ColumnName {
         let stamp = stamp_of_part(&self.name, SECONDS);
         stamp.is_some() && stamp == stamp_of_part(&other.name, NANOSECONDS)
     }
+}
+
+/// Returns true if a text contains a word for a quantity that is not plain ASCII.
+pub(super) fn has_foreign_word(text: &str) -> bool {
+    let text = text.to_lowercase();
+    words_of(&text)
+        .into_iter()
+        .any(|word| !word.is_ascii() && word.chars().count() > 1 && is_known(word))
 }
 
 /// Returns the words of a name in lower case, without the numbers behind them.

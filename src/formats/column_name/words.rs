@@ -18,7 +18,8 @@ const GAUGES: &str = "\
 /// Words for the reference sensor that may stand in front of a load axis.
 const REFERENCES: &str = "ati reference referenz ref applied true";
 /// Words for a force in column names, in lower case; symbols of one letter first.
-const FORCES: &str = "f force kraft fuerza forza força forca 力 荷重";
+const FORCES: &str =
+    "f force kraft fuerza forza força forca síla siła erő kuvvet сила усилие δύναμη 力 荷重";
 /// Words for a moment in column names, in lower case; symbols of one letter first.
 const MOMENTS: &str =
     "m t moment torque drehmoment couple momento coppia binário 力矩 扭矩 转矩 トルク モーメント";
@@ -27,16 +28,15 @@ const BEFORE_DIRECTION: &str = "in en axe eje asse eixo axis";
 /// Words that may stand behind the letter x, y or z of a load axis, as in `x axis`.
 const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向";
 /// Words for a load whose axis is unknown, in lower case, besides the words for forces and moments.
-const LOADS: &str =
-    "load last weight effort carico carga mass masse gewicht peso poids massa masa 质量 重量";
+const LOADS: &str = "load last weight effort carico carga mass masse gewicht peso poids massa masa нагрузка масса вес φορτίο 质量 重量";
 /// Words among [`LOADS`] for a mass. The load is then the weight of the mass.
-const MASSES: &str = "mass masse weight gewicht peso poids massa masa 质量 重量";
+const MASSES: &str = "mass masse weight gewicht peso poids massa masa масса вес 质量 重量";
 /// Words in names of raw signals. A name with one of them and a word for a load, such as `load cell`, is the name of a gauge.
 const RAW: &str = "cell raw adc counts count code zelle";
 /// Words for a time anywhere in a column name, besides words that end in `time` or `zeit`.
 const CLOCKS: &str = "\
     time times timestamp timestamps stamp elapsed epoch clock zeit zeitstempel uhrzeit tiempo tempo temps czas čas cas tid \
-    tijd aika время zaman idő idö thời chrono 时间 時間 时刻 時刻 시간";
+    tijd aika время χρόνος zaman idő idö thời chrono 时间 時間 时刻 時刻 시간";
 /// Words for a count of rows, cycles or frames.
 const COUNTERS: &str = "\
     index idx frame frames cycle cycles row rows id step seq sequence nr no num number trial packet line point sample samples \
@@ -45,6 +45,8 @@ const COUNTERS: &str = "\
 const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
     distance déplacement desplazamiento spostamento";
+/// Words for the spread of values, which is no signal.
+const SPREADS: &str = "std stdev stddev sd sigma var variance";
 /// Units of quantities that are neither a load nor the signal of a gauge, in lower case.
 const OTHER_UNITS: &str = "\
     mm cm m um µm μm nm km in inch mm/s m/s mm/s^2 m/s^2 m/s² m/s^3 deg ° rad deg/s rad/s °/s % - mpa kpa pa gpa bar mbar psi \
@@ -91,6 +93,13 @@ pub(super) fn plain_kind(name: &str) -> Option<Kind> {
     }
 }
 
+/// Returns true if the word is in one of the lists of words for a quantity.
+pub(super) fn is_known(word: &str) -> bool {
+    let lists =
+        [TIMES, GAUGES, FORCES, MOMENTS, LOADS, CLOCKS, COUNTERS, DISPLACEMENTS, AUXILIARIES];
+    lists.iter().any(|list| is_one_of(word, list))
+}
+
 pub(super) fn is_load(words: &[&str]) -> bool {
     let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
     let is_load = |word: &&str| [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(word, list));
@@ -129,7 +138,7 @@ pub(super) fn is_signal(words: &[&str]) -> bool {
 }
 
 pub(super) fn is_displacement(words: &[&str]) -> bool {
-    words.iter().any(|word| is_one_of(word, DISPLACEMENTS))
+    words.iter().any(|word| is_one_of(word, DISPLACEMENTS) || is_one_of(word, SPREADS))
 }
 
 pub(super) fn is_other_unit(unit: &str) -> bool {

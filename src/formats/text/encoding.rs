@@ -35,9 +35,9 @@ pub enum Encoding {
     /// UTF-16 with the high byte first.
     #[strum(serialize = "UTF-16 (big-endian)")]
     Utf16BigEndian,
-    /// Another encoding with one byte per character; names of columns are decoded as Latin-1.
-    #[strum(serialize = "Latin-1")]
-    Latin1,
+    /// Code page, such as Windows-1252. Only the names of columns are decoded.
+    #[strum(serialize = "code page")]
+    CodePage,
     /// No text: the file holds arrays or columns of numbers.
     #[strum(serialize = "arrays")]
     Arrays,
@@ -51,7 +51,7 @@ impl Encoding {
     /// Returns the number of bytes that a plain (ASCII) character takes in the file.
     pub(super) const fn bytes_per_character(self) -> u64 {
         match self {
-            Self::Utf8 | Self::Latin1 | Self::Arrays => 1,
+            Self::Utf8 | Self::CodePage | Self::Arrays => 1,
             Self::Utf16LittleEndian | Self::Utf16BigEndian => 2,
         }
     }
@@ -170,7 +170,7 @@ fn mend_line_ends(text: &mut [u8], has_more: bool) {
 /// Converts bytes in this encoding to UTF-8 text. Returns the text, and the bytes of an incomplete last character.
 pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
     let unit = match encoding {
-        Encoding::Utf8 | Encoding::Latin1 | Encoding::Arrays => return (raw, Vec::new()),
+        Encoding::Utf8 | Encoding::CodePage | Encoding::Arrays => return (raw, Vec::new()),
         Encoding::Utf16LittleEndian => u16::from_le_bytes,
         Encoding::Utf16BigEndian => u16::from_be_bytes,
     };
@@ -220,7 +220,7 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     // The inspected first bytes of the file may end in the middle of a character.
     let is_utf8 =
         std::str::from_utf8(head).map_or_else(|error| error.error_len().is_none(), |_| true);
-    let encoding = if is_utf8 { Encoding::Utf8 } else { Encoding::Latin1 };
+    let encoding = if is_utf8 { Encoding::Utf8 } else { Encoding::CodePage };
     Ok((encoding, 0))
 }
 
@@ -232,7 +232,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
         (
             b"\x02P",
             "a C3D file of motion capture",
-            "in Python: `import ezc3d, pandas`, then `c = ezc3d.c3d(\"FILE.c3d\")`, and `pandas.DataFrame(c[\"data\"][\"analogs\"][0].T).to_csv(\"FILE.csv\", index=False)` for its analogue channels",
+            "in Python: `import ezc3d, pandas`, then `c = ezc3d.c3d(\"FILE.c3d\")`, and `pandas.DataFrame(c[\"data\"][\"analogs\"][0].T, columns=c[\"parameters\"][\"ANALOG\"][\"LABELS\"][\"value\"]).to_csv(\"FILE.csv\", index=False)` for its analogue channels",
         ),
         (b"\x1f\x8b", "a gzip archive", UNPACK),
         (
@@ -370,6 +370,6 @@ mod tests {
         assert_eq!(encoding_of(&few_zeros).unwrap(), (Encoding::Utf8, 0));
         let zeros_at_the_end = [&b"t,S1\n0,1\n0.1,2\n"[..], &[0; 500]].concat();
         assert_eq!(encoding_of(&zeros_at_the_end).unwrap(), (Encoding::Utf8, 0));
-        assert_eq!(encoding_of(b"t,F [N\xb7m]\n").unwrap(), (Encoding::Latin1, 0));
+        assert_eq!(encoding_of(b"t,F [N\xb7m]\n").unwrap(), (Encoding::CodePage, 0));
     }
 }

@@ -184,7 +184,12 @@ fn is_text(cell: &Cell) -> bool {
 
 /// Returns true if a row holds samples, that is more values than texts.
 fn is_row(row: &[Cell]) -> bool {
-    let n_texts = row.iter().filter(|cell| is_text(cell) && time(&cell.value).is_none()).count();
+    // In some columns, numbers are stored as texts. A row of such texts alone may be a header.
+    let are_texts = row.iter().all(is_text);
+    let is_word = |cell: &&Cell| {
+        is_text(cell) && time(&cell.value).is_none() && (are_texts || number(&cell.value).is_none())
+    };
+    let n_texts = row.iter().filter(is_word).count();
     let n_values = row
         .iter()
         .filter(|cell| number(&cell.value).or_else(|| time(&cell.value)).is_some())

@@ -239,25 +239,28 @@ fn whole_ranges(
     fn with_row<'a>(
         ranges: &mut Vec<MinMax>,
         row: impl Iterator<Item = Cell<'a>>,
-        text: &TextLayout,
+        (text, missing): (&TextLayout, &[Option<f64>]),
     ) {
         for (index, cell) in row.enumerate() {
             if index == ranges.len() {
                 ranges.push(MinMax::NONE);
             }
-            if let Some(value) = value_of(cell, text) {
+            let mark = missing.get(index).copied().flatten();
+            if let Some(value) = value_of(cell, text).filter(|value| Some(*value) != mark) {
                 ranges[index] = ranges[index].with(value);
             }
         }
     }
+    let missing: Vec<Option<f64>> = columns.iter().map(|column| column.missing).collect();
+    let of = (text, &missing[..]);
     let parse = |part: Part<'_>| {
         let mut ranges = Vec::new();
         match part {
             Part::Lines(block) => lines(block)
                 .filter_map(|line| text.row(line))
-                .for_each(|row| with_row(&mut ranges, row, text)),
+                .for_each(|row| with_row(&mut ranges, row, of)),
             Part::Rows(columns, rows) => {
-                rows.for_each(|row| with_row(&mut ranges, columns.row(row), text));
+                rows.for_each(|row| with_row(&mut ranges, columns.row(row), of));
             }
         }
         ranges

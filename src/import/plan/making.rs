@@ -215,8 +215,26 @@ impl<'a> Making<'a> {
         names.find(|name| !before.contains(name)).unwrap_or_default()
     }
 
+    /// Returns names and units of the columns with this role, and the columns themselves.
+    #[expect(clippy::type_complexity, reason = "three lists of one length")]
+    fn named(
+        &self,
+        role: ColumnRole,
+        stem: &str,
+        limit: usize,
+    ) -> (Vec<String>, Vec<String>, Vec<(usize, &'a ColumnRule)>) {
+        let columns: Vec<(usize, &'a ColumnRule)> = self.with_role(role).take(limit).collect();
+        let mut names = Vec::new();
+        for (index, rule) in &columns {
+            names.push(self.channel_name(*index, rule, stem, &names));
+        }
+        let unit =
+            |(index, rule): &(usize, &ColumnRule)| self.unit(*index, rule).unwrap_or_default();
+        let units = columns.iter().map(unit).collect();
+        (names, units, columns)
+    }
+
     pub fn gauges(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
-        let (mut names, mut labels) = (Vec::new(), Vec::new());
         let count = self.with_role(ColumnRole::Gauge).count();
         if count > GAUGE_LIMIT {
             return Err(TableError::TooManyGauges {
@@ -225,17 +243,13 @@ impl<'a> Making<'a> {
                 names: self.all_names(),
             });
         }
-        let mut indices: Vec<usize> = Vec::new();
-        for (index, rule) in self.with_role(ColumnRole::Gauge) {
-            let name = self.channel_name(index, rule, "S", &names);
-            if let Some(first) = names.iter().position(|other| *other == name) {
-                let (what, first) = (format!("gauge {name}"), indices[first] + 1);
+        let (names, labels, indices) = self.named(ColumnRole::Gauge, "S", GAUGE_LIMIT);
+        for (at, (index, rule)) in indices.iter().enumerate() {
+            if let Some(first) = names[..at].iter().position(|other| *other == names[at]) {
+                let (what, first) = (format!("gauge {}", names[at]), indices[first].0 + 1);
                 return Err(TableError::Twice { what, first, second: index + 1 });
             }
-            uses[index] = Use::Gauge { factor: rule.scale / rule.counts_per_unit };
-            indices.push(index);
-            names.push(name);
-            labels.push(self.unit(index, rule).unwrap_or_default());
+            uses[*index] = Use::Gauge { factor: rule.scale / rule.counts_per_unit };
         }
         if names.is_empty() && self.side == Side::Gauges {
             return Err(TableError::NoGauges { names: self.all_names() });
@@ -245,31 +259,27 @@ impl<'a> Making<'a> {
 
     /// Returns the names and units of the channels that are only shown.
     pub fn channels(&self, uses: &mut [Use]) -> (Vec<String>, Vec<String>) {
-        let (mut names, mut labels) = (Vec::new(), Vec::new());
-        for (index, rule) in self.with_role(ColumnRole::Channel).take(CHANNEL_LIMIT) {
-            names.push(self.channel_name(index, rule, "channel ", &names));
-            labels.push(self.unit(index, rule).unwrap_or_default());
+        let (names, labels, indices) = self.named(ColumnRole::Channel, "channel ", CHANNEL_LIMIT);
+        for (index, rule) in indices {
             uses[index] = Use::Channel { factor: rule.scale / rule.counts_per_unit };
         }
         (names, labels)
     }
 
     pub fn auxiliary(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
-        let (mut names, mut labels) = (Vec::new(), Vec::new());
-        for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
-            let name = self.channel_name(index, rule, "aux", &names);
-            if names.contains(&name) || names.len() == AUXILIARY_LIMIT {
+        let (names, mut labels, indices) =
+            self.named(ColumnRole::Auxiliary, "aux", AUXILIARY_LIMIT + 1);
+        for (at, (index, rule)) in indices.into_iter().enumerate() {
+            if names[..at].contains(&names[at]) || at == AUXILIARY_LIMIT {
                 return Err(TableError::Auxiliaries {
-                    column: NamedColumn::new(index, name),
+                    column: NamedColumn::new(index, &names[at]),
                     limit: AUXILIARY_LIMIT,
                 });
             }
-            let unit = self.unit(index, rule).unwrap_or_default();
-            let (label, factor, shift) = units::auxiliary_unit(&unit);
+            let (label, factor, shift) = units::auxiliary_unit(&labels[at]);
             uses[index] =
                 Use::Auxiliary { factor: factor * rule.scale / rule.counts_per_unit, shift };
-            names.push(name);
-            labels.push(label);
+            labels[at] = label;
         }
         Ok((names, labels))
     }

@@ -1,6 +1,7 @@
 //! Reads the numbers in the cells of a row, and converts them to SI units.
 
 use super::*;
+use crate::import::warning::Trouble;
 
 /// Returns the number in the next cell of the row, in SI units. If a comma in the cell was read as a decimal point, stores
 /// the cell in `comma`.
@@ -81,18 +82,6 @@ pub(super) fn value_of(
             Ok((in_si(number, usage, index, plan)?, has_comma))
         }
     }
-}
-
-/// Returns the number that the digits of an unreadable cell form; infinite without digits.
-pub(super) fn magnitude(text: &[u8]) -> f64 {
-    let is_digit = |byte: &u8| byte.is_ascii_digit();
-    let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
-        Some(at) if text.len() - at != 4 => at,
-        _ => text.len(),
-    };
-    let digits: Vec<u8> = text[..decimals].iter().copied().filter(is_digit).collect();
-    let number = String::from_utf8(digits).ok().and_then(|digits| digits.parse().ok());
-    number.unwrap_or(f64::INFINITY)
 }
 
 fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {

@@ -35,16 +35,10 @@ pub fn foot(
         }
     });
     ui.horizontal(|ui| {
-        let columns = &inspection.table.columns;
-        let open = importing.questions.iter().find_map(|(question, is_decided)| {
-            question.still_open(&importing.map, columns).filter(|_| !is_decided)
-        });
-        let can_load = check.error.is_none() && !importing.is_detecting && open.is_none();
+        let can_load = check.error.is_none() && !importing.is_detecting;
         let load = ui.add_enabled(can_load, egui::Button::new("Load the file"));
         let load = load.on_hover_text("Reads the whole file with this column map, and stores the map for files with the same columns");
-        let why = open.map_or_else(|| "The file cannot be loaded; the problem is listed above".to_owned(), |open| {
-            format!("Answer this question first: {open}")
-        });
+        let why = "The file cannot be loaded; the problem is listed above";
         if load.on_disabled_hover_text(why).clicked() {
             out.send(ImportCommand::Load);
         }

@@ -145,8 +145,16 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
     }
     context_menu(&response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
-        let about = "Shows the channels of this recording, and the menus of their roles";
-        if ui.press("Channels and their roles", about) {
+        ui.menu_button("Roles of its channels", |ui| {
+            let all = Channel::all(recording);
+            for channel in all.filter(|own| channels_pane::can_change(*own, recording)) {
+                let role = channels_pane::role_of(channel, recording);
+                let label = format!("{} ({role})", channel.label(recording));
+                ui.menu_button(label, |ui| channels_pane::roles(ui, recording, channel, out));
+            }
+        });
+        let about = "Shows the channels of this recording, with their noise and drift";
+        if ui.press("Show its channels", about) {
             out.send(Action::Show(questions::View::One(at)));
             out.send(Command::ShowPane(channels_pane::PANE));
             ui.close();

@@ -183,11 +183,13 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
     let any_words = (0..row).filter(may_be).any(|at| has_words(&at));
     let mut above = (0..row).rev().filter(may_be).filter(|at| !any_words || has_words(at));
     let nearest = above.next()?;
-    let header = match above.next() {
-        Some(names) if is_below_names(lines[names].text, lines[nearest].text, delimiter) => names,
-        _ => nearest,
-    };
-    Some(header).filter(is_as_wide)
+    match above.next() {
+        // A name over several columns has blank cells behind it, so that its line may end early.
+        Some(names) if is_below_names(lines[names].text, lines[nearest].text, delimiter) => {
+            [names, nearest].iter().any(is_as_wide).then_some(names)
+        }
+        _ => Some(nearest).filter(is_as_wide),
+    }
 }
 
 /// Returns true if a line below the header is part of the header: it holds units, or names of columns whose cells in the first

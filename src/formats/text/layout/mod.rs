@@ -73,9 +73,14 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         start.names = names(header.text, delimiter);
         start.n_columns = start.names.len();
         let last = if layout.units_row {
-            let units = rows.next()?;
-            start.units = names(units.text, delimiter);
-            units
+            let below = rows.next()?;
+            let cells = names(below.text, delimiter);
+            match under_groups(&start.names, &cells) {
+                Some(names) if !is_units_row(below.text, delimiter) => start.names = names,
+                _ => start.units = cells,
+            }
+            start.n_columns = start.n_columns.max(start.names.len());
+            below
         } else {
             header
         };
@@ -91,6 +96,26 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
             .unwrap_or_default();
     }
     Some(start)
+}
+
+/// Returns the names of columns from two rows of a header, the first of which names groups of columns: `Hip X1`. `None` if no
+/// column has a name only in the second row.
+fn under_groups(above: &[String], below: &[String]) -> Option<Vec<String>> {
+    let mut group = "";
+    let mut has_group = false;
+    let mut name = |index: usize| {
+        let [above, below] = [above, below].map(|row| row.get(index).map_or("", String::as_str));
+        if !above.is_empty() {
+            group = above;
+        }
+        has_group |= above.is_empty() && !below.is_empty() && !group.is_empty();
+        match below {
+            "" => above.to_owned(),
+            _ => format!("{group} {below}").trim_start().to_owned(),
+        }
+    };
+    let names: Vec<String> = (0..above.len().max(below.len())).map(&mut name).collect();
+    has_group.then_some(names)
 }
 
 pub(crate) fn sample<'a>(
@@ -142,6 +167,20 @@ mod tests {
         assert_eq!(cells("t (m s) S1 [V ] x"), ["t (m s)", "S1 [V ]", "x"]);
         let text = format!("t [s] S1 (V{}", " a".repeat(300_000));
         assert_eq!(cells(&text).len(), 2);
+    }
+
+    #[test]
+    fn two_rows_of_a_header_give_one_name_each() {
+        let head = b"Frame#\tTime\tHip\t\t\tKnee\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0.1\t1\t2\t3\t4\t5\t6\n2\t0.2\t1\t2\t3\t4\t5\t6\n3\t0.3\t1\t2\t3\t4\t5\t7\n";
+        let layout = detect(head).unwrap();
+        assert!(layout.header && layout.units_row);
+        let start = locate(head, &layout).unwrap();
+        let names =
+            ["Frame#", "Time", "Hip X1", "Hip Y1", "Hip Z1", "Knee X2", "Knee Y2", "Knee Z2"];
+        assert_eq!((start.names, start.n_columns), (names.map(str::to_owned).to_vec(), 8));
+        let units = b"t;S1;Fx\n;mV;N\n1;2;3\n4;5;6\n";
+        let start = locate(units, &detect(units).unwrap()).unwrap();
+        assert_eq!((start.names[1].as_str(), start.units[1].as_str()), ("S1", "mV"));
     }
 
     #[test]

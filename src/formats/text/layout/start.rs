@@ -2,7 +2,12 @@
 
 use std::borrow::Cow;
 
+use encoding_rs::{
+    BIG5, EUC_KR, Encoding, GBK, SHIFT_JIS, WINDOWS_1250, WINDOWS_1251, WINDOWS_1252, WINDOWS_1253,
+};
+
 use crate::formats::{
+    column_name::has_foreign_word,
     csv::unguarded,
     text::{
         cells::{Cells, is_skipped},
@@ -68,15 +73,46 @@ pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<
     cells
 }
 
-/// Decodes a line as UTF-8, or else as Latin-1.
+/// Decodes a line as UTF-8, or else as Windows-1252, which contains Latin-1. Another code page is used only if it is proven by
+/// a word for a quantity that the line then contains.
 fn decoded(text: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(text) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => text.iter().map(|&byte| char::from(byte)).collect(),
+    const PAGES: [&Encoding; 8] =
+        [WINDOWS_1252, WINDOWS_1250, WINDOWS_1251, WINDOWS_1253, GBK, SHIFT_JIS, EUC_KR, BIG5];
+    if let Ok(text) = std::str::from_utf8(text) {
+        return Cow::Borrowed(text);
     }
+    let mut in_pages = PAGES
+        .iter()
+        .filter_map(|page| page.decode_without_bom_handling_and_without_replacement(text));
+    in_pages
+        .find(|line| has_foreign_word(line))
+        .unwrap_or_else(|| WINDOWS_1252.decode_without_bom_handling(text).0)
 }
 
 pub(super) fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_code_page_is_used_if_a_known_word_proves_it() {
+        for (page, written) in [
+            (WINDOWS_1251, "Время, с;Сила [Н]"),
+            (WINDOWS_1250, "Czas [s];Siła [N]"),
+            (WINDOWS_1253, "Χρόνος;Δύναμη"),
+            (GBK, "时间;力矩"),
+            (SHIFT_JIS, "時間;荷重"),
+            (WINDOWS_1252, "Prüfzeit [s];Kraft [µN]"),
+            (WINDOWS_1252, "Temp [°C];Größe \u{2013} Weg"),
+            (WINDOWS_1252, "Naïveté;Ångström"),
+        ] {
+            let (bytes, _, _) = page.encode(written);
+            assert!(std::str::from_utf8(&bytes).is_err());
+            assert_eq!(decoded(&bytes), written);
+        }
+    }
 }
