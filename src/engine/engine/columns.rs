@@ -88,10 +88,6 @@ impl Engine {
                 map.into_iter().for_each(|map| self.take_map(map));
             }
             ImportCommand::ReadMap(path) => self.tasks.start(Task::read_map(path)),
-            ImportCommand::Decide(at, is_decided) => {
-                let questions = self.importing.iter_mut().flat_map(|open| &mut open.questions);
-                questions.skip(at).take(1).for_each(|(_, decided)| *decided = is_decided);
-            }
             ImportCommand::FindWeight => {
                 if let Some(Importing { path, map, .. }) = &self.importing {
                     self.tasks.start(Task::find_weight(path.clone(), map.clone()));
