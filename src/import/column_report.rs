@@ -26,7 +26,7 @@ const FEWEST_CLOCK_ROWS: usize = 3;
 const EVEN_STEPS_PERCENT: usize = 75;
 /// Minimum share (%) of rows in which a time column has a value.
 const FILLED_PERCENT: usize = 50;
-/// Minimum number of rows from which a column of whole numbers that rise by 1 is taken for a counter.
+/// Minimum number of rows from which a column of numbers that rise by 1 or 0.5 is taken for a counter.
 const COUNTED_ROWS: usize = 60;
 
 /// Reason for the proposed role of a column.
@@ -111,7 +111,7 @@ pub struct ColumnReport {
     /// True if the values never decrease, or never increase.
     #[serde(skip)]
     pub(super) is_monotone: bool,
-    /// True if the values are whole numbers that never fall, and rise by 1 from row to row if they rise.
+    /// True if the values never fall, and rise by 1 (or by 0.5, in half cycles) from row to row if they rise.
     #[serde(skip)]
     counts_up: bool,
     /// Number of different values in the sample.
@@ -268,10 +268,10 @@ pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> 
             is_even: steps.are_even(),
             is_whole,
             is_monotone: steps.n_back == 0 || steps.up.is_empty(),
-            counts_up: is_whole
-                && numbers.len() > COUNTED_ROWS
+            counts_up: numbers.len() > COUNTED_ROWS
                 && numbers.is_sorted()
-                && steps.up.iter().all(|step| *step == 1.0),
+                && numbers.iter().all(|value| (2.0 * value).fract() == 0.0)
+                && steps.up.iter().all(|step| [0.5, 1.0].contains(step) && *step == steps.up[0]),
             n_different: different.len(),
             is_filled: filled().count() * 100 >= rows.len() * FILLED_PERCENT,
         }

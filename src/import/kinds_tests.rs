@@ -123,14 +123,15 @@ fn marks_of_missing_values_are_proposed_and_reported() {
     assert!(answer.recordings[0].loads().iter().all(|load| *load > 0.0));
 }
 
-/// Whole numbers that rise by 1 are a count under any name; the spread of values is no signal, but their mean is, even if it
+/// Numbers that rise by 1 or by 0.5 are a count under any name; the spread of values is no signal, but their mean is, even if it
 /// never changes.
 #[test]
 fn counts_and_spreads_are_no_gauges() {
-    let text = table("Zeit [s]\tSpannung\t循環\tAblauf", 200, |k| {
-        vec![k, (k / 9.0).sin(), (k / 40.0).floor(), 3.0 * (k / 20.0).floor()]
+    let text = table("Zeit [s]\tSpannung\t循環\t半循環\tAblauf", 200, |k| {
+        let halves = 0.5 * (k / 15.0).floor();
+        vec![k, (k / 9.0).sin(), (k / 40.0).floor(), halves, 3.0 * (k / 20.0).floor()]
     });
-    read_as(&text, "time gauge channel gauge");
+    read_as(&text, "time gauge channel channel gauge");
     let text = table("timestamp_us\tmean_V\tstd_V\tn_samples", 60, |k| {
         vec![588_000.0 * k, 5.0, 0.001 * (k % 3.0), 20.0]
     });
