@@ -151,7 +151,7 @@ impl Counts {
             return;
         }
         let of = |source: &str| truth.get(source).copied().unwrap_or(0.0);
-        let words = words.split(" is gone").next().unwrap_or_default();
+        let words = words.split(": gone").next().unwrap_or_default();
         let mut sum = 0.0;
         if HISTORY.iter().any(|own| words.contains(own) && *own != "creep")
             || words.replace("slow creep", "").contains("creep")
@@ -180,9 +180,9 @@ impl Counts {
         let changes = changes.split(';').next().unwrap_or_default();
         for clause in changes.split(", ") {
             let (what, kind) = match () {
-                () if clause.contains("is gone") => (0, &mut self.gone),
-                () if clause.contains("is less") => (1, &mut self.less),
-                () if clause.contains("is still there") => (2, &mut self.still),
+                () if clause.contains(": gone") => (0, &mut self.gone),
+                () if clause.contains(": less") => (1, &mut self.less),
+                () if clause.contains(": still there") => (2, &mut self.still),
                 () => continue,
             };
             let sources: Vec<&str> = match clause {

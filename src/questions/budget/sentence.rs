@@ -88,11 +88,11 @@ fn sentence(of: &ErrorBudget, pool: usize) -> String {
     let changes = changes((before, &of.uncompensated), (after, budget));
     text.extend(changes.into_iter().map(|(words, change)| {
         let change = match change {
-            Change::Gone => "is gone",
-            Change::Less => "is less",
-            Change::StillThere => "is still there",
+            Change::Gone => "gone",
+            Change::Less => "less",
+            Change::StillThere => "still there",
         };
-        format!(", {words} {change}")
+        format!(", {words}: {change}")
     }));
     text.extend(mostly(after, budget).map(|words| format!("; what is left is mostly {words}")));
     text + "."
@@ -188,6 +188,8 @@ fn changes(
         let change = if share > STILL_THERE {
             Change::StillThere
         } else if share >= GONE {
+            Change::Less
+        } else if left >= MOST * after.total {
             Change::Less
         } else if fell && left + rise < GONE * own.square {
             Change::Gone

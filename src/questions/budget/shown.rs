@@ -22,13 +22,13 @@ enum Row {
 pub fn budget_table(of: &ErrorBudget) -> Table {
     let rows = [Row::Total].into_iter().chain(Cause::iter().map(Row::Cause));
     let rows: Vec<Row> = rows.chain([Row::Noise, Row::Unexplained]).collect();
-    let uncompensated = [("uncompensated", &of.uncompensated)];
-    let compensated = of.compensated.iter().map(|own| ("compensated", own));
+    let uncompensated = [("", &of.uncompensated)];
+    let compensated = of.compensated.iter().map(|own| (", compensated", own));
     let budgets: Vec<(&str, &Budget)> = uncompensated.into_iter().chain(compensated).collect();
     let columns = of.pools.iter().enumerate().flat_map(|(pool, name)| {
         budgets.iter().filter_map(move |(kind, budget)| {
             let shares = budget.pools[pool].as_ref().ok()?;
-            Some((format!("{name}, {kind}"), *budget, shares))
+            Some((format!("{name}{kind}"), *budget, shares))
         })
     });
     let head =
