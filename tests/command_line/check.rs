@@ -166,7 +166,7 @@ fn pressed(seed: usize, backlash: f64, curved: f64) -> String {
         for (at, (gauge, played)) in gauges.iter_mut().zip(&mut played).enumerate() {
             let noise = ((k * 7919 + at * 104_729 + seed * 31) % 1009) as f64 / 1009.0 - 0.5;
             *played = played.max(*gauge - 2.0).min(*gauge + 2.0);
-            *gauge += backlash * (*played - *gauge) + curved * *gauge * *gauge + 0.01 * noise;
+            *gauge += backlash * (*played - *gauge) + curved * force * *gauge + 0.01 * noise;
         }
         format!("{t},{},{},{force}\n", gauges[0], gauges[1])
     };
