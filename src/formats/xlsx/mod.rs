@@ -37,6 +37,10 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let kind = if source.head.starts_with(COMPOUND) {
         Kind::Old
     } else {
+        #[cfg_attr(
+            not(feature = "xlsx"),
+            expect(unused_mut, reason = "only the reader changes the archive")
+        )]
         let Ok(mut archive) = ZipArchive::new(file) else {
             return Ok(None);
         };
@@ -62,5 +66,8 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     #[cfg(feature = "xlsx")]
     return read::columns(source, file, kind).map(Some);
     #[cfg(not(feature = "xlsx"))]
-    Err(FileError::NotBuilt { what: "a workbook", feature: "xlsx" })
+    {
+        drop((file, kind));
+        Err(FileError::NotBuilt { what: "a workbook", feature: "xlsx" })
+    }
 }
