@@ -84,6 +84,7 @@ pub fn error_budget(
         loads: own.loads(),
         auxiliary: own.auxiliary().values(),
         part,
+        has_times: !own.is_static(),
     });
     let runs: Vec<Run<'_>> = runs.collect();
     let full_scale = &calibration.full_scale;

@@ -111,6 +111,7 @@ impl Columns {
             Cause::Temperature => self.inputs.auxiliary.len(),
             _ if self.scale.is_table => 0,
             Cause::Hysteresis => RADII.len() * self.inputs.expected.ncols(),
+            Cause::Creep | Cause::Lag if !self.scale.has_times => 0,
             Cause::Creep => self.decays.len() * n_loads,
             Cause::Lag if self.looks_around() => (self.lags.len() + 1) * n_loads,
             Cause::Lag => 2 * self.lags.len() * n_loads,

@@ -187,7 +187,7 @@ impl<'a> Measured<'a> {
             sums,
             base,
             model_ridge: self.model_ridge,
-            of_units: of_units(units, sums, are_segments, scale.is_table),
+            of_units: of_units(units, sums, are_segments, *scale),
             full_scale,
         };
         let errors = held_out.errors(progress)?;
@@ -225,10 +225,10 @@ impl<'a> Measured<'a> {
 }
 
 /// Returns the causes of units that can be tested. Segments of one recording do not tell drift from slow changes.
-fn of_units(units: &[Unit], sums: &Sums, are_segments: bool, is_table: bool) -> Vec<Cause> {
+fn of_units(units: &[Unit], sums: &Sums, are_segments: bool, scale: TimeScale) -> Vec<Cause> {
     let fewest = sums.n_samples.iter().copied().fold(f64::INFINITY, f64::min);
     let is_tested = |cause: &Cause| match cause {
-        Cause::Drift => !are_segments && !is_table,
+        Cause::Drift => !are_segments && !scale.is_table && scale.has_times,
         Cause::Sensitivity => !are_segments,
         _ => true,
     };

@@ -28,6 +28,8 @@ pub struct Run<'a> {
     pub auxiliary: &'a [f64],
     /// Number of the cross-validation part that contains this recording.
     pub part: usize,
+    /// False if the order of the rows takes the place of times, so that nothing is known about speeds.
+    pub has_times: bool,
 }
 
 /// Function that writes the model's columns of the next sample, given the number of the sample.

@@ -69,6 +69,46 @@ fn assert_shares(actual: &Shares, expected: &Value, what: &str) {
     near(actual.unexplained, expected["unexplained"].as_f64().unwrap(), "unexplained");
 }
 
+fn runs_of(samples: &[Samples], n_axes: usize, has_times: bool) -> Vec<Run<'_>> {
+    let parts = samples.iter().enumerate();
+    parts
+        .map(|(part, (gauges, loads, auxiliary))| Run {
+            n_samples: loads.len() / n_axes,
+            gauges,
+            loads,
+            auxiliary,
+            part,
+            has_times,
+        })
+        .collect()
+}
+
+/// The order of rows tells rising from falling loads, but says nothing about speeds.
+#[test]
+fn rows_without_times_have_no_lag_creep_or_drift() {
+    let wave = |at: usize| 50.0 * (1.0 - (at as f64 * 0.05).cos());
+    let samples: Vec<Samples> = (0..4_u32)
+        .map(|run| {
+            let loads: Vec<f64> = (0..600).map(|at| wave(at + run as usize)).collect();
+            let slope = |at: usize| wave(at + 1) - wave(at);
+            let gauges = (0..600).map(|at| loads[at] + 0.4 * slope(at + run as usize));
+            (gauges.collect(), loads, Vec::new())
+        })
+        .collect();
+    let tested = |has_times: bool| {
+        let (runs, progress) = (runs_of(&samples, 1, has_times), Progress::default());
+        let measured = Measured::of(&runs, &[50.0], None, &progress).unwrap().unwrap();
+        let found = measured.split(&[vec![0]], false, &progress).unwrap();
+        let of_time = [Cause::Creep, Cause::Lag, Cause::Drift];
+        (
+            of_time.map(|cause| found.tested.contains(&cause)),
+            found.tested.contains(&Cause::Hysteresis),
+        )
+    };
+    assert_eq!(tested(true), ([true; 3], true));
+    assert_eq!(tested(false), ([false; 3], true));
+}
+
 #[test]
 fn shares_equal_those_of_numpy() {
     let text = std::fs::read_to_string(golden().join("golden.json")).unwrap();
@@ -76,15 +116,7 @@ fn shares_equal_those_of_numpy() {
     for (sensor, expected) in all.as_object().unwrap() {
         let samples = read(sensor);
         let full_scale = numbers(&expected["full_scale"]);
-        let runs: Vec<Run<'_>> = (samples.iter().enumerate())
-            .map(|(at, own)| Run {
-                n_samples: own.1.len() / full_scale.len(),
-                gauges: &own.0,
-                loads: &own.1,
-                auxiliary: &own.2,
-                part: at,
-            })
-            .collect();
+        let runs = runs_of(&samples, full_scale.len(), true);
         let pools = vec![(0..full_scale.len()).collect::<Vec<usize>>()];
         let progress = Progress::default();
         let measured = Measured::of(&runs, &full_scale, None, &progress).unwrap().unwrap();

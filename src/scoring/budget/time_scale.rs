@@ -23,6 +23,8 @@ pub(super) struct TimeScale {
     pub change_samples: f64,
     /// True if the samples are load cases without order in time, so that a sample says nothing about the next one.
     pub is_table: bool,
+    /// True if all samples have times.
+    pub has_times: bool,
 }
 
 impl TimeScale {
@@ -33,8 +35,9 @@ impl TimeScale {
         let overall = variances(&all, moves.len());
         let moving: Vec<usize> = (0..moves.len()).filter(|axis| moves[*axis]).collect();
         let is_constant = moving.iter().all(|axis| within[*axis] <= CONSTANT * overall[*axis]);
+        let has_times = runs.iter().all(|run| run.has_times);
         if moving.is_empty() || is_constant {
-            return Self { change_samples: 1.0, is_table: true };
+            return Self { change_samples: 1.0, is_table: true, has_times };
         }
         // Median over the axes of the structure function, as a share of twice the variance.
         let change = |interval: usize, longer: usize| {
@@ -47,7 +50,8 @@ impl TimeScale {
             middle(shares.collect()).filter(|share| share.is_finite())
         };
         let is_table = change(1, 1).is_none_or(|share| share > TABLE_STEP);
-        Self { change_samples: change_samples(|interval| change(interval, 2 * interval)), is_table }
+        let change_samples = change_samples(|interval| change(interval, 2 * interval));
+        Self { change_samples, is_table, has_times }
     }
 
     pub fn separates_noise(self) -> bool {
