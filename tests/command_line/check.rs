@@ -208,3 +208,22 @@ fn the_option_of_a_remedy_leaves_the_error_that_is_given() {
         assert!((left - given).abs() < 1e-6 * given, "the total is that of the fit");
     }
 }
+
+/// In a table whose rows stand in the order of their load, a curve of the gauge looks like another sensitivity from one row on.
+#[test]
+fn a_curve_is_no_fault_in_a_table_in_the_order_of_its_load() {
+    let workshop = Workshop::new();
+    let row = |at: usize| {
+        let load = 5.0 * at as f64;
+        format!("{load},{}\n", (1000.0 * load - 6.0 * load * load).round())
+    };
+    let rows: String = (0..21).map(row).collect();
+    workshop.write("rising.csv", format!("Fz [N],S1\n{rows}"));
+    let output = run(workshop.path(), &["check", "--json", "--train", "rising.csv"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let all = found["findings"].as_array().unwrap();
+    assert!(all.iter().all(|own| own["id"] != "gauge_changed"), "{all:?}");
+    let shares = found["budget"]["uncompensated"]["pools"][0]["shares"].as_array().unwrap();
+    assert_eq!(shares.len(), 1);
+    assert_eq!(shares[0]["cause"], "curvature");
+}

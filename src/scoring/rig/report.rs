@@ -11,6 +11,7 @@ use crate::{
     progress::{Cancelled, Progress},
     recording::Recording,
     scoring::{
+        faults::are_of_one_table,
         lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags},
         numbers::{percent, significant},
         rig::{
@@ -83,7 +84,8 @@ impl RigReport {
         let mut findings = Vec::from_iter(rig.no_gauges(&gauges, &names));
         // If recordings contain the same samples, held-out samples would be predicted from their own copies, so faults are
         // not searched.
-        if findings.is_empty() && same_samples(training).is_none() {
+        let is_searched = same_samples(training).is_none() && !are_sorted_by_load(training);
+        if findings.is_empty() && is_searched {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
         findings.extend(rig.channel_faults(training));
@@ -94,6 +96,17 @@ impl RigReport {
         progress.check()?;
         Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
     }
+}
+
+/// Returns true if these are the load cases of one table, in the order of their loads on all axes. A curve of the gauges then
+/// looks like a change from one row on.
+fn are_sorted_by_load(training: &[&Recording]) -> bool {
+    let is_one_table = training.windows(2).all(|pair| are_of_one_table(pair[0], pair[1]));
+    let is_sorted = |axis: usize| {
+        let loads = || training.iter().map(|case| case.loads()[axis]);
+        loads().is_sorted() || loads().rev().is_sorted()
+    };
+    is_one_table && training.len() > 1 && (0..training[0].axes().len()).all(is_sorted)
 }
 
 impl Contradiction {
