@@ -124,9 +124,11 @@ impl Help {
                 let area = area.auto_shrink([false, false]);
                 match page {
                     Page::Guide => {
-                        drop(area.show(ui, |ui| guide_page(ui, &mut self.laid_out, GUIDE[guide].1)))
+                        area.show(ui, |ui| guide_page(ui, &mut self.laid_out, GUIDE[guide].1));
                     }
-                    Page::Shortcuts => drop(area.show(ui, |ui| shortcuts(ui, &actions()))),
+                    Page::Shortcuts => {
+                        area.show(ui, |ui| shortcuts(ui, &actions()));
+                    }
                     Page::About => self.about.ui(ui),
                 }
             });

@@ -216,7 +216,6 @@ impl<'a> Making<'a> {
     }
 
     /// Returns names and units of the columns with this role, and the columns themselves.
-    #[expect(clippy::type_complexity, reason = "three lists of one length")]
     fn named(
         &self,
         role: ColumnRole,

@@ -187,9 +187,7 @@ fn changes(
         let fell = before.total - after.total >= LEAST_FALL * own.square;
         let change = if share > STILL_THERE {
             Change::StillThere
-        } else if share >= GONE {
-            Change::Less
-        } else if left >= MOST * after.total {
+        } else if share >= GONE || left >= MOST * after.total {
             Change::Less
         } else if fell && left + rise < GONE * own.square {
             Change::Gone
