@@ -330,7 +330,7 @@ impl LoopsPane {
             let top_down = egui::Layout::top_down(egui::Align::Min);
             let drawn = ui.allocate_ui_with_layout(size, top_down, |ui| {
                 ui.set_width(width);
-                let id = ["loop", "cross-plot", "drift"][self.mode as usize];
+                let id = ["loop", "cross-plot", "channels", "drift"][self.mode as usize];
                 let zoom = &mut self.zooms[self.mode as usize];
                 plots::plot(ui, (id, name), height, figure, zoom, out)
             });
