@@ -5,11 +5,8 @@ use egui::{RichText, Ui};
 use crate::{
     engine::Engine,
     finding::{Face, Verdict},
-    questions::{
-        budget::budget_table,
-        check::{
-            independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
-        },
+    questions::check::{
+        independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
     },
     report::Table,
     ui::{
@@ -68,11 +65,14 @@ impl View {
         };
         let width = ui.available_width();
         ui.scrolled(|ui| {
-            let budget = found.budget.as_ref().ok().map(budget_table);
-            if let Some(budget) = &budget {
-                table::show(ui, budget);
-                ui.add_space(8.0);
-            }
+            let (budget, others) = tables.split_at(usize::from(found.budget.is_ok()));
+            let show = |ui: &mut Ui, shown: &[Table]| {
+                for shown in shown {
+                    table::show(ui, shown);
+                    ui.add_space(8.0);
+                }
+            };
+            show(ui, budget);
             ui.vertical(|ui| {
                 ui.set_max_width(width);
                 for remedy in found.remedies_in_words() {
@@ -81,10 +81,7 @@ impl View {
                 verdict(ui, found, check.is_current());
             });
             ui.add_space(8.0);
-            for shown in &tables[usize::from(budget.is_some())..] {
-                table::show(ui, shown);
-                ui.add_space(8.0);
-            }
+            show(ui, others);
             self.figures(ui, found, out);
         });
     }

@@ -1,5 +1,7 @@
 //! Help window: the guide, the shortcuts, and the page About.
 
+use std::sync::LazyLock;
+
 use egui::{Label, RichText, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
@@ -59,9 +61,11 @@ const GUIDE: [(&str, &str); 16] = [
 /// Returns actions that open the pages of the guide in which a text occurs.
 pub fn pages_with(typed: &str) -> Vec<Action> {
     const FEWEST_BYTES: usize = 3;
+    static IN_LOWER_CASE: LazyLock<Vec<String>> =
+        LazyLock::new(|| GUIDE.iter().map(|(_, text)| text.to_lowercase()).collect());
     let typed = typed.trim().to_lowercase();
-    let page = |(at, (title, text)): (usize, &(&str, &str))| {
-        let is_found = typed.len() >= FEWEST_BYTES && text.to_lowercase().contains(&typed);
+    let page = |(at, (title, _)): (usize, &(&str, &str))| {
+        let is_found = typed.len() >= FEWEST_BYTES && IN_LOWER_CASE[at].contains(&typed);
         is_found.then(|| Action {
             name: format!("Guide: {title}"),
             explanation: "Opens this page of the guide, which contains the typed text".into(),

@@ -86,7 +86,7 @@ pub struct LoopsPane {
     cross_up: Channel,
     /// Index of the dwell on screen; `None` shows the longest dwell.
     rest: Option<usize>,
-    zooms: [Zoom; 4],
+    zooms: [Zoom; Mode::ALL.len()],
     /// Width and height of the drawing in pixels. Each is that of the plot on screen or of a saved figure, whichever is
     /// larger.
     pixels: [f64; 2],
@@ -107,7 +107,7 @@ impl Default for LoopsPane {
             across: Channel::Load(Trace::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
             rest: None,
-            zooms: [None; 4],
+            zooms: [None; Mode::ALL.len()],
             pixels: STANDS_ALONE.into(),
             channels: channels_pane::View::asking_as(PANE.key, true),
         }
@@ -196,7 +196,7 @@ impl LoopsPane {
             && !axes.contains(&self.axis)
         {
             self.axis = *first;
-            self.zooms = [None; 4];
+            self.zooms = [None; Mode::ALL.len()];
         }
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
             self.up = Up::default();
@@ -330,7 +330,7 @@ impl LoopsPane {
             let top_down = egui::Layout::top_down(egui::Align::Min);
             let drawn = ui.allocate_ui_with_layout(size, top_down, |ui| {
                 ui.set_width(width);
-                let id = ["loop", "cross-plot", "channels", "drift"][self.mode as usize];
+                let (_, id, _) = Mode::ALL[self.mode as usize];
                 let zoom = &mut self.zooms[self.mode as usize];
                 plots::plot(ui, (id, name), height, figure, zoom, out)
             });

@@ -28,7 +28,10 @@ pub fn show(ui: &mut Ui, table: &Table) {
                 groups(ui, table);
             }
             for column in &table.columns {
-                let mut name = RichText::new(&column.name);
+                // The group above the columns names their unit.
+                let is_grouped = column.group.is_some();
+                let name = if is_grouped { column.name.clone() } else { column.title() };
+                let mut name = RichText::new(name);
                 if let Some(trace) = column.trace {
                     name = name.color(trace.color(ui.visuals()));
                 }

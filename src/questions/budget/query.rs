@@ -104,11 +104,11 @@ pub fn error_budget(
     let n_columns = design.n_columns() - design.n_gauges() - usize::from(calibration.offset);
     let is_linear = request.settings.regressor == Regressor::Linear;
     let columns = if n_columns > 0 && has_effect && is_linear {
-        let past = data.past(calibration, progress)?;
+        let mut past = data.past(calibration, progress)?;
         Some(Appended {
             design: &design,
             recordings,
-            past: numbers.iter().map(|at| past[*at].clone()).collect(),
+            past: numbers.iter().map(|at| std::mem::take(&mut past[*at])).collect(),
             n_columns,
         })
     } else {

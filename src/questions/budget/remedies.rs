@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::{
-    calibration::{Calibration, ErrorBlocks, FitSettings, Regressor},
+    calibration::{Calibration, ErrorBlocks, FitSettings, HARM, Regressor},
     features::{Auxiliary, Block, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds},
     progress::Progress,
     questions::{
@@ -34,8 +34,6 @@ const LEAST: f64 = 0.1;
 const LARGE: f64 = 0.25;
 /// Ratio of RMS errors up to which the features of a cause alone are preferred to the present features with them.
 const NEARLY: f64 = 1.02;
-/// Ratio of RMS errors above which a remedy harms a pool of axes.
-const HARM: f64 = 1.1;
 /// Intervals of short lags, and length of a mean, in units of the time in which the load changes by a tenth of its variance.
 const LAGS: [f64; 2] = [0.1, 0.4];
 const MEAN: f64 = 0.1;
@@ -100,6 +98,7 @@ impl Remedy {
 }
 
 /// Squared errors of each held-out part in each pool of axes, in full scales.
+#[derive(Clone)]
 struct Errors {
     blocks: ErrorBlocks,
     of_pools: Vec<Vec<f64>>,
@@ -191,7 +190,7 @@ pub fn remedies(
         let Some(before) = &before else { break };
         let remedy = match cause {
             Cause::Zeros | Cause::Drift => search.tare(before)?,
-            Cause::Sensitivity => search.leave_out(thin, rig)?,
+            Cause::Sensitivity => search.leave_out(thin, rig, before)?,
             _ => search.features(thin, *cause, before)?,
         };
         let remedy = remedy.map(|(action, errors)| Remedy { cause: Some(*cause), action, errors });
@@ -344,7 +343,7 @@ impl Search<'_> {
     }
 
     /// Returns the recording whose sensitivities differ most from the others, if the error of the others is lower without it.
-    fn leave_out(&self, thin: &Dataset, rig: &RigReport) -> Found {
+    fn leave_out(&self, thin: &Dataset, rig: &RigReport, before: &Errors) -> Found {
         let differs = |run: &Run| {
             let all = run.sensitivities.iter().flatten().map(|(value, _)| (value - 1.0).abs());
             all.fold(0.0, f64::max)
@@ -356,12 +355,11 @@ impl Search<'_> {
         let at = thin.entries.iter().position(|own| own.recording.name() == name);
         let part = at.and_then(|at| thin.folds.pieces[at].first()).map(|piece| piece.fold);
         let (Some(part), true) = (part, thin.folds.are_whole) else { return Ok(None) };
-        let Some(before) = self.errors(thin, &self.settings)? else { return Ok(None) };
         let role = |own: &Entry| if own.recording.name() == name { Role::Off } else { own.role };
         let others = self.with_recordings(|own| Some(Entry { role: role(own), ..own.clone() }))?;
         let others =
             others.filter(|own| own.blocks.samples.len() + 1 == before.blocks.samples.len());
-        let before = before.without(part);
+        let before = before.clone().without(part);
         let others = others.filter(|own| own.are_better_than(&before));
         Ok(others.map(|own| (Action::LeaveOut(name.clone()), own.rms())))
     }
