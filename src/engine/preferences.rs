@@ -57,7 +57,6 @@ fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T
 /// | `text_scale` | 1 | 0.5 to 3, times the display's own |
 /// | `recent` | none | 12 files, newest first |
 /// | `maps` | none | 40 column maps, newest first |
-/// | `advanced` | no | whether the advanced settings are visible |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
@@ -73,20 +72,11 @@ pub struct Preferences {
     /// Column maps that were used to read files, newest first.
     #[serde(deserialize_with = "each")]
     pub maps: Vec<ColumnMap>,
-    /// True if the window shows the advanced settings.
-    #[serde(deserialize_with = "one_by_one")]
-    pub advanced: bool,
 }
 
 impl Default for Preferences {
     fn default() -> Self {
-        Self {
-            theme: Theme::default(),
-            text_scale: 1.0,
-            recent: Vec::new(),
-            maps: Vec::new(),
-            advanced: false,
-        }
+        Self { theme: Theme::default(), text_scale: 1.0, recent: Vec::new(), maps: Vec::new() }
     }
 }
 
@@ -139,7 +129,6 @@ impl Preferences {
         }
         take(&self.theme, &known.theme, &mut file.theme);
         take(&self.text_scale, &known.text_scale, &mut file.text_scale);
-        take(&self.advanced, &known.advanced, &mut file.advanced);
         let forgotten = forgotten(&self.recent, &known.recent, MAX_RECENT);
         file.recent.retain(|path| !forgotten.contains(&path));
         let newest = newest(&self.recent, &known.recent);
@@ -229,20 +218,16 @@ mod tests {
 
     #[test]
     fn preferences_are_restored_and_invalid_ones_are_ignored() {
-        let mut preferences = Preferences {
-            theme: Theme::Light,
-            text_scale: 1.5,
-            advanced: true,
-            ..Preferences::default()
-        };
+        let mut preferences =
+            Preferences { theme: Theme::Light, text_scale: 1.5, ..Preferences::default() };
         preferences.remember(Path::new("/a.csv"));
         assert_eq!(Preferences::understood(preferences.to_json().as_bytes()), Some(preferences));
         for nonsense in ["", "{", "[1]", r#"{"text_scale": 1e9}"#, r#"{"theme": 3}"#] {
             let read = Preferences::understood(nonsense.as_bytes()).unwrap_or_default();
             assert_eq!(read, Preferences::default(), "{nonsense}");
         }
-        let newer = r#"{"advanced": true, "what a later version adds": 1, "theme": "sepia", "recent": 3, "maps": [{"version": 2}]}"#;
-        assert!(Preferences::understood(newer.as_bytes()).unwrap().advanced);
+        let newer = r#"{"text_scale": 1.5, "what a later version adds": 1, "theme": "sepia", "recent": 3, "maps": [{"version": 2}]}"#;
+        assert_eq!(Preferences::understood(newer.as_bytes()).unwrap().text_scale, 1.5);
     }
 
     #[test]
@@ -284,7 +269,6 @@ mod tests {
         of_a.remember_map(&map(1));
         a.write(&of_a).unwrap();
         of_b.text_scale = 1.5;
-        of_b.advanced = true;
         of_b.remember_map(&map(2));
         of_b.remember(Path::new("/b.csv"));
         of_b.recent.retain(|path| !path.ends_with("gone.csv"));
@@ -293,7 +277,6 @@ mod tests {
         a.write(&of_a).unwrap();
         let kept = PreferencesFile::read_in(folder.path()).unwrap();
         assert_eq!((kept.theme, kept.text_scale), (Theme::Light, 1.5));
-        assert!(kept.advanced);
         let expected = ["/b.csv", "/a.csv", "/old.csv"].map(PathBuf::from);
         assert_eq!(kept.recent, expected);
         assert_eq!(kept.maps, [map(2), map(1)]);
@@ -335,7 +318,7 @@ mod tests {
         known.remember(Path::new("/a.csv"));
         let mut file = PreferencesFile::new(folder.path(), known.clone());
         std::fs::write(&file.path, "{torn").unwrap();
-        known.advanced = true;
+        known.text_scale = 1.5;
         file.write(&known).unwrap();
         assert_eq!(PreferencesFile::read_in(folder.path()), Some(known));
     }

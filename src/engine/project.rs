@@ -95,7 +95,6 @@ pub struct Project {
     /// Share by which a load may exceed the rated load before it counts as overload; `None` if the user entered none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub overload_tolerance: Option<f64>,
-    pub hidden_axes: Vec<Axis>,
     /// Calibration from a file that is applied to the recordings; `None` if a calibration is fitted to them.
     #[serde(skip)]
     pub applied: Option<FromFile>,
@@ -113,7 +112,7 @@ pub struct Project {
 // Fields that no edit changes (the view and the column maps) are not compared.
 same_where!(Project:
     shared(recordings)
-    value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity, lost)
+    value(split, settings, measuring, gauge_range, overload_tolerance, applied, factory, notes, identity, lost)
     besides(view, maps)
 );
 
@@ -150,8 +149,6 @@ pub enum Edit {
     Split(f64),
     /// Undo the split, and use whole recordings again.
     Unsplit,
-    /// Show (true) or hide (false) a load axis in the window.
-    ShowAxis(Axis, bool),
     /// Change the notes of the user.
     Notes(String),
     /// Change the identity of the sensor, and date, operator and reference of the calibration.
@@ -229,12 +226,6 @@ impl Project {
                 if let Some(split) = self.split.take() {
                     self.recordings = split.whole;
                     self.show_first_test();
-                }
-            }
-            Edit::ShowAxis(axis, shown) => {
-                self.hidden_axes.retain(|hidden| *hidden != axis);
-                if !shown {
-                    self.hidden_axes.push(axis);
                 }
             }
             Edit::GaugeRange(range) => self.gauge_range = range,
@@ -333,10 +324,6 @@ impl Project {
     pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
         let full_scale = self.settings.full_scale.clone();
         FitSettings { full_scale, ..settings }
-    }
-
-    pub fn is_shown(&self, axis: Axis) -> bool {
-        !self.hidden_axes.contains(&axis)
     }
 
     /// Returns the thresholds F_th and t_th of the first look-back, or the default thresholds without a look-back.
@@ -834,19 +821,6 @@ mod tests {
         assert!(project.recordings.entries().is_empty());
         assert!(project.applied.is_none() && project.split.is_none());
         assert_eq!(project.files().count(), 0);
-    }
-
-    #[test]
-    fn axes_are_hidden_and_shown_again() {
-        let mut project = with_files();
-        for _ in 0..2 {
-            project.edit(Edit::ShowAxis(Axis::Fy, false)).unwrap();
-            let shown: Vec<bool> =
-                project.axes().iter().map(|axis| project.is_shown(*axis)).collect();
-            assert_eq!(shown, [true, false, true]);
-        }
-        project.edit(Edit::ShowAxis(Axis::Fy, true)).unwrap();
-        assert!(project.is_shown(Axis::Fy));
     }
 
     #[test]

@@ -646,7 +646,6 @@ mod tests {
         assert_eq!(project.measuring.hold_secs, 1.5);
         assert_eq!(project.gauge_range, Some(crate::recording::GaugeRange::All((-10.0, 10.0))));
         assert_eq!((project.overload_tolerance, session.cut), (Some(0.25), Some(0.5)));
-        assert_eq!(project.hidden_axes, [Axis::Fx]);
         assert_eq!(session.on_screen.as_deref(), Some("a"));
         assert_eq!(session.calibration.as_deref(), Some(Path::new("c.json")));
         let again = Session::from_json(&session.to_json(Path::new(""))).unwrap();

@@ -527,7 +527,6 @@ fn enter_all(engine: &mut Engine, session: &Path) {
         Edit::Groups(vec![Some("monday".to_owned())]),
         Edit::GaugeRange(Some(GaugeRange::All((-10.0, 10.0)))),
         Edit::OverloadTolerance(0.5),
-        Edit::ShowAxis(Axis::Fz, false),
         Edit::Measuring(MetrologySettings { hold_secs: 1.5, ..MetrologySettings::default() }),
     ] {
         edit(engine, own);
@@ -1808,12 +1807,7 @@ fn a_saved_session_opens_unchanged() {
     let first = &engine.project().recordings.entries()[0].recording;
     assert!(first.left_out().is_some_and(|own| own.n_samples > 0));
     let other = with_f_th(&engine, 0.125);
-    for own in [
-        Edit::Role(0, Role::Off),
-        other,
-        Edit::Notes("oiled".to_owned()),
-        Edit::ShowAxis(Axis::Fy, false),
-    ] {
+    for own in [Edit::Role(0, Role::Off), other, Edit::Notes("oiled".to_owned())] {
         edit(&mut engine, own);
     }
     engine.act(Action::Show(View::All));
@@ -1828,7 +1822,7 @@ fn a_saved_session_opens_unchanged() {
     let back = engine.project();
     assert_eq!(back.recordings, saved.recordings);
     assert_eq!((&back.settings, back.view), (&saved.settings, saved.view));
-    assert_eq!((&back.notes, &back.hidden_axes), (&saved.notes, &saved.hidden_axes));
+    assert_eq!(back.notes, saved.notes);
     assert!(!engine.is_unsaved());
     assert_eq!(engine.session, Some(path));
     assert_eq!(analysed(&mut engine).calibration, calibration);

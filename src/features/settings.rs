@@ -188,6 +188,11 @@ impl FeatureSettings {
         Self { look_backs: Vec::new(), blocks, ..self.clone() }
     }
 
+    /// Returns true if a feature block appends columns to the present gauges.
+    pub fn adds_columns(&self) -> bool {
+        !self.look_backs.is_empty() || self.blocks.used().next().is_some()
+    }
+
     /// Returns true if a look-back or another feature block depends on earlier samples.
     pub fn has_history(&self) -> bool {
         self.n_histories() > 0

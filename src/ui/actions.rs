@@ -10,12 +10,14 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 use crate::{
     engine::{Action as Do, Edit, Engine, Preferences, SEARCH_MINUTES, Theme},
     export::{FileFormat, TRACE_FORMATS},
-    questions::Candidates,
+    questions::{Candidates, thresholds::Along},
     recording::{Role, Tare, simulated::Late},
     shown::file_name,
     ui::{
         command::{Command, ImageTo, Out, Pane, TimeMove, Workspace},
-        panes, plots, settings_panel,
+        panes, plots, recordings_panel,
+        scope::AxisChoice,
+        settings_panel,
     },
 };
 
@@ -248,13 +250,13 @@ pub fn time(can: CanGo) -> Vec<Action> {
         (
             "Put cursor A at the current sample",
             "Puts cursor A at the sample under the pointer, or at the playing position",
-            alone(Key::A),
+            shift(Key::A),
             TimeMove::PutCursor(0),
         ),
         (
             "Put cursor B at the current sample",
             "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range of each trace between A and B",
-            alone(Key::B),
+            shift(Key::B),
             TimeMove::PutCursor(1),
         ),
         (
@@ -262,6 +264,18 @@ pub fn time(can: CanGo) -> Vec<Action> {
             "Shows a table of each trace's values at cursors A and B, and of its mean, deviation and range between them",
             alone(Key::T),
             TimeMove::ToggleTable,
+        ),
+        (
+            "Keep the vertical scales, or not",
+            "Keeps the vertical scales of loads and errors, so that changes are visible while a threshold moves",
+            None,
+            TimeMove::ToggleLock,
+        ),
+        (
+            "Compensation off and on",
+            "Hides the compensated load and its error in the traces, or shows them again: before and after",
+            alone(Key::B),
+            TimeMove::ToggleCompensated,
         ),
     ];
     let action = |(name, about, keys, to)| {
@@ -273,6 +287,73 @@ pub fn time(can: CanGo) -> Vec<Action> {
         action(name, about, keys, Command::Time(to)).only_if(is_possible)
     };
     all.into_iter().map(action).collect()
+}
+
+/// Returns the actions that choose what is on screen: axes, recordings and drawers.
+pub fn shown(engine: &Engine) -> Vec<Action> {
+    let axes = engine.project().axes().iter().enumerate().flat_map(|(at, axis)| {
+        let key = Key::from_name(&(at + 1).to_string());
+        let only = action(
+            format!("Show the axis {axis}"),
+            "Shows the load and the error of this axis",
+            key.and_then(alone),
+            Command::Axes(AxisChoice::Only(at)),
+        );
+        let toggle = action(
+            format!("Add or remove the axis {axis}"),
+            "Shows the traces of this axis beside the others, or hides them",
+            key.and_then(shift),
+            Command::Axes(AxisChoice::Toggle(at)),
+        );
+        [only, toggle]
+    });
+    let step = |name: &str, about: &'static str, key, along, steps| {
+        action(name, about, ctrl(key), Command::StepThreshold(along, steps))
+    };
+    let larger = "Moves the slider of this threshold by one hundredth of its range";
+    let others = [
+        action(
+            "Show all axes",
+            "Shows the loads and the errors of all axes",
+            alone(Key::Num0),
+            Command::Axes(AxisChoice::All),
+        ),
+        action(
+            "Previous recording",
+            "Shows the traces of the previous recording",
+            alone(Key::PageUp),
+            Command::OtherRecording(-1),
+        ),
+        action(
+            "Next recording",
+            "Shows the traces of the next recording",
+            alone(Key::PageDown),
+            Command::OtherRecording(1),
+        ),
+        action(
+            "Recordings",
+            "Opens or closes the list of recordings with their roles",
+            ctrl(Key::B),
+            Command::ToggleDrawer(recordings_panel::PANE),
+        ),
+        action(
+            "Settings",
+            "Opens or closes all settings of the fit",
+            ctrl(Key::Comma),
+            Command::ToggleDrawer(settings_panel::PANE),
+        ),
+        action(
+            "Apply the remedy",
+            "Does what the button at the right end of the strip says",
+            alone(Key::R),
+            Command::Remedy,
+        ),
+        step("Larger force threshold", larger, Key::ArrowRight, Along::F, 1),
+        step("Smaller force threshold", larger, Key::ArrowLeft, Along::F, -1),
+        step("Larger time threshold", larger, Key::ArrowUp, Along::T, 1),
+        step("Smaller time threshold", larger, Key::ArrowDown, Along::T, -1),
+    ];
+    axes.chain(others).collect()
 }
 
 /// Returns the actions that save an image of the whole window. Images of one plot are in the plot's own menu.
@@ -378,15 +459,12 @@ pub fn workspaces() -> Vec<Action> {
     Workspace::ALL.into_iter().zip(keys).map(show).chain(of_window).collect()
 }
 
-/// Returns one action for each pane, which shows the pane. The first nine of them have a shortcut with a number key.
+/// Returns one action for each pane, which shows the pane.
 pub fn panes() -> Vec<Action> {
-    // Only single digits are names of keys, so the tenth pane and further ones have no shortcut.
-    let keys = (1..).map(|n: u8| Key::from_name(&n.to_string()).and_then(ctrl));
-    let show = |(pane, keys): (Pane, _)| {
-        let name = format!("Show {}", pane.title);
-        action(name, pane.explanation, keys, Command::ShowPane(pane))
+    let show = |pane: Pane| {
+        action(format!("Show {}", pane.title), pane.explanation, None, Command::ShowPane(pane))
     };
-    panes::all().zip(keys).map(show).collect()
+    panes::all().map(show).collect()
 }
 
 pub const THEMES: [(&str, Theme, &str); 3] = [
@@ -459,6 +537,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         vec![quit()],
         edit(can),
         time(can),
+        shown(engine),
         roles(engine),
         settings(engine),
         models(engine),

@@ -22,16 +22,29 @@ pub fn blocks(ui: &mut Ui, features: &mut FeatureSettings, is_static: bool) {
     }
 }
 
+/// Switches a feature off or on, with its last values or else the usual ones.
+pub fn switch(ui: &Ui, block: &dyn Block, is_on: bool, values: &mut Vec<f64>) {
+    let setting = block.setting();
+    let chosen: Vec<f64> = match setting.choices() {
+        Some(choices) => choices.get(1).map(|choice| f64::from(choice.value)).into_iter().collect(),
+        None => setting.default.to_vec(),
+    };
+    if !is_on {
+        values.clear();
+    }
+    switched(ui, Id::unique((block.name(), "while it is off")), values, &chosen);
+}
+
 fn list(ui: &mut Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
     let (name, setting) = (block.name(), block.setting());
     let explanation = setting.help();
     ui.horizontal(|ui| {
         let mut used = !values.is_empty();
-        let id = Id::unique((name, "while it is off"));
+        let was_used = used;
         let switch = ui.checkbox(&mut used, name).on_hover_text(&explanation);
         found(setting, &switch);
         if switch.changed() {
-            switched(ui, id, &mut values, setting.default);
+            self::switch(ui, block, was_used, &mut values);
         }
         ui.add_enabled_ui(used, |ui| {
             // Zero is allowed in the list if the range of the setting includes zero.

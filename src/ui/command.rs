@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use crate::{
     engine::{Action, Edit, FileContent, ImportCommand, Level, Notice},
     features::Setting,
+    questions::thresholds::Along,
+    ui::scope::AxisChoice,
 };
 
 /// A part of the window with a tab.
@@ -23,7 +25,7 @@ pub struct Pane {
 pub enum Workspace {
     /// Recordings and their roles (training, test, off).
     Import,
-    /// Settings of the model, traces of the loads, and errors of the model.
+    /// The load and the error over time, the model, and its errors.
     Calibrate,
     /// Hysteresis loops, their traces over time, and the metrology figures.
     Loops,
@@ -44,13 +46,13 @@ impl Workspace {
         (
             Self::Calibrate,
             "Calibrate",
-            "Settings of the model, traces of the loads, and errors of the model",
+            "The load and the error over time, the model, and its errors",
         ),
         (Self::Loops, "Loops", "Hysteresis loops, their traces over time, and metrology figures"),
         (
             Self::Thresholds,
             "Thresholds",
-            "Sliders of the force and time thresholds, the traces, and a map of the error for pairs of thresholds",
+            "A map of the error for pairs of thresholds, and the best pair",
         ),
         (Self::Models, "Models", "Finds the best model and compares the models that were tried"),
         (
@@ -87,6 +89,10 @@ pub enum TimeMove {
     PutCursor(usize),
     /// Shows or hides the table of the signals' values at cursors A and B.
     ToggleTable,
+    /// Keeps the vertical scales, or lets them follow the loads.
+    ToggleLock,
+    /// Shows the compensated load, or hides it.
+    ToggleCompensated,
 }
 
 /// Destination of an image of the window.
@@ -107,6 +113,16 @@ pub enum Command {
     ShowPane(Pane),
     /// Shows a workspace.
     Show(Workspace),
+    /// Opens a pane as a drawer over the workspace, or closes it.
+    ToggleDrawer(Pane),
+    /// Shows these axes.
+    Axes(AxisChoice),
+    /// Shows the previous (-1) or next (1) recording.
+    OtherRecording(i8),
+    /// Moves a threshold by this number of steps.
+    StepThreshold(Along, i32),
+    /// Applies the remedy that the strip shows.
+    Remedy,
     /// Maximises a pane, or shows all panes again.
     ToggleMaximized(Option<Pane>),
     /// Starts or ends presenter mode: full screen, larger text and no menus.

@@ -1,32 +1,41 @@
-//! Pane with the errors of each axis on training samples, on test samples and by cross-validation.
+//! Pane with the errors of each axis, which also chooses the axes that the traces show.
 
 use std::sync::Arc;
 
-use egui::Ui;
+use egui::{Align, Label, Layout, Rect, RichText, Sense, Stroke, Ui, UiBuilder, Vec2, WidgetInfo};
 
 use crate::{
     engine::Engine,
     finding::Face,
     questions::{
-        Analysis,
-        errors::errors,
-        expected_error::{expected_error_column, expected_error_table, query::AskExpectedError},
+        Analysis, AxisTraces, TraceSet, errors::errors, expected_error::query::AskExpectedError,
     },
+    recording::Channel,
     report::{Shown, Table},
-    scoring::score_set::ScoreSet,
+    scoring::{Series, score_set::ScoreSet},
     ui::{
-        command::Pane,
+        channels_pane,
+        command::{Command, Out, Pane},
         controls::Controls as _,
+        numbers::significant,
+        palette::Trace,
         pane::{Cx, PaneView},
+        scope::{AxisChoice, Errors, Scope},
         status_line::preview_of,
-        table,
     },
 };
 
+/// Heights of a row (points): in a window of at least this height, and in a lower one.
+const ROW_HEIGHTS: (f32, f32, f32) = (40.0, 880.0, 34.0);
+const AXIS_WIDTH: f32 = 62.0;
+const NUMBER_WIDTH: f32 = 62.0;
+const CHANGE_WIDTH: f32 = 52.0;
+const GAP: f32 = 6.0;
+
 pub const PANE: Pane = Pane {
     key: "errors",
-    title: "Errors",
-    explanation: "RMSE of each axis on training samples, on test samples and by cross-validation; expected error on new recordings",
+    title: "Errors (RMSE)",
+    explanation: "RMSE of each axis by cross-validation, on the test samples or on the training samples; a press on an axis shows its traces",
 };
 
 #[derive(Debug, Default)]
@@ -34,7 +43,8 @@ pub struct View;
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        errors_pane(ui, cx.engine);
+        cx.scope.follow(cx.engine);
+        errors_pane(ui, cx.engine, cx.scope, cx.out);
         // While a slider is dragged, the pane keeps the expected error of the previous settings.
         if let Some((of, analysis)) = cx.engine.exact().filter(|_| cx.engine.gesture.is_none())
             && cx.engine.is_current()
@@ -44,77 +54,187 @@ impl PaneView for View {
     }
 }
 
-fn errors_pane(ui: &mut Ui, engine: &Engine) {
+fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
     ui.take_available_width();
-    ui.horizontal_wrapped(|ui| {
-        ui.strong("RMSE");
-        let Some(analysis) = engine.analysis() else {
-            return;
-        };
-        ui.copies("table", || all_errors(analysis, engine).tab_separated());
-        if !analysis.fitted {
-            ui.weak("Errors of the loaded calibration, applied to these recordings");
-            return;
-        }
-        if let Some(each) = analysis.preview_of {
-            ui.warn(preview_of(each));
-        }
-        let quality = &analysis.calibration.quality;
-        if let Some(how) = &quality.cross_validation
-            && quality.compensated.cv_rmse.is_some()
-        {
-            ui.weak(format!("Cross-validation (CV) {how}"));
-        }
-        for found in &analysis.findings {
-            ui.warn(&found.seen).on_hover_text(found.text(Face::Window));
-        }
-    });
     let Some(analysis) = engine.analysis() else {
         ui.weak("No calibration is fitted yet.");
         return;
     };
+    ui.horizontal(|ui| {
+        let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
+        for set in sets {
+            ui.select(&mut scope.on, set, set.title(), set.explanation());
+        }
+        ui.copies("table", || all_errors(analysis).tab_separated());
+        if let Some(each) = analysis.preview_of {
+            ui.warn("Preview").on_hover_text(preview_of(each));
+        }
+    });
+    let quality = &analysis.calibration.quality;
+    let words = match (&quality.cross_validation, Errors::of(analysis, scope.on)) {
+        _ if !analysis.fitted => "Errors of the loaded calibration".to_owned(),
+        (_, Some(errors)) if errors.on != scope.on => {
+            let reason = scope.on.missing(analysis.calibration.no_cross_validation());
+            format!("{} ({reason})", errors.on.title())
+        }
+        (Some(how), Some(errors)) if errors.on == ScoreSet::LeftOut => {
+            format!("Cross-validation (CV) {how}")
+        }
+        _ => String::new(),
+    };
+    ui.add(Label::new(RichText::new(words).weak()).truncate());
     ui.scrolled(|ui| {
-        table::show(ui, &all_errors(analysis, engine));
-        ui.add_space(8.0);
-        expected(ui, engine);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        table(ui, engine, analysis, scope, out);
+        ui.add_space(6.0);
+        for found in &analysis.findings {
+            let text = RichText::new(&found.seen).color(ui.visuals().warn_fg_color);
+            ui.add(Label::new(text).wrap()).on_hover_text(found.text(Face::Window));
+        }
     });
 }
 
-fn expected(ui: &mut Ui, engine: &Engine) {
-    let lane = engine.lane::<AskExpectedError>();
-    match lane.answer() {
-        Some(Ok(found)) => {
-            table::show(ui, &expected_error_table(found));
-            if !is_of_screen(engine) {
-                ui.weak("updating");
-            }
-        }
-        Some(Err(reason)) => {
-            drop(ui.weak(format!("The expected error cannot be computed: {reason}")))
-        }
-        None => drop(ui.weak(lane.problem().unwrap_or("The expected error is not computed yet."))),
+/// Places of the columns of a row: the axis, the small plot, both errors, their change and the expected error.
+struct Columns {
+    axis: Rect,
+    plot: Rect,
+    numbers: [Rect; 4],
+}
+
+impl Columns {
+    fn of(row: Rect) -> Self {
+        let mut right = row.right() - GAP;
+        let mut next = |width: f32| {
+            let place = row.with_min_x(right - width).with_max_x(right);
+            right -= width + GAP;
+            place
+        };
+        let expected = next(NUMBER_WIDTH);
+        let change = next(CHANGE_WIDTH);
+        let after = next(NUMBER_WIDTH);
+        let before = next(NUMBER_WIDTH);
+        let axis = row.with_min_x(row.left() + GAP).with_max_x(row.left() + GAP + AXIS_WIDTH);
+        let plot = row
+            .with_min_x(axis.right())
+            .with_max_x(before.left() - GAP)
+            .shrink2(Vec2::new(0.0, 3.0));
+        Self { axis, plot, numbers: [before, after, change, expected] }
     }
 }
 
-fn is_of_screen(engine: &Engine) -> bool {
-    let answered = engine.lane::<AskExpectedError>().answered();
-    let shown = engine.analysis().zip(answered);
-    shown.is_some_and(|(analysis, answered)| {
-        Arc::ptr_eq(&analysis.calibration, &answered.calibration)
-    })
+fn at_right(ui: &mut Ui, place: Rect, label: Label) -> egui::Response {
+    let layout = Layout::right_to_left(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(place).layout(layout), |ui| ui.add(label)).inner
 }
 
-/// Returns a table with one row for each axis: the expected error, then the errors on training samples, on test samples and
-/// by cross-validation.
-fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
+fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: &mut Out) {
+    let (_, head) = ui.allocate_space(Vec2::new(ui.available_width(), 22.0));
+    let columns = Columns::of(head);
+    let visuals = ui.visuals().clone();
+    let [before, after] =
+        [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(&visuals));
+    let weak = visuals.weak_text_color();
+    let about = "Load error within which 95 % of the held-out errors lie";
+    let titles = [("Uncomp.", before), ("Comp.", after), ("change", weak), ("95 %", weak)];
+    for ((title, color), place) in titles.into_iter().zip(columns.numbers) {
+        let label = at_right(ui, place, Label::new(RichText::new(title).color(color)));
+        if title == "95 %" {
+            label.on_hover_text(about);
+        }
+    }
+    let errors = Errors::of(analysis, scope.on);
+    let expected =
+        engine.lane::<AskExpectedError>().answer().and_then(|answer| answer.as_ref().ok());
+    let (tall, least, low) = ROW_HEIGHTS;
+    let height = if ui.ctx().content_rect().height() >= least { tall } else { low };
+    for (at, axis) in analysis.calibration.axes.iter().enumerate() {
+        let size = Vec2::new(ui.available_width(), height);
+        let (place, row) = ui.allocate_exact_size(size, Sense::click());
+        let columns = Columns::of(place);
+        let is_shown = scope.axes().contains(axis);
+        row.widget_info(|| {
+            WidgetInfo::selected(egui::Role::RadioButton, true, is_shown, axis.label())
+        });
+        let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it. The right mouse button opens the menu of its role");
+        if is_shown {
+            ui.painter().rect_filled(place, 4.0, visuals.selection.bg_fill);
+        } else if row.hovered() || row.has_focus() {
+            ui.painter().rect_filled(place, 4.0, visuals.widgets.hovered.weak_bg_fill);
+        }
+        let color = if is_shown { visuals.selection.stroke.color } else { visuals.text_color() };
+        let layout = Layout::left_to_right(Align::Center);
+        ui.scope_builder(UiBuilder::new().max_rect(columns.axis).layout(layout), |ui| {
+            ui.add(Label::new(RichText::new(axis.label()).color(color)).selectable(false));
+        });
+        if let Some(traces) = analysis.traces.axes.iter().find(|traces| traces.axis == *axis) {
+            small_plot(ui, &analysis.traces, traces, columns.plot);
+        }
+        let pair = errors
+            .as_ref()
+            .and_then(|errors| Some((*errors.before.get(at)?, *errors.after.get(at)?)));
+        let texts = [
+            pair.map(|(before, _)| significant(before, 4)),
+            pair.map(|(_, after)| significant(after, 4)),
+            pair.filter(|(before, _)| *before > 0.0).map(|(before, after)| {
+                let change = 100.0 * (after / before - 1.0);
+                format!("{change:+.0} %").replace('-', "−")
+            }),
+            expected
+                .and_then(|expected| expected.axes.get(at)?.value)
+                .map(|value| significant(value, 3)),
+        ];
+        for (text, place) in texts.into_iter().zip(columns.numbers) {
+            let text = RichText::new(text.unwrap_or_else(|| "–".to_owned())).color(color);
+            at_right(ui, place, Label::new(text).selectable(false));
+        }
+        if row.clicked() {
+            let adds = ui.input(|input| input.modifiers.shift);
+            let choice = if adds { AxisChoice::Toggle(at) } else { AxisChoice::Only(at) };
+            out.send(Command::Axes(choice));
+        }
+        if let Some(recording) = channels_pane::shown(engine)
+            && let Some(load) = recording.axes().iter().position(|known| known == axis)
+        {
+            row.context_menu(|ui| channels_pane::roles(ui, recording, Channel::Load(load), out));
+        }
+    }
+}
+
+/// Draws the errors over the whole time, as thin lines.
+fn small_plot(ui: &Ui, traces: &TraceSet, axis: &AxisTraces, place: Rect) {
+    let n = traces.times.len();
+    let painter = ui.painter_at(place);
+    painter.rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
+    let columns = (place.width() as usize).min(n);
+    let lines = [Trace::Conventional, Trace::Compensated];
+    let lines: Vec<(Trace, &Arc<Series>)> =
+        lines.into_iter().filter_map(|trace| Some((trace, axis.error(trace)?))).collect();
+    let ends = lines.iter().filter_map(|(_, series)| series.min_max(0..n));
+    let largest = ends.fold(0.0, |most: f64, (low, high)| most.max(-low).max(high));
+    if columns == 0 || largest == 0.0 {
+        return;
+    }
+    let y_of = |value: f64| place.center().y - (0.48 * value / largest) as f32 * place.height();
+    for (trace, series) in lines {
+        let stroke = Stroke::new(1.0, trace.color(ui.visuals()));
+        let points = (0..columns).flat_map(|column| {
+            let samples =
+                column * n / columns..((column + 1) * n / columns).max(column * n / columns + 1);
+            let x = place.left() + (column as f32 + 0.5) * place.width() / columns as f32;
+            let ends = series.min_max(samples);
+            ends.into_iter().flat_map(move |(low, high)| [(x, low), (x, high)])
+        });
+        let points = points.map(|(x, value)| egui::pos2(x, y_of(value))).collect();
+        painter.add(egui::Shape::line(points, stroke));
+    }
+}
+
+/// Returns a table with one row for each axis: the errors on training samples, on test samples and by cross-validation.
+fn all_errors(analysis: &Analysis) -> Table {
     let factory = analysis.factory.as_ref();
-    let known = engine.lane::<AskExpectedError>().answer().and_then(|answer| answer.as_ref().ok());
-    let known = known.filter(|expected| expected.axes.len() == analysis.calibration.axes.len());
-    let title = if is_of_screen(engine) { "Expected" } else { "Expected, updating" };
-    let expected = known.map(|expected| (title.to_owned(), expected_error_column(expected)));
     let tables = ScoreSet::ALL.into_iter().filter_map(|set| {
         let table = errors(&analysis.calibration, factory, set, Shown::Units).ok()?;
         Some((set.title().to_owned(), table))
     });
-    Table::beside("", expected.into_iter().chain(tables))
+    Table::beside("", tables)
 }

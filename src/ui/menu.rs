@@ -4,6 +4,7 @@ use egui::{Button, Ui};
 
 use crate::{
     engine::{Action as Do, Engine, Preferences},
+    recording::Item,
     ui::{
         actions::{self, Action, CanGo},
         command::{Command, Out, Workspace},
@@ -12,30 +13,73 @@ use crate::{
     },
 };
 
+pub const HEIGHT: f32 = 40.0;
+/// Widths of the window (points) from which the keys of the workspaces and the name of the sensor are shown.
+const WIDTH_WITH_KEYS: f32 = 1500.0;
+
 pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanGo, out: &mut Out) {
-    egui::MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| {
-            items(ui, actions::opening(engine), out);
-            recent(ui, engine, out);
+    let is_wide = ui.ctx().content_rect().width() >= WIDTH_WITH_KEYS;
+    ui.horizontal_centered(|ui| {
+        egui::MenuBar::new().ui(ui, |ui| {
+            ui.menu_button("File", |ui| {
+                items(ui, actions::opening(engine), out);
+                recent(ui, engine, out);
+                ui.separator();
+                items(ui, actions::writing(engine), out);
+                ui.separator();
+                items(ui, [actions::quit()], out);
+            });
+            ui.menu_button("Edit", |ui| {
+                items(ui, actions::edit(can), out);
+                ui.separator();
+                items(ui, actions::roles(engine), out);
+            });
+            ui.menu_button("View", |ui| view(ui, engine, can, out));
+            ui.menu_button("Help", |ui| items(ui, actions::help(), out));
             ui.separator();
-            items(ui, actions::writing(engine), out);
-            ui.separator();
-            items(ui, [actions::quit()], out);
-        });
-        ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
-        ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
-        ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
-        ui.menu_button("View", |ui| view(ui, engine, out));
-        ui.menu_button("Help", |ui| items(ui, actions::help(), out));
-        ui.separator();
-        for (workspace, title, explanation) in Workspace::ALL {
-            let is_shown = workspaces.shown() == workspace;
-            let label = egui::RichText::new(title).strong();
-            if ui.selectable_label(is_shown, label).on_hover_text(explanation).clicked() {
-                out.send(Command::Show(workspace));
+            for (at, (workspace, title, explanation)) in Workspace::ALL.into_iter().enumerate() {
+                let is_shown = workspaces.shown() == workspace;
+                let mut button = Button::selectable(is_shown, egui::RichText::new(title).strong());
+                if is_wide {
+                    button = button.shortcut_text(format!("F{}", at + 2));
+                }
+                let button = ui.add(button);
+                button.widget_info(|| {
+                    egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, title)
+                });
+                if button.on_hover_text(explanation).clicked() {
+                    out.send(Command::Show(workspace));
+                }
             }
-        }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let find = Button::new("Find an action").shortcut_text("Ctrl P");
+                let about =
+                    "Opens a field in which a part of an action's name is typed to find the action";
+                if ui.add(find).on_hover_text(about).clicked() {
+                    out.send(Command::ShowPalette);
+                }
+                if is_wide {
+                    sensor(ui, engine);
+                }
+            });
+        });
     });
+}
+
+/// Draws the name of the sensor.
+fn sensor(ui: &mut Ui, engine: &Engine) {
+    let project = engine.project();
+    let identity = &project.identity;
+    if project.recordings.is_simulated() {
+        ui.label("Simulated sensor").on_hover_text(
+            "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg",
+        );
+    } else if identity.get(Item::Serial).is_empty() {
+        return;
+    } else {
+        ui.label(identity.get(Item::Serial));
+    }
+    ui.weak("Sensor");
 }
 
 fn items(ui: &mut Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) {
@@ -70,10 +114,12 @@ fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     });
 }
 
-fn view(ui: &mut Ui, engine: &Engine, out: &mut Out) {
+fn view(ui: &mut Ui, engine: &Engine, can: CanGo, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
-    items(ui, actions::panes(), out);
+    ui.menu_button("Panes", |ui| items(ui, actions::panes(), out));
+    ui.menu_button("Axes, recordings and thresholds", |ui| items(ui, actions::shown(engine), out));
+    ui.menu_button("Time", |ui| items(ui, actions::time(can), out));
     ui.separator();
     items(ui, actions::pictures(), out);
     ui.separator();

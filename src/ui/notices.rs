@@ -13,6 +13,9 @@ use crate::{
 };
 
 const MAX_SHOWN: usize = 3;
+const WIDTH: f32 = 520.0;
+/// Distance of the notices from the lower edge of the window (points), so that they do not cover the thresholds.
+const FOOT: f32 = 142.0;
 /// Factor by which a notice stays on screen longer while the engine computes, because the user may look elsewhere and frames
 /// are drawn late.
 const SLOWER_WHILE_BUSY: u32 = 4;
@@ -89,22 +92,31 @@ impl Notices {
         n_all: usize,
         out: &mut Out,
     ) -> bool {
-        let panel = egui::Panel::bottom("notices").resizable(false).show(ui, |ui| {
-            for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
-                let row = ui.scope(|ui| one(ui, *at, notice, MAX_CHARACTERS, out));
-                // A click anywhere on the row dismisses the notice. The small button serves users without a mouse.
-                let is_pressed = row.response.contains_pointer()
-                    && ui.input(|input| input.pointer.primary_clicked());
-                if is_pressed && !row.inner {
-                    out.send(Action::Dismiss(*at));
+        let width = WIDTH.min(ui.ctx().content_rect().width() - 16.0);
+        let area = egui::Area::new(egui::Id::unique("notices"))
+            .order(egui::Order::Foreground)
+            .anchor(egui::Align2::LEFT_BOTTOM, [8.0, -FOOT]);
+        let panel = area.show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                ui.set_width(width);
+                for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
+                    let row = ui.scope(|ui| one(ui, *at, notice, MAX_CHARACTERS, out));
+                    // A click anywhere on the row dismisses the notice. The small button serves users without a mouse.
+                    let is_pressed = row.response.contains_pointer()
+                        && ui.input(|input| input.pointer.primary_clicked());
+                    if is_pressed && !row.inner {
+                        out.send(Action::Dismiss(*at));
+                    }
                 }
-            }
-            ui.horizontal(|ui| {
-                if ui.press_small(counted(n_all, "notice"), "Lists all notices to read and copy") {
-                    self.list = true;
-                }
-                dismiss_all(ui, out);
-            });
+                ui.horizontal(|ui| {
+                    if ui
+                        .press_small(counted(n_all, "notice"), "Lists all notices to read and copy")
+                    {
+                        self.list = true;
+                    }
+                    dismiss_all(ui, out);
+                });
+            })
         });
         panel.response.contains_pointer()
     }

@@ -4,13 +4,15 @@
 use crate::{
     engine::{ANYONE, Asked, Asker, Engine},
     questions::question::Query,
-    ui::{command::Out, time_view::TimeView},
+    ui::{command::Out, scope::Scope, time_view::TimeView},
 };
 
 pub struct Cx<'a> {
     pub engine: &'a Engine,
     /// Interval of time that all panes show.
     pub time: &'a mut TimeView,
+    /// Axes and samples whose errors all panes show.
+    pub scope: &'a mut Scope,
     pub out: &'a mut Out,
     /// Requests for results, which are sent to the engine after all panes are drawn. [`Self::ask`] adds a request.
     pub asked: &'a mut Vec<Asked>,

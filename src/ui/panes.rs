@@ -8,6 +8,7 @@ const PANES: &[Entry] = &[
     (super::recordings_panel::PANE, of::<super::recordings_panel::View>),
     (super::settings_panel::PANE, of::<super::settings_panel::View>),
     (super::trace_panes::PANE, of::<super::trace_panes::View>),
+    (super::look_back_pane::PANE, of::<super::look_back_pane::View>),
     (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
     (super::models_pane::PANE, of::<super::models_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),

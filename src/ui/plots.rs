@@ -180,17 +180,6 @@ pub fn plot<'a>(
     drawn
 }
 
-/// Draws the lines and marks of a figure, and sets the visible range of the plot to that of the figure.
-pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::Visuals) {
-    let (across, up) = (figure.across.range, figure.up.range);
-    plot.set_plot_bounds(PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]));
-    lines(plot, figure);
-    if let Some(at) = figure.marked {
-        let mark = VLine::new("", at).color(palette::present(visuals));
-        plot.vline(mark.width(1.2));
-    }
-}
-
 fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
     for line in &figure.lines {
         let color = rgb(line.color).gamma_multiply(line.opacity);

@@ -1,19 +1,18 @@
 //! Controls of the regressor (linear fit, network or kernel), of the ridge, and of the training of networks and kernels.
 
-use egui::{ComboBox, Ui};
+use egui::Ui;
 use egui_plot::{Legend, Line, LineStyle, PlotPoints};
 
 use crate::{
     calibration::{
         CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, FitSettings, LANDMARKS,
-        Learner, RIDGE, Regressor, RidgeChoice, SEED,
+        Learner, RIDGE, RidgeChoice, SEED,
     },
     engine::{Action, Engine, query::Background as _},
     features::Setting,
     questions::{TrainingStep, cross_validation_cost, models::asked::Train},
     scoring::score_set::ScoreSet,
     ui::{
-        choice::choice,
         command::Out,
         controls::Controls as _,
         numbers::{duration, significant},
@@ -24,16 +23,8 @@ use crate::{
 
 const LOSS_HEIGHT: f32 = 110.0;
 
-/// Draws the choice of the regressor and, for a network or kernel, its training.
-pub fn regressor(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
-    ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Regressor");
-        let button = ComboBox::from_id_salt("regressor");
-        let described = |one: Regressor| (one.label(), one.explanation());
-        choice(ui, button, &mut settings.regressor, Regressor::ALL, described)
-            .labelled_by(label.id)
-            .on_hover_text(settings.regressor.explanation());
-    });
+/// Draws the settings of a network or kernel.
+pub fn learner(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
     if let Some(learner) = settings.regressor.learner() {
         let (network, kernel) = (&mut settings.network, &mut settings.kernel);
         ui.horizontal_wrapped(|ui| match learner {
@@ -46,7 +37,10 @@ pub fn regressor(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: 
             }
             Learner::Kernel => number(ui, &LANDMARKS, &mut kernel.landmarks),
         });
-        training(ui, engine, settings, learner, out);
+        let epochs = engine.lane::<Train>().answer().map_or(&[][..], |trained| &trained.epochs);
+        if learner == Learner::Network && !epochs.is_empty() {
+            loss_curve(ui, epochs, out);
+        }
     }
 }
 
@@ -93,7 +87,14 @@ pub fn ridge(ui: &mut Ui, ridge: &mut RidgeChoice) {
     }
 }
 
-fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learner, out: &mut Out) {
+/// Draws the button that trains a network or kernel, or the progress of its training.
+pub fn training(
+    ui: &mut Ui,
+    engine: &Engine,
+    settings: &FitSettings,
+    learner: Learner,
+    out: &mut Out,
+) {
     let trained = engine.lane::<Train>().answer();
     let epochs = trained.map_or(&[][..], |trained| &trained.epochs);
     let fits = engine.fitting().is_some();
@@ -148,9 +149,6 @@ fn training(ui: &mut Ui, engine: &Engine, settings: &FitSettings, learner: Learn
             ui.colored_label(color, text);
         }
     });
-    if learner == Learner::Network && !epochs.is_empty() {
-        loss_curve(ui, epochs, out);
-    }
 }
 
 /// Returns the label of the button that trains and cross-validates the network. The label holds the time that this takes,

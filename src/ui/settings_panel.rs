@@ -1,34 +1,28 @@
 //! Pane of the thresholds and the other settings of the fit. The controls edit a copy of the settings. The copy is sent to the
 //! engine if the user changed it.
 
-use egui::{DragValue, Slider, SliderClamping, Ui};
+use egui::{DragValue, Ui};
 
 use crate::{
-    calibration::{DECIMATION, FitSettings, OFFSET, RIDGE, RidgeChoice},
-    engine::{Action, Edit, Engine, Preferences},
+    calibration::{DECIMATION, FitSettings, OFFSET},
+    engine::{Edit, Engine},
     features::{
         Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
     },
     questions::thresholds::ShownFTh,
-    scoring::numbers::round_above,
     shown::printable,
     ui::{
         blocks_panel,
-        command::{Command, Out, Pane},
+        command::{Out, Pane},
         controls::Controls as _,
+        dock::{distance, look_back_id},
         numbers::significant,
         pane::{Cx, PaneView},
         regressor_panel,
         reversal_threshold::or_from_data,
-        setting::{found, number, switch, switched},
+        setting::{number, switch, switched},
     },
 };
-
-/// Maximum of the slider of the time threshold t_th (s), for long recordings. The user can type larger values.
-const LONGEST_SLIDER_SECS: f64 = 60.0;
-
-/// Settings that stay visible while the advanced settings are hidden: the force threshold and the time threshold.
-pub const IN_SIGHT: [Setting; 2] = [F_TH, T_TH];
 
 pub const PANE: Pane =
     Pane { key: "settings", title: "Settings", explanation: "Thresholds, features and regressor" };
@@ -59,7 +53,6 @@ pub fn in_use(engine: &Engine) -> Vec<Setting> {
 }
 
 fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
-    ui.add_space(4.0);
     // An applied calibration contains its settings, so the user can change only the decimation.
     let mut settings = engine.project().settings.clone();
     let is_fitted = engine.project().applied.is_none();
@@ -71,90 +64,28 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 "These samples have no order in time. The settings are kept, and apply again to recordings with times",
             );
         }
-        ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
-        regressor_panel::regressor(ui, engine, &mut settings, out);
-    });
-    changed(ui, &settings, out);
-    let preferences = &engine.preferences;
-    let header = egui::CollapsingHeader::new("Advanced").open(Some(preferences.advanced));
-    let header = header.show(ui, |ui| {
-        ui.add_enabled_ui(is_fitted, |ui| {
-            ui.add_enabled_ui(!is_static, |ui| {
-                more_look_backs(ui, engine, &mut settings.features);
-            });
-            blocks_panel::blocks(ui, &mut settings.features, is_static);
-            auxiliary_references(ui, engine, &mut settings);
-            ui.horizontal_wrapped(|ui| regressor_panel::ridge(ui, &mut settings.ridge));
-            switch(ui, &OFFSET, &mut settings.offset);
-            ui.horizontal(|ui| {
-                number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
-                ui.weak(HISTORY_RATE.unit.symbol);
-            });
+        ui.add_enabled_ui(!is_static, |ui| {
+            look_back(ui, engine, &mut settings.features);
+            more_look_backs(ui, engine, &mut settings.features);
         });
-        decimation(ui, &mut settings);
-        ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
+        ui.separator();
+        blocks_panel::blocks(ui, &mut settings.features, is_static);
+        auxiliary_references(ui, engine, &mut settings);
+        ui.separator();
+        regressor_panel::learner(ui, engine, &mut settings, out);
+        ui.horizontal_wrapped(|ui| regressor_panel::ridge(ui, &mut settings.ridge));
+        switch(ui, &OFFSET, &mut settings.offset);
+        ui.horizontal(|ui| {
+            number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
+            ui.weak(HISTORY_RATE.unit.symbol);
+        });
     });
-    let about = "Shows further settings: thresholds, features, ridge, offset, history rate, decimation and full scale";
-    if header.header_response.on_hover_text(about).clicked() {
-        let advanced = !preferences.advanced;
-        out.send(Action::Prefer(Preferences { advanced, ..preferences.clone() }));
-    }
+    decimation(ui, &mut settings);
+    ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
     if settings != engine.project().settings {
         out.send(Edit::Settings(settings));
     }
     ui.add_space(2.0);
-}
-
-/// Lists the advanced settings that differ from their defaults. A press on a setting shows its control.
-fn changed(ui: &mut Ui, settings: &FitSettings, out: &mut Out) {
-    let FitSettings { features, ridge, offset, decimation, history_rate_hz, .. } = settings;
-    let default = FitSettings::default();
-    let blocks = features.blocks.used().map(|(block, values)| {
-        (*block.setting(), format!("{} {}", block.name(), block.setting().in_words(values)))
-    });
-    let ridge = match ridge {
-        RidgeChoice::Strength(strength) => format!("ridge {strength}"),
-        RidgeChoice::Auto => "ridge auto".to_owned(),
-        RidgeChoice::ByBlock => "ridge for each feature".to_owned(),
-    };
-    let n = features.look_backs.len();
-    let others = [
-        (n > 1, F_TH, format!("{n} look-backs")),
-        (settings.ridge != default.ridge, RIDGE, ridge),
-        (*offset != default.offset, OFFSET, "no offset".to_owned()),
-        (*decimation != default.decimation, DECIMATION, format!("decimation {decimation}")),
-        (
-            *history_rate_hz != default.history_rate_hz,
-            HISTORY_RATE,
-            format!("history rate {history_rate_hz} Hz"),
-        ),
-    ];
-    let others =
-        others.into_iter().filter(|other| other.0).map(|(_, setting, text)| (setting, text));
-    let all: Vec<(Setting, String)> = blocks.chain(others).collect();
-    if all.is_empty() {
-        return;
-    }
-    ui.horizontal_wrapped(|ui| {
-        ui.weak("Advanced settings changed:");
-        for (setting, text) in all {
-            if ui.press_small(
-                text,
-                "Advanced setting that differs from its default; press to show its control",
-            ) {
-                out.send(Command::FindSetting(setting));
-            }
-        }
-    });
-}
-
-/// Returns the distance between two loads that is compared with the force threshold F_th: a norm over the force axes or over
-/// all axes. Before recordings are loaded, the chosen distance is returned.
-fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
-    match engine.project().axes() {
-        [] => features.distance,
-        axes => features.distance.effective(axes),
-    }
 }
 
 fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
@@ -162,14 +93,13 @@ fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     let default = engine.project().default_thresholds();
     ui.horizontal_wrapped(|ui| {
         let mut used = !features.look_backs.is_empty();
-        let id = ui.scope_id().with("look-backs that were turned off");
-        let title = egui::RichText::new("Look-back").heading();
+        let title = "Look-back";
         if ui.tick(
             &mut used,
             title,
             "Adds the gauges of an earlier sample to the fit: the last sample within the time threshold t_th whose conventional load differed by the force threshold F_th (Eq. 9-12 of Koike et al. 2019)",
         ) {
-            switched(ui, id, &mut features.look_backs, &[default]);
+            switched(ui, look_back_id(), &mut features.look_backs, &[default]);
         }
         let shown = ShownFTh::of(distance);
         let f_th = shown.number(default.f_th);
@@ -178,50 +108,6 @@ fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
             features.look_backs = vec![default];
         }
     });
-    let Some((first, others)) = features.look_backs.split_first_mut() else {
-        return;
-    };
-    ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
-    ui.weak("Force threshold F_th");
-    let ShownFTh { factor, unit } = ShownFTh::of(distance);
-    let largest = match distance {
-        Distance::Force => force_range(engine),
-        Distance::FullScale => 200.0,
-    };
-    let above = egui::RectAlign::TOP_START;
-    threshold_slider(ui, &F_TH, (&mut first.f_th, factor), (largest, unit, 3), above);
-    ui.weak("Time threshold t_th (maximum look-back time)");
-    let below = egui::RectAlign::BOTTOM_START;
-    threshold_slider(ui, &T_TH, (&mut first.t_th_secs, 1.0), (t_range(engine), "s", 2), below);
-    others.iter_mut().for_each(|other| other.t_th_secs = first.t_th_secs);
-}
-
-/// Draws a slider of a threshold, which shows `value` multiplied by `factor`. The hover text is on the side away from other
-/// sliders, and is hidden while the slider moves.
-fn threshold_slider(
-    ui: &mut Ui,
-    setting: &Setting,
-    (value, factor): (&mut f64, f64),
-    (largest, unit, max_decimals): (f64, &str, usize),
-    side: egui::RectAlign,
-) {
-    let mut shown = *value * factor;
-    let slider = Slider::new(&mut shown, 0.0..=largest)
-        .text(setting.label)
-        .suffix(format!(" {unit}"))
-        .max_decimals(max_decimals)
-        .clamping(SliderClamping::Never);
-    let slider = ui.add(slider);
-    found(setting, &slider);
-    if slider.changed() {
-        // A typed value may exceed the slider's range, but a negative value, infinity or NaN becomes zero.
-        *value = if shown.is_finite() { shown.max(0.0) / factor } else { 0.0 };
-    }
-    if !slider.dragged() {
-        let mut tooltip = egui::Tooltip::for_enabled(&slider);
-        tooltip.popup = tooltip.popup.align(side).align_alternatives(&[]);
-        tooltip.show(|ui| ui.label(setting.help()));
-    }
 }
 
 /// Draws the field of further force thresholds F_th, and the choice of the distance between loads to which F_th applies.
@@ -260,27 +146,6 @@ fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings)
             }
         });
     }
-}
-
-/// Returns twice the largest force (N), rounded up. The forces of two samples on one axis cannot differ by more.
-fn force_range(engine: &Engine) -> f64 {
-    let largest = engine.analysis().map_or(0.0, |analysis| {
-        let calibration = &analysis.calibration;
-        let scales = calibration.axes.iter().zip(&calibration.full_scale);
-        let forces = scales.filter(|(axis, _)| axis.is_force());
-        forces.map(|(_, scale)| *scale).fold(0.0, f64::max)
-    });
-    if largest > 0.0 { rounded_up(2.0 * largest) } else { 10.0 }
-}
-
-fn t_range(engine: &Engine) -> f64 {
-    let longest =
-        engine.entries().iter().map(|entry| entry.recording.duration_secs()).fold(0.0, f64::max);
-    if longest > 0.0 { rounded_up(longest.min(LONGEST_SLIDER_SECS)) } else { LONGEST_SLIDER_SECS }
-}
-
-fn rounded_up(value: f64) -> f64 {
-    round_above(value, &[1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 }
 
 fn decimation(ui: &mut Ui, settings: &mut FitSettings) {

@@ -11,16 +11,19 @@ use egui::{Panel, Ui};
 
 use crate::{
     engine::{
-        Action, Engine, Existing, FileContent, Level, Preferences, is_calibration,
+        Action, Edit, Engine, Existing, FileContent, Level, Preferences, is_calibration,
         query::{Notify, let_window_go_first},
     },
+    features::{F_TH, T_TH},
+    questions::View,
     recording::Tare,
     ui::{
         actions::{self, CanGo},
         appearance,
-        command::{Command, Out, Pane},
+        command::{Command, Out, Pane, Workspace},
         command_palette::CommandPalette,
         dialogs::{Dialogs, Reply, write},
+        dock,
         hand::Hand,
         help::Help,
         import_window::{ImportFields, import_window},
@@ -29,7 +32,8 @@ use crate::{
         pane::Cx,
         panes::{Views, needs_calibration},
         picture::Images,
-        setting, settings_panel, status_line,
+        scope::Scope,
+        setting, settings_panel, status_line, strip,
         time_view::TimeView,
         welcome,
         workspace::Workspaces,
@@ -39,6 +43,7 @@ use questions::Questions;
 
 /// Change of the text scale factor at each press of Ctrl+Plus or Ctrl+Minus.
 const TEXT_STEP: f32 = 0.1;
+const STATUS_HEIGHT: f32 = 24.0;
 const PRESENTER_SCALE: f32 = 1.4;
 
 /// The program window: the engine, and the state of everything on screen.
@@ -52,6 +57,7 @@ pub struct Shell {
     views: Views,
     places: Vec<(Pane, egui::Rect)>,
     time: TimeView,
+    scope: Scope,
     hand: Hand,
     import_fields: ImportFields,
     questions: Questions,
@@ -99,6 +105,7 @@ impl Shell {
             views: Views::default(),
             places: Vec::new(),
             time: TimeView::default(),
+            scope: Scope::default(),
             hand: Hand::default(),
             import_fields: ImportFields::default(),
             questions: Questions::default(),
@@ -205,6 +212,18 @@ impl Shell {
                 let pointed = pointed.or(self.places.first()).map(|(pane, _)| *pane);
                 self.workspaces.toggle_maximized(pane.or(pointed));
             }
+            Command::ToggleDrawer(pane) => self.workspaces.toggle_drawer(Some(pane)),
+            Command::Axes(choice) => self.scope.show(choice, self.engine.project().axes()),
+            Command::OtherRecording(step) => self.show_other_recording(step),
+            Command::StepThreshold(along, steps) => {
+                let thresholds = dock::stepped(&self.engine, along, steps);
+                self.engine.act(Action::Edit(Edit::Thresholds(thresholds)));
+            }
+            Command::Remedy => {
+                if let Some(command) = strip::remedy(&self.engine) {
+                    self.apply(command, ui);
+                }
+            }
             Command::TogglePresenter => {
                 self.presents = !self.presents;
                 self.looks = None;
@@ -212,8 +231,11 @@ impl Shell {
             }
             Command::ShowPalette => self.palette.open(),
             Command::FindSetting(setting) => {
-                self.workspaces.bring(settings_panel::PANE);
-                self.engine.preferences.advanced |= !settings_panel::IN_SIGHT.contains(&setting);
+                if [F_TH, T_TH].contains(&setting) && !self.workspaces.has_dock() {
+                    self.workspaces.show(Workspace::Calibrate);
+                } else if ![F_TH, T_TH].contains(&setting) {
+                    self.workspaces.bring(settings_panel::PANE);
+                }
                 setting::seek(ui.ctx(), setting);
             }
             Command::ToggleHelp => self.help.toggle(),
@@ -269,6 +291,17 @@ impl Shell {
         }
     }
 
+    fn show_other_recording(&mut self, step: i8) {
+        let n = self.engine.entries().len() as isize;
+        let at = match self.engine.project().view {
+            View::One(at) => at as isize + isize::from(step),
+            View::All => 0,
+        };
+        if (0..n).contains(&at) {
+            self.engine.act(Action::Show(View::One(at as usize)));
+        }
+    }
+
     fn tare_between_cursors(&mut self, at: usize) {
         let analysis = self.engine.analysis().filter(|_| self.engine.is_current());
         let span = analysis.and_then(|analysis| self.time.span_in(at, &analysis.traces));
@@ -306,6 +339,7 @@ impl Shell {
         if self.n_documents != self.engine.n_documents {
             self.n_documents = self.engine.n_documents;
             (self.views, self.time) = (Views::default(), TimeView::default());
+            self.scope = Scope::default();
         }
         if std::mem::take(&mut self.engine.closes) {
             self.closing = true;
@@ -327,20 +361,31 @@ impl Shell {
         let can = CanGo { undo, redo, zoom_back, zoom_forward };
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
-        if !self.presents {
-            Panel::top("menu").show(ui, |ui| {
-                menu::menu_bar(ui, &self.engine, &self.workspaces, can, out);
-            });
-        }
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
-        Panel::bottom("status").show(ui, |ui| {
-            status_line::status_line(ui, &self.engine, out);
+        let (engine, time, scope) = (&self.engine, &mut self.time, &mut self.scope);
+        let bar = egui::Frame::NONE
+            .fill(ui.visuals().panel_fill)
+            .inner_margin(egui::Margin::symmetric(8, 0));
+        if !self.presents {
+            Panel::top("menu").exact_size(menu::HEIGHT).frame(bar).show(ui, |ui| {
+                menu::menu_bar(ui, engine, &self.workspaces, can, out);
+            });
+        }
+        Panel::top("strip").exact_size(strip::HEIGHT).frame(bar).show(ui, |ui| {
+            strip::strip(ui, &mut Cx { engine, time, scope, out, asked: &mut asked });
         });
-        self.notices.show(ui, &self.engine, out);
+        Panel::bottom("status").exact_size(STATUS_HEIGHT).frame(bar).show(ui, |ui| {
+            status_line::status_line(ui, engine, out);
+        });
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
+        if self.workspaces.has_dock() {
+            Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel).show(ui, |ui| {
+                dock::dock(ui, &mut Cx { engine, time, scope, out, asked: &mut asked });
+            });
+        }
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
-            let (engine, time, places) = (&self.engine, &mut self.time, &mut self.places);
+            let places = &mut self.places;
             places.clear();
             if is_empty && engine.importing.is_some() {
                 return; // The import window is shown instead.
@@ -354,10 +399,11 @@ impl Shell {
                 if let Some(missing) = missing.filter(|_| needs_calibration(pane)) {
                     ui.centered_and_justified(|ui| ui.weak(format!("Waits: {missing}")));
                 } else if let Some(view) = self.views.of(pane) {
-                    view.ui(ui, &mut Cx { engine, time, out, asked: &mut asked });
+                    view.ui(ui, &mut Cx { engine, time, scope, out, asked: &mut asked });
                 }
             });
         });
+        self.notices.show(ui, &self.engine, out);
         asked.into_iter().for_each(|asked| self.engine.ask_for(asked));
         let engine = &self.engine;
         // Escape closes the help before it closes an import window.

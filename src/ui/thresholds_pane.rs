@@ -1,8 +1,6 @@
-//! Pane of the thresholds: the map of the error for pairs of force threshold F_th and time threshold t_th, the curves of the
-//! error through the present pair, the histogram of look-back ages, and the proposed pairs.
+//! Pane of the thresholds: the map of the error for pairs of force threshold F_th and time threshold t_th, the histogram of look-back ages, and the proposed pairs.
 
 mod ages;
-mod curves;
 mod map;
 
 use std::sync::Arc;
@@ -17,13 +15,12 @@ use crate::{
         MAP_FORMATS, Measure, ShownFTh, ThresholdMap,
         asked::{ChooseBlock, StudyThresholds, ThresholdStudy},
     },
-    scoring::score_set::ScoreSet,
     ui::{
-        choice::choice,
         command::{Command, Out, Pane},
         controls::Controls as _,
         numbers::significant,
         pane::{Cx, PaneView},
+        scope::Scope,
         status_line::busy,
     },
 };
@@ -41,17 +38,9 @@ pub const PANE: Pane = Pane {
     explanation: "Map of the error for pairs of force threshold F_th and time threshold t_th, and the proposed pairs",
 };
 
+#[derive(Default)]
 pub struct View {
-    /// Axis or group of axes whose errors are shown; `None` until the user chooses one.
-    measure: Option<Measure>,
-    on: ScoreSet,
     texture: MapTexture,
-}
-
-impl Default for View {
-    fn default() -> Self {
-        Self { measure: None, on: ScoreSet::LeftOut, texture: MapTexture::default() }
-    }
 }
 
 impl PaneView for View {
@@ -65,7 +54,7 @@ impl PaneView for View {
             ui.fail(problem);
         }
         match study.answer().and_then(|study| Some((study, study.map.as_ref()?))) {
-            Some((study, map)) => self.draw(ui, cx.engine, study, map, cx.out),
+            Some((study, map)) => self.draw(ui, (cx.engine, &*cx.scope), study, map, cx.out),
             None if study.problem().is_none() => {
                 ui.awaited("The map", cx.engine);
             }
@@ -78,15 +67,13 @@ impl View {
     fn draw(
         &mut self,
         ui: &mut Ui,
-        engine: &Engine,
+        (engine, scope): (&Engine, &Scope),
         study: &ThresholdStudy,
         map: &Arc<ThresholdMap>,
         out: &mut Out,
     ) {
-        let chosen = self.measure;
-        let chosen = chosen.filter(|measure| measure.weights(&map.scale).is_some());
-        let measure = chosen.unwrap_or_else(|| map.scale.default_measure());
-        self.choices(ui, map, measure, out);
+        let measure = scope.measure(&map.scale);
+        choices(ui, map, measure, out);
         if let Some(lag) = &study.lag {
             ui.warn(lag.text(Face::Window));
         }
@@ -94,56 +81,35 @@ impl View {
         blocks(ui, engine, measure, out);
         ui.separator();
         let size = ui.available_size();
-        let left = (0.46 * size.x).max(240.0);
-        ui.horizontal_top(|ui| {
-            ui.vertical(|ui| {
-                ui.set_width(left);
-                map::map(ui, engine, map, measure, self.on, &mut self.texture, out);
-            });
-            ui.vertical(|ui| {
-                let room = size.y > MIN_HEIGHT_FOR_AGES;
-                let ages_height = if room { AGES_SHARE * size.y } else { 0.0 };
-                curves::curves(ui, engine, map, size.y - ages_height, out);
-                if room {
-                    let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
-                    ages::ages(ui, engine, &study.past_ages, place, out);
-                }
-            });
+        let has_room = size.y > MIN_HEIGHT_FOR_AGES;
+        let ages_height = if has_room { AGES_SHARE * size.y } else { 0.0 };
+        ui.allocate_ui(egui::vec2(size.x, size.y - ages_height), |ui| {
+            map::map(ui, engine, map, measure, scope.on, &mut self.texture, out);
         });
+        if has_room {
+            let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
+            ages::ages(ui, engine, &study.past_ages, place, out);
+        }
     }
+}
 
-    fn choices(&mut self, ui: &mut Ui, map: &Arc<ThresholdMap>, measure: Measure, out: &mut Out) {
-        ui.horizontal_wrapped(|ui| {
-            let label = ui.label("Errors of");
-            let button = egui::ComboBox::from_id_salt("measure");
-            let mut chosen = measure;
-            let described = |one| (measure_text(map, one), "");
-            choice(ui, button, &mut chosen, map.scale.measures(), described)
-                .labelled_by(label.id)
-                .on_hover_text(
-                    "Axis or axes whose RMSE the map shows and the proposed pair minimises",
-                );
-            if chosen != measure {
-                self.measure = Some(chosen);
-            }
-            ui.separator();
-            let sets = [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test];
-            ui.select_from(&mut self.on, sets.map(|set| (set, set.title(), set.explanation())));
-            let formats =
-                MAP_FORMATS.iter().map(|format| format!(".{}: {}", format.ending, format.holds));
-            if ui.press("Save as…", formats.collect::<Vec<_>>().join("; ")) {
-                let content = FileContent::Thresholds(Arc::clone(map), measure);
-                out.send(Command::ChooseFileFor(content));
-            }
-            if !map.is_complete() {
-                ui.weak(format!(
-                    "{} of {} rows of the map computed",
-                    map.n_rows_done(),
-                    map.grid.f_ths.len()
-                ));
-            }
-        });
-    }
+fn choices(ui: &mut Ui, map: &Arc<ThresholdMap>, measure: Measure, out: &mut Out) {
+    ui.horizontal_wrapped(|ui| {
+        ui.strong(format!("Error of {}", measure_text(map, measure)));
+        let formats =
+            MAP_FORMATS.iter().map(|format| format!(".{}: {}", format.ending, format.holds));
+        if ui.press("Save as…", formats.collect::<Vec<_>>().join("; ")) {
+            let content = FileContent::Thresholds(Arc::clone(map), measure);
+            out.send(Command::ChooseFileFor(content));
+        }
+        if !map.is_complete() {
+            ui.weak(format!(
+                "{} of {} rows of the map computed",
+                map.n_rows_done(),
+                map.grid.f_ths.len()
+            ));
+        }
+    });
 }
 
 /// Returns true if the left mouse button is pressed on the plot. The right button opens the menu.

@@ -46,6 +46,8 @@ pub struct TimeView {
     /// Samples that look faulty in each recording; empty until the search for faults ends.
     pub faulty: Vec<Arc<FaultyRecording>>,
     pub hovered: Option<usize>,
+    /// Sample that was under the pointer last.
+    last: usize,
     pub locks_values: bool,
     /// Number of the pass of egui in which the traces were last drawn.
     pub drawn_in: u64,
@@ -107,6 +109,17 @@ impl TimeView {
         self.hovered.filter(|_| is_drawn)
     }
 
+    /// Returns the sample under the pointer or at the playing position, or the last such sample.
+    pub fn last_hovered(&self) -> usize {
+        self.last
+    }
+
+    /// Notes the sample under the pointer or at the playing position.
+    pub fn hover(&mut self, sample: Option<usize>) {
+        self.hovered = sample;
+        self.last = sample.unwrap_or(self.last);
+    }
+
     /// Marks a sample in the traces, because it is under the pointer in another pane.
     pub fn point_at(&mut self, sample: usize, context: &egui::Context) {
         self.pointed = Some(sample);
@@ -130,7 +143,7 @@ impl TimeView {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
             self.zooms = Zooms::default();
-            self.hovered = None;
+            (self.hovered, self.last) = (None, traces.times.len() / 2);
             self.cursors.clear();
             self.playing.clear();
         }
@@ -164,6 +177,11 @@ impl TimeView {
                 self.present_time().into_iter().for_each(|time| self.cursors.put(which, time));
             }
             TimeMove::ToggleTable => self.cursors.table = !self.cursors.table,
+            TimeMove::ToggleLock => {
+                self.locks_values = !self.locks_values;
+                self.shown.values.clear();
+            }
+            TimeMove::ToggleCompensated => self.toggle(Trace::Compensated),
         }
     }
 
@@ -229,6 +247,15 @@ impl TimeView {
             let wide = to - from;
             let moved = if time < from { (time - wide, time) } else { (time, time + wide) };
             self.shown.time = Some(moved);
+        }
+    }
+
+    /// Hides a trace, or shows it again.
+    pub fn toggle(&mut self, trace: Trace) {
+        let n_before = self.hidden.len();
+        self.hidden.retain(|hidden| *hidden != trace);
+        if self.hidden.len() == n_before {
+            self.hidden.push(trace);
         }
     }
 

@@ -2,20 +2,20 @@
 //! the same interval of time and the same sample under the pointer.
 
 mod drawn;
-mod overlay;
+pub mod overlay;
 mod pane;
 
 use egui::Ui;
 
 use crate::{
     engine::{Edit, Engine},
-    questions::{AxisTraces, check::query::FindFaults},
-    recording::Channel,
+    questions::{AxisTraces, View as Shown, check::query::FindFaults},
     report::figure,
     ui::{
         channels_pane::{self, view_choice},
-        command::{Out, Pane},
+        command::{Command, Out, Pane},
         controls::Controls as _,
+        numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
         time_view::TimeView,
@@ -61,11 +61,16 @@ impl PaneView for View {
         }
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
+        cx.scope.follow(cx.engine);
         trace_panes(ui, cx, &self.drawn);
     }
 }
 
-fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, drawn: &DrawnLines) {
+fn trace_panes(
+    ui: &mut Ui,
+    Cx { engine, time: panes, scope, out, .. }: &mut Cx<'_>,
+    drawn: &DrawnLines,
+) {
     let Some(analysis) = engine.analysis() else {
         let text = match engine.problem() {
             Some(problem) => problem,
@@ -86,11 +91,7 @@ fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, dr
         panes.playing.clear();
     }
     let shown: Vec<&AxisTraces> =
-        traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis)).collect();
-    if shown.is_empty() {
-        ui.centered_and_justified(|ui| ui.label("All axes are hidden. Choose an axis above"));
-        return;
-    }
+        traces.axes.iter().filter(|axis| scope.axes().contains(&axis.axis)).collect();
     let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0 - f32::from(ABOVE);
     let columns = columns(&shown, egui::vec2(ui.available_width(), room));
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
@@ -120,7 +121,7 @@ fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, dr
                 });
             });
         });
-    panes.cursors.show(ui, engine, traces);
+    panes.cursors.show(ui, scope.axes(), traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
         panes.playing.stepped = false;
@@ -128,7 +129,7 @@ fn trace_panes(ui: &mut Ui, Cx { engine, time: panes, out, .. }: &mut Cx<'_>, dr
     let hovered = if panes.playing.stepped { played.or(hovered) } else { hovered.or(played) };
     let hovered = hovered.or(panes.pointed.take());
     panes.drawn_in = ui.ctx().cumulative_pass_nr();
-    panes.hovered = hovered;
+    panes.hover(hovered);
     if hovered != hovered_before {
         // Plots that were drawn before the plot under the pointer mark the sample only in the next frame, so another frame is
         // requested.
@@ -153,26 +154,26 @@ fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTr
     (0..3.min(shown.len())).map(third).collect()
 }
 
+/// Draws the head of the traces: the recording, the legend and the view in time.
 fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
+        for (label, step, about) in [
+            ("◂", -1, "Shows the previous recording (Page up)"),
+            ("▸", 1, "Shows the next recording (Page down)"),
+        ] {
+            if ui.press(label, about) {
+                out.send(Command::OtherRecording(step));
+            }
+        }
         view_choice(ui, engine, out);
-        ui.separator();
-        for axis in engine.project().axes() {
-            let mut shown = engine.project().is_shown(*axis);
-            let toggle = ui.toggle_value(&mut shown, axis.symbol());
-            let about = "Shows or hides this axis. The right mouse button opens the menu of its role";
-            let toggle = toggle.on_hover_text(about);
-            if toggle.clicked() {
-                out.send(Edit::ShowAxis(*axis, shown));
-            }
-            if let Some(recording) = channels_pane::shown(engine) {
-                let load = recording.axes().iter().position(|own| own == axis);
-                toggle.context_menu(|ui| {
-                    load.into_iter().for_each(|at| {
-                        channels_pane::roles(ui, recording, Channel::Load(at), out);
-                    });
-                });
-            }
+        if let Shown::One(at) = engine.project().view
+            && let Some(entry) = engine.entries().get(at)
+        {
+            let recording = &entry.recording;
+            let rate = recording.rate_hz().map(|rate| format!(" at {} Hz", significant(rate, 3)));
+            let length = significant(recording.duration_secs(), 3);
+            let role = entry.role.label();
+            ui.weak(format!("{role}, {length} s{}", rate.unwrap_or_default()));
         }
         ui.separator();
         let traces = Trace::ALL.into_iter();
@@ -184,10 +185,7 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
             }
             line_sample(ui, trace);
             if trace_tick(ui, &mut shown, trace) {
-                panes.hidden.retain(|hidden| *hidden != trace);
-                if !shown {
-                    panes.hidden.push(trace);
-                }
+                panes.toggle(trace);
             }
         }
         if let Some(factory) = factory {
@@ -203,17 +201,6 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
         ) {
             panes.fit();
         }
-        let lock = ui.toggle_value(&mut panes.locks_values, "Lock y");
-        let lock = lock.on_hover_text(
-            "Keeps the vertical scales of loads and errors, so that changes are visible while a threshold moves",
-        );
-        if lock.clicked() {
-            panes.shown.values.clear();
-        }
-        ui.toggle_value(&mut panes.cursors.table, "Cursors").on_hover_text(
-            "Shows a table of the values at cursors A and B, and of the statistics between A and B. Click in a trace to set A, Shift+click to set B; Escape removes both cursors",
-        );
-        ui.separator();
         panes.playing.controls(ui);
     });
 }

@@ -1,4 +1,4 @@
-//! The arrangement of the panes: each workspace has groups of tabs, between which the user can drag the borders.
+//! The arrangement of the panes in each workspace: one large pane, and smaller ones in a column at its right.
 
 use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
@@ -11,6 +11,7 @@ use crate::ui::{
     errors_pane::PANE as ERRORS,
     export_pane::PANE as EXPORT,
     live_pane::PANE as LIVE,
+    look_back_pane::PANE as LOOK_BACK,
     loops_pane::PANE as LOOPS,
     metrology_pane::PANE as METROLOGY,
     models_pane::PANE as MODELS,
@@ -21,26 +22,64 @@ use crate::ui::{
     trace_panes::PANE as TRACES,
 };
 
-/// Width of the border between two areas (points).
-const BORDER: f32 = 4.0;
-/// Share of the space that each of two areas keeps while their border is dragged.
-const MIN_SHARE: f32 = 0.1;
+/// Width of the border between two panes (points).
+const BORDER: f32 = 6.0;
+/// Widths of the right column (points): in a window at least as wide as the second number, and in a narrower one.
+const RIGHT_WIDTHS: (f32, f32, f32) = (416.0, 1500.0, 360.0);
+/// Minimum and maximum share of the window's width for the right column.
+const RIGHT_SHARES: std::ops::RangeInclusive<f32> = 0.1..=0.6;
+const HEAD_HEIGHT: f32 = 30.0;
+const DRAWER_WIDTHS: [(Pane, f32); 2] = [(RECORDINGS, 460.0), (SETTINGS, 480.0)];
 
 /// Areas of all workspaces, and the workspace on screen.
 pub struct Workspaces {
     shown: Workspace,
-    /// Areas of the workspaces in the order of [`Workspace::ALL`].
-    areas: [Area; Workspace::ALL.len()],
+    /// Areas of the workspaces in the order of [`Workspace::ALL`]. The first area is the large one.
+    areas: [Vec<Area>; Workspace::ALL.len()],
     maximized: Option<Pane>,
     /// Pane that gets the keyboard focus in the next frame.
     focus: Option<Pane>,
+    /// Pane that lies over the left part of the large pane.
+    drawer: Option<Pane>,
+    /// Width of the right column that the user chose (points).
+    right_width: Option<f32>,
+}
+
+/// Place of one pane, or of several panes as tabs.
+struct Area {
+    panes: &'static [Pane],
+    selected: Pane,
+    /// Share of the height of the right column.
+    share: f32,
 }
 
 impl Default for Workspaces {
     fn default() -> Self {
-        let areas = Workspace::ALL.map(|(workspace, ..)| Area::of(workspace));
-        Self { shown: Workspace::Calibrate, areas, maximized: None, focus: None }
+        let areas = Workspace::ALL.map(|(workspace, ..)| areas(workspace));
+        Self {
+            shown: Workspace::Calibrate,
+            areas,
+            maximized: None,
+            focus: None,
+            drawer: None,
+            right_width: None,
+        }
     }
+}
+
+fn areas(workspace: Workspace) -> Vec<Area> {
+    let all: &[(&'static [Pane], f32)] = match workspace {
+        Workspace::Import => &[(&[TRACES, CHANNELS], 0.0), (&[RECORDINGS], 0.75), (&[NOTES], 0.25)],
+        Workspace::Calibrate => &[(&[TRACES], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
+        Workspace::Loops => &[(&[LOOPS], 0.0), (&[METROLOGY], 1.0)],
+        Workspace::Thresholds => &[(&[THRESHOLDS], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
+        Workspace::Models => &[(&[MODELS], 0.0), (&[ERRORS], 1.0)],
+        Workspace::Check => &[(&[CHECK, LIVE], 0.0)],
+        Workspace::Export => &[(&[EXPORT], 0.0), (&[CALIBRATION], 1.0)],
+    };
+    let area =
+        |(panes, share): &(&'static [Pane], f32)| Area { panes, selected: panes[0], share: *share };
+    all.iter().map(area).collect()
 }
 
 impl Workspaces {
@@ -50,24 +89,42 @@ impl Workspaces {
 
     pub fn show(&mut self, workspace: Workspace) {
         self.shown = workspace;
-        self.maximized = None;
+        (self.maximized, self.drawer) = (None, None);
+    }
+
+    /// Returns true if the workspace shows the thresholds and the features of the model.
+    pub fn has_dock(&self) -> bool {
+        matches!(self.shown, Workspace::Calibrate | Workspace::Loops | Workspace::Thresholds)
+    }
+
+    /// Opens a pane as drawer, or closes it.
+    pub fn toggle_drawer(&mut self, pane: Option<Pane>) {
+        self.drawer = pane.filter(|pane| self.drawer != Some(*pane));
     }
 
     /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
-        let area = &self.areas[self.shown as usize];
-        self.maximized.map_or_else(|| area.on_screen(), |pane| vec![pane])
+        let areas = self.areas[self.shown as usize].iter().map(|area| area.selected);
+        let areas = self.maximized.map_or_else(|| areas.collect(), |pane| vec![pane]);
+        areas.into_iter().chain(self.drawer).collect()
     }
 
-    /// Selects the tab of a pane, in the present workspace or else in the first workspace that contains the pane.
+    /// Selects the tab of a pane, in the present workspace or else in the first workspace that contains the pane. A pane that
+    /// is in no area of the present workspace and can be a drawer becomes the drawer.
     pub fn bring(&mut self, pane: Pane) {
         self.maximized.take_if(|shown| *shown != pane);
         self.focus = Some(pane);
-        let all = Workspace::ALL.map(|(workspace, ..)| workspace);
-        let mut places = std::iter::once(self.shown).chain(all);
-        let place = places.find(|place| self.areas[*place as usize].select(pane));
-        if let Some(place) = place.filter(|place| *place != self.shown) {
-            self.show(place);
+        let mut select = |place: Workspace| {
+            let mut areas = self.areas[place as usize].iter_mut();
+            let area = areas.find(|area| area.panes.contains(&pane));
+            area.map(|area| area.selected = pane).is_some()
+        };
+        if select(self.shown) {
+            self.drawer = None;
+        } else if DRAWER_WIDTHS.iter().any(|(drawer, _)| *drawer == pane) {
+            self.drawer = Some(pane);
+        } else if let Some((place, ..)) = Workspace::ALL.iter().find(|(place, ..)| select(*place)) {
+            self.show(*place);
         }
     }
 
@@ -82,146 +139,89 @@ impl Workspaces {
         out: &mut Out,
         draw: &mut dyn FnMut(&mut Ui, &mut Out, Pane),
     ) {
+        let whole = ui.available_rect_before_wrap();
         let mut drawing = Drawing { draw, focus: self.focus.take(), out };
         if let Some(pane) = self.maximized {
-            ui.horizontal(|ui| {
-                let title = egui::Label::new(egui::RichText::new(pane.title).strong());
-                let title = ui.add(title.sense(Sense::click()));
-                let back = ui
-                    .button("All panes")
-                    .on_hover_text("Shows all panes of the workspace again (F9)");
-                if title.double_clicked() || back.clicked() {
-                    drawing.out.send(Command::ToggleMaximized(None));
-                }
-            });
-            drawing.pane(ui, pane);
+            drawing.maximized(ui, pane);
         } else {
-            self.areas[self.shown as usize].draw(ui, &mut drawing);
+            self.areas(ui, whole, &mut drawing);
+        }
+        if let Some(pane) = self.drawer {
+            let width = DRAWER_WIDTHS.iter().find(|(drawer, _)| *drawer == pane);
+            let width = width.map_or(whole.width(), |(_, width)| width.min(whole.width()));
+            let rect = whole.with_max_x(whole.left() + width);
+            let area = egui::Area::new(egui::Id::unique("drawer"))
+                .order(egui::Order::Middle)
+                .fixed_pos(rect.min);
+            area.show(ui.ctx(), |ui| {
+                let frame = egui::Frame::popup(ui.style()).inner_margin(0.0).corner_radius(0.0);
+                frame.show(ui, |ui| {
+                    let inside = rect.shrink(1.0);
+                    ui.set_min_size(inside.size());
+                    ui.set_max_size(inside.size());
+                    let place = UiBuilder::new().max_rect(inside);
+                    let mut ui = ui.new_child(place);
+                    drawing.head(&mut ui, &mut None, &[pane]);
+                    drawing.pane(&mut ui, pane);
+                });
+            });
+            let is_typing = ui.ctx().text_edit_focused() || egui::Popup::is_any_open(ui.ctx());
+            if !is_typing && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+                self.drawer = None;
+            }
         }
     }
-}
 
-/// Part of a workspace.
-enum Area {
-    /// Panes as tabs, and the pane whose tab is selected.
-    Tabs(&'static [Pane], Pane),
-    /// Two areas, one above the other if `is_column` or else side by side, and the share of the first.
-    Two { is_column: bool, share: f32, parts: Box<[Self; 2]> },
+    fn areas(&mut self, ui: &mut Ui, whole: egui::Rect, drawing: &mut Drawing<'_>) {
+        let (wide, least, narrow) = RIGHT_WIDTHS;
+        let usual = match self.shown {
+            Workspace::Export => 0.5 * whole.width(),
+            _ if whole.width() >= least => wide,
+            _ => narrow,
+        };
+        let areas = &mut self.areas[self.shown as usize];
+        let [hero, right @ ..] = &mut areas[..] else { return };
+        let (least, most) = RIGHT_SHARES.into_inner();
+        let width = self.right_width.unwrap_or(usual);
+        let width = width.clamp(least * whole.width(), most * whole.width());
+        let edge = if right.is_empty() { whole.right() } else { whole.right() - width };
+        let column = whole.with_min_x((edge + BORDER).min(whole.right()));
+        hero.draw(ui, whole.with_max_x(edge), false, drawing);
+        if right.is_empty() {
+            return;
+        }
+        let border = whole.with_min_x(edge).with_max_x(edge + BORDER);
+        let drag = ui.interact(border, ui.scope_id().with("border"), Sense::DRAG);
+        let drag = drag.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+        if drag.dragged() {
+            self.right_width = Some(width - drag.drag_delta().x);
+        }
+        let line = if drag.hovered() || drag.dragged() {
+            ui.visuals().widgets.hovered.bg_fill
+        } else {
+            ui.visuals().faint_bg_color
+        };
+        ui.painter().rect_filled(border.shrink2(egui::vec2(2.0, 0.0)), 0.0, line);
+        let mut top = column.top();
+        for area in right {
+            let bottom = (top + area.share * column.height()).min(column.bottom());
+            area.draw(ui, column.with_min_y(top).with_max_y(bottom), true, drawing);
+            top = bottom;
+        }
+    }
 }
 
 impl Area {
-    fn of(workspace: Workspace) -> Self {
-        let tabs = |panes: &'static [Pane]| Self::Tabs(panes, panes[0]);
-        let row = |share, left, right| {
-            let parts = Box::new([left, right]);
-            Self::Two { is_column: false, share, parts }
-        };
-        let column = |share, above, below| {
-            let parts = Box::new([above, below]);
-            Self::Two { is_column: true, share, parts }
-        };
-        let settings_above = |share, below| column(share, tabs(&[SETTINGS]), tabs(below));
-        match workspace {
-            Workspace::Import => {
-                let right = column(0.62, tabs(&[TRACES, CHANNELS]), tabs(&[NOTES]));
-                row(0.4, tabs(&[RECORDINGS]), right)
-            }
-            Workspace::Calibrate => {
-                let right = column(0.66, tabs(&[TRACES]), tabs(&[ERRORS]));
-                row(0.28, settings_above(0.54, &[RECORDINGS]), right)
-            }
-            Workspace::Loops => {
-                let foot = row(0.55, tabs(&[TRACES]), tabs(&[METROLOGY]));
-                let right = column(0.5, tabs(&[LOOPS]), foot);
-                row(0.24, settings_above(0.5, &[RECORDINGS]), right)
-            }
-            Workspace::Thresholds => {
-                let right = column(0.5, tabs(&[TRACES]), tabs(&[THRESHOLDS]));
-                row(0.32, settings_above(0.5, &[ERRORS]), right)
-            }
-            Workspace::Models => {
-                let right = column(0.72, tabs(&[MODELS]), tabs(&[ERRORS]));
-                row(0.26, settings_above(0.6, &[RECORDINGS]), right)
-            }
-            Workspace::Check => {
-                let right = column(0.5, tabs(&[CHECK]), tabs(&[TRACES, LIVE]));
-                row(0.34, tabs(&[RECORDINGS]), right)
-            }
-            Workspace::Export => {
-                let right = column(0.66, tabs(&[CALIBRATION]), tabs(&[ERRORS, NOTES]));
-                row(0.34, tabs(&[EXPORT]), right)
-            }
+    fn draw(&mut self, ui: &mut Ui, rect: egui::Rect, has_head: bool, drawing: &mut Drawing<'_>) {
+        let place = UiBuilder::new().max_rect(rect).id_salt(self.panes[0].key);
+        let mut ui = ui.new_child(place);
+        ui.shrink_clip_rect(rect);
+        if has_head || self.panes.len() > 1 {
+            let mut selected = Some(self.selected);
+            drawing.head(&mut ui, &mut selected, self.panes);
+            self.selected = selected.unwrap_or(self.selected);
         }
-    }
-
-    fn on_screen(&self) -> Vec<Pane> {
-        match self {
-            Self::Tabs(_, selected) => vec![*selected],
-            Self::Two { parts, .. } => parts.iter().flat_map(Self::on_screen).collect(),
-        }
-    }
-
-    /// Selects the tab of a pane. Returns false if the area does not contain the pane.
-    fn select(&mut self, pane: Pane) -> bool {
-        match self {
-            Self::Tabs(panes, selected) => {
-                let is_here = panes.contains(&pane);
-                if is_here {
-                    *selected = pane;
-                }
-                is_here
-            }
-            Self::Two { parts, .. } => parts.iter_mut().any(|part| part.select(pane)),
-        }
-    }
-
-    fn draw(&mut self, ui: &mut Ui, drawing: &mut Drawing<'_>) {
-        match self {
-            Self::Tabs(panes, selected) => {
-                ui.horizontal(|ui| {
-                    for pane in *panes {
-                        let about =
-                            format!("{}. A double click maximises the pane", pane.explanation);
-                        let tab = ui.selectable_value(selected, *pane, pane.title);
-                        if tab.on_hover_text(about).double_clicked() {
-                            drawing.out.send(Command::ToggleMaximized(Some(*pane)));
-                        }
-                    }
-                });
-                drawing.pane(ui, *selected);
-            }
-            Self::Two { is_column, share, parts } => {
-                let whole = ui.available_rect_before_wrap();
-                // Index of the coordinate across the border: x, or y in a column.
-                let across = usize::from(*is_column);
-                let (start, end) = (whole.min[across], whole.max[across]);
-                let at = egui::lerp(start..=end, *share);
-                let beyond = (at + BORDER).min(end);
-                let (mut first, mut border, mut second) = (whole, whole, whole);
-                first.max[across] = at;
-                (border.min[across], border.max[across]) = (at, beyond);
-                second.min[across] = beyond;
-                let cursor = [CursorIcon::ResizeHorizontal, CursorIcon::ResizeVertical][across];
-                let drag = ui.interact(border, ui.scope_id().with("border"), Sense::DRAG);
-                let drag = drag.on_hover_and_drag_cursor(cursor);
-                if drag.dragged() {
-                    let moved = drag.drag_delta()[across] / (end - start);
-                    *share = (*share + moved).clamp(MIN_SHARE, 1.0 - MIN_SHARE);
-                }
-                let line = if drag.hovered() || drag.dragged() {
-                    ui.visuals().widgets.hovered.bg_fill
-                } else {
-                    ui.visuals().faint_bg_color
-                };
-                ui.painter().rect_filled(border, 0.0, line);
-                for (part, rect) in parts.iter_mut().zip([first, second]) {
-                    let place = UiBuilder::new().max_rect(rect).id_salt(rect == first);
-                    let mut ui = ui.new_child(place);
-                    ui.shrink_clip_rect(rect);
-                    part.draw(&mut ui, drawing);
-                }
-            }
-        }
+        drawing.pane(&mut ui, self.selected);
     }
 }
 
@@ -232,6 +232,48 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
+    /// Draws the title of a pane, or the tabs of several panes.
+    fn head(&mut self, ui: &mut Ui, selected: &mut Option<Pane>, panes: &[Pane]) {
+        ui.horizontal(|ui| {
+            ui.set_height(HEAD_HEIGHT);
+            ui.add_space(8.0);
+            for pane in panes {
+                let about = format!("{}. A double click maximises the pane", pane.explanation);
+                let title = egui::RichText::new(pane.title).size(15.0);
+                let tab = match panes {
+                    [_] => ui.add(egui::Label::new(title.strong()).sense(Sense::click())),
+                    _ => ui.selectable_value(selected, Some(*pane), title),
+                };
+                if tab.on_hover_text(about).double_clicked() {
+                    self.out.send(Command::ToggleMaximized(Some(*pane)));
+                }
+            }
+            if let (None, [pane]) = (&selected, panes) {
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    ui.add_space(8.0);
+                    let close = ui.button("Close").on_hover_text("Closes this list (Escape)");
+                    if close.clicked() {
+                        self.out.send(Command::ToggleDrawer(*pane));
+                    }
+                });
+            }
+        });
+    }
+
+    fn maximized(&mut self, ui: &mut Ui, pane: Pane) {
+        ui.horizontal(|ui| {
+            ui.add_space(8.0);
+            let title = egui::Label::new(egui::RichText::new(pane.title).strong());
+            let title = ui.add(title.sense(Sense::click()));
+            let back =
+                ui.button("All panes").on_hover_text("Shows all panes of the workspace again (F9)");
+            if title.double_clicked() || back.clicked() {
+                self.out.send(Command::ToggleMaximized(None));
+            }
+        });
+        self.pane(ui, pane);
+    }
+
     fn pane(&mut self, ui: &mut Ui, pane: Pane) {
         // The pane as a whole can take the keyboard focus; the Tab key then moves the focus to the controls of the pane.
         let rect = ui.available_rect_before_wrap();
@@ -244,7 +286,7 @@ impl Drawing<'_> {
         if whole.has_focus() {
             focus_ring(ui.painter(), rect.shrink(1.0));
         }
-        let place = UiBuilder::new().max_rect(rect.shrink2(egui::vec2(6.0, 4.0))).id_salt(pane.key);
+        let place = UiBuilder::new().max_rect(rect.shrink2(egui::vec2(8.0, 4.0))).id_salt(pane.key);
         let mut ui = ui.new_child(place);
         ui.shrink_clip_rect(rect);
         (self.draw)(&mut ui, self.out, pane);
@@ -261,11 +303,13 @@ mod tests {
     }
 
     #[test]
-    fn every_pane_has_a_workspace_and_each_shows_three_to_five_at_once() {
-        let mut areas = Workspaces::default().areas;
-        assert!(areas.iter().all(|area| (3..=5).contains(&area.on_screen().len())));
+    fn every_pane_can_be_brought_and_a_workspace_shows_one_to_three() {
+        let shown = Workspaces::default();
+        assert!(shown.areas.iter().all(|areas| (1..=3).contains(&areas.len())));
         for pane in panes::all() {
-            assert!(areas.iter_mut().any(|area| area.select(pane)), "{}", pane.title);
+            let mut workspaces = Workspaces::default();
+            workspaces.bring(pane);
+            assert!(workspaces.on_screen().contains(&pane), "{}", pane.title);
         }
     }
 
@@ -287,6 +331,21 @@ mod tests {
         workspaces.toggle_maximized(Some(named("traces")));
         assert_eq!(workspaces.on_screen(), [named("traces")]);
         workspaces.toggle_maximized(None);
-        assert_eq!(workspaces.on_screen().len(), 4);
+        assert_eq!(workspaces.on_screen().len(), 3);
+    }
+
+    #[test]
+    fn a_drawer_lies_over_the_workspace_until_it_is_closed() {
+        let mut workspaces = Workspaces::default();
+        workspaces.bring(named("settings"));
+        assert_eq!(workspaces.shown(), Workspace::Calibrate);
+        assert_eq!(workspaces.drawer, Some(named("settings")));
+        workspaces.toggle_drawer(Some(named("recordings")));
+        assert_eq!(workspaces.drawer, Some(named("recordings")));
+        workspaces.toggle_drawer(Some(named("recordings")));
+        assert_eq!(workspaces.drawer, None);
+        workspaces.show(Workspace::Import);
+        workspaces.bring(named("recordings"));
+        assert_eq!(workspaces.drawer, None, "the workspace has the list already");
     }
 }

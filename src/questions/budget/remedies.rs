@@ -9,10 +9,7 @@ use crate::{
     features::{Auxiliary, Block, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds},
     progress::Progress,
     questions::{
-        budget::{
-            query::{ErrorBudget, pools},
-            sentence::name,
-        },
+        budget::query::{ErrorBudget, pools},
         dataset::Dataset,
         error::AnalysisError,
         request::Request,
@@ -84,7 +81,7 @@ impl Remedy {
     /// Returns the cause, the remedy in the words of `action`, and the error that it leaves.
     pub fn text(&self, action: &str, budget: &ErrorBudget) -> String {
         let cause = match (&self.action, self.cause) {
-            (_, Some(cause)) => name(cause, &budget.uncompensated),
+            (_, Some(cause)) => cause.name(budget.uncompensated.are_segments),
             (Action::Mean(_), None) => "noise",
             (_, None) => "unexplained",
         };

@@ -35,25 +35,16 @@ enum Change {
     StillThere,
 }
 
-/// Returns the name of a cause, as it is written in a sentence.
-pub fn name(cause: Cause, budget: &Budget) -> &'static str {
-    match cause {
-        Cause::Curvature => "curvature",
-        Cause::Hysteresis => "hysteresis",
-        Cause::Creep => "creep",
-        Cause::Lag => "lag",
-        Cause::Zeros if budget.are_segments => "slow changes (zero, drift, slow creep)",
-        Cause::Zeros => "zeros between recordings",
-        Cause::Drift => "drift",
-        Cause::Sensitivity => "sensitivity",
-        Cause::Temperature => "auxiliary channels",
-    }
-}
-
 impl ErrorBudget {
     /// Returns the sentences about the errors of each pool of axes.
     pub fn sentences(&self) -> Vec<String> {
         (0..self.pools.len()).map(|pool| sentence(self, pool)).collect()
+    }
+
+    /// Returns what most of an error is; `None` if the recordings do not tell surely.
+    pub fn mostly(&self, shares: &Shares, budget: &Budget) -> Option<String> {
+        let is_known = self.uncompensated.n_recordings >= FEWEST_RECORDINGS && is_sure(shares);
+        is_known.then(|| mostly(shares, budget))?
     }
 }
 
@@ -138,13 +129,13 @@ impl Part<'_> {
             Cause::Zeros if !budget.are_segments => {
                 "slow changes between recordings (zeros, temperature or slow creep)"
             }
-            cause => name(*cause, budget),
+            cause => cause.name(budget.are_segments),
         };
         let causes: Vec<&str> = self.causes.iter().map(words).collect();
         let mut or: Vec<Cause> = self.or.iter().copied().copied().collect();
         or.sort_unstable();
         or.dedup();
-        let or = or.iter().map(|other| format!(" or {}", name(*other, budget)));
+        let or = or.iter().map(|other| format!(" or {}", other.name(budget.are_segments)));
         causes.join(" and ") + &or.collect::<String>()
     }
 }

@@ -3,7 +3,7 @@
 use strum::IntoEnumIterator as _;
 
 use crate::{
-    questions::budget::{query::ErrorBudget, sentence},
+    questions::budget::query::ErrorBudget,
     report::table::{Cell, Column, Table},
     scoring::budget::{Budget, Cause, Shares},
 };
@@ -36,7 +36,7 @@ pub fn budget_table(of: &ErrorBudget) -> Table {
     Table::of(&rows)
         .words("Cause", |row| match row {
             Row::Total => "error".to_owned(),
-            Row::Cause(cause) => sentence::name(*cause, &of.uncompensated).to_owned(),
+            Row::Cause(cause) => cause.name(of.uncompensated.are_segments).to_owned(),
             Row::Noise => "noise".to_owned(),
             Row::Unexplained => "unexplained".to_owned(),
         })

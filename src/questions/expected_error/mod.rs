@@ -12,6 +12,4 @@ pub mod query;
 pub(crate) mod rule;
 pub(crate) mod shown;
 
-#[cfg(feature = "gui")]
-pub(crate) use shown::expected_error_column;
 pub(crate) use shown::{expected_error_table, limits_table};

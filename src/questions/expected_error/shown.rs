@@ -37,14 +37,6 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
         .table("Expected error", of.notes().join(" "))
 }
 
-/// Returns a table of the expected errors alone, to put beside other errors of the same axes.
-pub fn expected_error_column(of: &ExpectedError) -> Table {
-    Table::of(&of.axes)
-        .words("Axis", |error| error.axis.label())
-        .digits("95 %", 3, |error| error.value)
-        .table("Expected error", of.notes().join(" "))
-}
-
 pub fn limits_table(checked: &[Checked]) -> Table {
     Table::of(checked)
         .words("Figure", |limit| limit.figure.name())

@@ -32,6 +32,14 @@ impl Along {
             Self::T => pair.t_th_secs,
         }
     }
+
+    /// Returns the pair with another threshold.
+    pub fn with(self, pair: Thresholds, value: f64) -> Thresholds {
+        match self {
+            Self::F => Thresholds { f_th: value, ..pair },
+            Self::T => Thresholds { t_th_secs: value, ..pair },
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]

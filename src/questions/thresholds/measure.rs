@@ -80,6 +80,16 @@ impl Measure {
         }
     }
 
+    /// Returns the name with a capital letter.
+    pub(crate) fn title(self, scale: &MeasureScale) -> &'static str {
+        match self {
+            Self::Forces => "Forces",
+            Self::Moments => "Moments",
+            Self::FullScale => "All axes",
+            Self::Axis(_) => self.label(scale),
+        }
+    }
+
     pub(crate) fn label(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.symbol()),

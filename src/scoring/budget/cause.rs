@@ -31,6 +31,22 @@ impl Cause {
     /// Causes that give each unit a value of its own: an offset, a slope in time, a factor.
     pub(super) const OF_UNITS: [Self; 3] = [Self::Zeros, Self::Drift, Self::Sensitivity];
 
+    /// Returns the name of the cause, as it is written in a sentence. `are_segments` is true if segments of recordings are
+    /// left out.
+    pub fn name(self, are_segments: bool) -> &'static str {
+        match self {
+            Self::Curvature => "curvature",
+            Self::Hysteresis => "hysteresis",
+            Self::Creep => "creep",
+            Self::Lag => "lag",
+            Self::Zeros if are_segments => "slow changes (zero, drift, slow creep)",
+            Self::Zeros => "zeros between recordings",
+            Self::Drift => "drift",
+            Self::Sensitivity => "sensitivity",
+            Self::Temperature => "auxiliary channels",
+        }
+    }
+
     /// True for hysteresis, creep and lag, which one speed of loading tells apart less well than their sum.
     pub fn is_history(self) -> bool {
         matches!(self, Self::Hysteresis | Self::Creep | Self::Lag)

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use egui_plot::{LineStyle, PlotUi, VLine};
 
 use crate::{
-    engine::Engine,
     questions::{AxisTraces, TraceSet},
+    recording::Axis,
     report::{Cell, Column, Table},
     scoring::Series,
     ui::{
@@ -132,7 +132,7 @@ impl Cursors {
         }
     }
 
-    pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
+    pub fn show(&mut self, ui: &egui::Ui, axes: &[Axis], traces: &TraceSet) {
         if !self.table {
             return;
         }
@@ -141,7 +141,7 @@ impl Cursors {
             return;
         };
         let samples = a.min(b.unwrap_or(a))..a.max(b.unwrap_or(a)) + 1;
-        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
+        let shown = traces.axes.iter().filter(|axis| axes.contains(&axis.axis));
         let rows: Vec<Row> = shown.flat_map(rows).collect();
         let is_of_these = |span: &Span| {
             let series =

@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// Share of the height for the loads; the errors get the remaining height.
-const TRACES_SHARE: f32 = 0.55;
+const TRACES_SHARE: f32 = 0.56;
 /// Minimum mean distance (pixels) of the marks at which recordings begin. If the marks are closer, none is drawn.
 const MARKS_APART: usize = 8;
 /// Minimum horizontal resolution of a saved figure (pixels).
@@ -136,16 +136,14 @@ fn pane(
     let ranges = || {
         format!("{}, {}", plots::range(visible.time, traces.across()), plots::range(values, &title))
     };
-    show_values(ui, &plot, traces, (axis, kind), panes, ranges)
+    sample_at_pointer(&plot, traces, axis, panes, ranges)
 }
 
-/// Shows a tooltip with the values of the sample under the pointer, or at the playing position. Returns the index of the sample
-/// under the pointer.
-fn show_values(
-    ui: &Ui,
+/// Gives screen readers the values of the present sample. Returns the index of the sample under the pointer.
+fn sample_at_pointer(
     plot: &Drawn,
     traces: &TraceSet,
-    (axis, kind): (&AxisTraces, Kind),
+    axis: &AxisTraces,
     panes: &TimeView,
     ranges: impl Fn() -> String,
 ) -> Option<usize> {
@@ -155,21 +153,8 @@ fn show_values(
         Some(k) => overlay::spoken(traces, axis, k),
         None => ranges(),
     });
-    let pointer = plot.response.hover_pos();
-    let sample = pointer.and_then(|at| traces.sample_at(plot.transform.value_from_position(at).x));
-    // If the pointer is on no plot, the first plot shows the tooltip of the sample at the playing position.
-    let is_first =
-        kind == Kind::Load && traces.axes.first().is_some_and(|first| first.axis == axis.axis);
-    let shown = match (sample, is_first && panes.playing.stepped) {
-        (Some(k), _) => Some((k, None)),
-        (None, true) => hovered.map(|k| (k, Some(plot.response.rect))),
-        (None, false) => None,
-    };
-    // The tooltip is hidden while a menu is open, because it would cover the menu.
-    if let Some((k, beside)) = shown.filter(|_| !plot.response.context_menu_opened()) {
-        overlay::tooltip(ui, &plot.response, traces, axis, (k, beside));
-    }
-    sample
+    let pointer = plot.response.hover_pos()?;
+    traces.sample_at(plot.transform.value_from_position(pointer).x)
 }
 
 impl<'a> Visible<'a> {

@@ -1,0 +1,378 @@
+//! Model type, feature blocks and thresholds, at the same place in all workspaces that show loads. Each slider of a threshold
+//! shows the error over its own range.
+
+use egui::{
+    Align, Button, ComboBox, DragValue, Layout, Pos2, Rect, RichText, Sense, Shape, Slider,
+    SliderClamping, Stroke, Ui, UiBuilder, Vec2,
+};
+
+use crate::{
+    calibration::{FitSettings, Regressor},
+    engine::{Edit, Engine},
+    features::{Appends, BLOCKS, Distance, F_TH, FeatureSettings, Setting, T_TH, Thresholds},
+    questions::thresholds::{
+        Along, ShownFTh, ThresholdMap,
+        asked::{StudyThresholds, ThresholdStudy},
+    },
+    report::figure::DASHED,
+    scoring::numbers::round_above,
+    shown::counted,
+    ui::{
+        blocks_panel,
+        choice::choice,
+        command::{Command, Out},
+        numbers::significant,
+        palette::{self, Trace},
+        pane::Cx,
+        regressor_panel,
+        scope::Scope,
+        setting::{found, switched},
+        settings_panel,
+    },
+};
+
+pub const HEIGHT: f32 = 112.0;
+const MODEL_WIDTH: f32 = 400.0;
+const NARROW_MODEL_WIDTH: f32 = 330.0;
+const PADDING: f32 = 12.0;
+const ROW_HEIGHT: f32 = 28.0;
+const CURVE_HEIGHT: f32 = 34.0;
+const RAIL_HEIGHT: f32 = 6.0;
+const HANDLE: f32 = 18.0;
+const VALUE_SIZE: f32 = 20.0;
+/// Half of the width of the mark of the lowest error (points).
+const MARK: f32 = 5.0;
+/// Maximum of the slider of the time threshold t_th (s), for long recordings. The user can type larger values.
+const LONGEST_SLIDER_SECS: f64 = 60.0;
+/// Share of a slider's range by which the keys move a threshold.
+const KEY_STEP: f64 = 0.01;
+
+pub fn dock(ui: &mut Ui, cx: &mut Cx<'_>) {
+    let project = cx.engine.project();
+    if !project.recordings.entries().is_empty() && project.missing().is_none() {
+        cx.ask(StudyThresholds::of(&cx.engine.request(), project.thresholds()));
+    }
+    let rect = ui.max_rect().shrink2(Vec2::new(PADDING, 6.0));
+    let is_wide = ui.ctx().content_rect().width() >= 1500.0;
+    let width = if is_wide { MODEL_WIDTH } else { NARROW_MODEL_WIDTH };
+    let model = rect.with_max_x(rect.left() + width);
+    let rest = rect.with_min_x(model.right() + 2.0 * PADDING);
+    let half = 0.5 * (rest.width() - 2.0 * PADDING);
+    let left = rest.with_max_x(rest.left() + half);
+    let right = rest.with_min_x(rest.right() - half);
+    let mut settings = project.settings.clone();
+    let is_fitted = project.applied.is_none();
+    ui.add_enabled_ui(is_fitted, |ui| {
+        let layout = Layout::top_down(Align::Min);
+        ui.scope_builder(UiBuilder::new().max_rect(model).layout(layout), |ui| {
+            ui.shrink_clip_rect(model.expand(2.0));
+            model_choices(ui, cx.engine, &mut settings, cx.out);
+        });
+        let study = cx.engine.lane::<StudyThresholds>().answer();
+        for (along, place) in [(Along::F, left), (Along::T, right)] {
+            threshold(ui, cx.engine, along, &mut settings.features, (cx.scope, study), place);
+        }
+    });
+    if settings != project.settings {
+        cx.out.send(Edit::Settings(settings));
+    }
+}
+
+fn model_choices(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: &mut Out) {
+    let is_static = engine.project().recordings.is_static();
+    ui.spacing_mut().item_spacing.y = 4.0;
+    ui.horizontal(|ui| {
+        ui.set_height(ROW_HEIGHT);
+        let label = ui.label("Model type");
+        let button = ComboBox::from_id_salt("regressor");
+        let described = |one: Regressor| (one.label(), one.explanation());
+        choice(ui, button, &mut settings.regressor, Regressor::ALL, described)
+            .labelled_by(label.id)
+            .on_hover_text(settings.regressor.explanation());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let more =
+                ui.button("More…").on_hover_text("Shows all settings of the fit (Ctrl+comma)");
+            if more.clicked() {
+                out.send(Command::ToggleDrawer(settings_panel::PANE));
+            }
+        });
+    });
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 5.0;
+        ui.set_height(ROW_HEIGHT);
+        ui.add_enabled_ui(!is_static, |ui| look_back_switch(ui, engine, &mut settings.features));
+        for block in [2, 1, 0, 3].map(|at| BLOCKS[at]) {
+            let has_past = matches!(block.appends(), Appends::Past(_));
+            ui.add_enabled_ui(!(is_static && has_past), |ui| {
+                let blocks = &mut settings.features.blocks;
+                let is_on = blocks.used().any(|(used, _)| used.name() == block.name());
+                let button = Button::selectable(is_on, block.name()).frame_when_inactive(true);
+                if ui.add(button).on_hover_text(block.setting().help()).clicked() {
+                    let mut values = blocks.of(block).to_vec();
+                    blocks_panel::switch(ui, block, is_on, &mut values);
+                    blocks.set(block, values);
+                }
+            });
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.set_height(ROW_HEIGHT - 6.0);
+        match settings.regressor.learner() {
+            Some(learner) => regressor_panel::training(ui, engine, settings, learner, out),
+            None => {
+                let words = engine.analysis().map(|analysis| {
+                    let calibration = &analysis.calibration;
+                    let n = calibration.quality.rank;
+                    let samples = calibration.quality.n_train as usize;
+                    format!(
+                        "{} per axis · fitted to {}",
+                        counted(n, "coefficient"),
+                        counted(samples, "sample")
+                    )
+                });
+                ui.weak(words.unwrap_or_default());
+            }
+        }
+    });
+}
+
+fn look_back_switch(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
+    let is_on = !features.look_backs.is_empty();
+    let about = "Adds the gauges of an earlier sample to the fit: the last sample within the time threshold t_th whose conventional load differed by the force threshold F_th (Eq. 9-12 of Koike et al. 2019)";
+    let button = Button::selectable(is_on, "Look-back").frame_when_inactive(true);
+    if ui.add(button).on_hover_text(about).clicked() {
+        let default = engine.project().default_thresholds();
+        switched(ui, look_back_id(), &mut features.look_backs, &[default]);
+    }
+}
+
+/// Key of the look-backs that were switched off.
+pub fn look_back_id() -> egui::Id {
+    egui::Id::unique("look-backs that were turned off")
+}
+
+/// Returns the distance between two loads that is compared with the force threshold F_th: a norm over the force axes or over
+/// all axes. Before recordings are loaded, the chosen distance is returned.
+pub fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
+    match engine.project().axes() {
+        [] => features.distance,
+        axes => features.distance.effective(axes),
+    }
+}
+
+/// A threshold as its slider shows it.
+struct Shown {
+    setting: Setting,
+    title: &'static str,
+    keys: &'static str,
+    unit: &'static str,
+    /// Factor of the shown value.
+    factor: f64,
+    largest: f64,
+    decimals: usize,
+}
+
+fn shown(engine: &Engine, along: Along, features: &FeatureSettings) -> Shown {
+    match along {
+        Along::F => {
+            let distance = distance(engine, features);
+            let ShownFTh { factor, unit } = ShownFTh::of(distance);
+            let largest = match distance {
+                Distance::Force => force_range(engine),
+                Distance::FullScale => 200.0,
+            };
+            let (title, keys) = ("Force threshold", "Ctrl ← →");
+            Shown { setting: F_TH, title, keys, unit, factor, largest, decimals: 3 }
+        }
+        Along::T => {
+            let (title, keys) = ("Time threshold", "Ctrl ↑ ↓");
+            let largest = t_range(engine);
+            Shown { setting: T_TH, title, keys, unit: "s", factor: 1.0, largest, decimals: 2 }
+        }
+    }
+}
+
+/// Returns the thresholds after `steps` steps of the keys along this axis.
+pub fn stepped(engine: &Engine, along: Along, steps: i32) -> Thresholds {
+    let settings = &engine.project().settings.features;
+    let present = engine.project().thresholds();
+    let Shown { factor, largest, .. } = shown(engine, along, settings);
+    let moved = along.of(present) * factor + f64::from(steps) * KEY_STEP * largest;
+    let moved = (moved.max(0.0) / (KEY_STEP * largest)).round() * KEY_STEP * largest / factor;
+    along.with(present, moved)
+}
+
+fn threshold(
+    ui: &mut Ui,
+    engine: &Engine,
+    along: Along,
+    features: &mut FeatureSettings,
+    (scope, study): (&Scope, Option<&ThresholdStudy>),
+    place: Rect,
+) {
+    let is_on = !features.look_backs.is_empty() && !engine.project().recordings.is_static();
+    let present = engine.project().thresholds();
+    let shown = shown(engine, along, features);
+    let before = along.of(present) * shown.factor;
+    let mut value = before;
+    let head = place.with_max_y(place.top() + ROW_HEIGHT);
+    let curve = Rect::from_min_size(
+        head.left_bottom() + Vec2::new(0.0, 2.0),
+        Vec2::new(place.width(), CURVE_HEIGHT),
+    );
+    let rail = Rect::from_min_size(curve.left_bottom(), Vec2::new(place.width(), HANDLE));
+    let mut label = None;
+    ui.scope_builder(
+        UiBuilder::new().max_rect(head).layout(Layout::left_to_right(Align::Center)),
+        |ui| {
+            ui.label(shown.title);
+            label = Some(ui.label(RichText::new(shown.setting.label).strong()).id);
+            if ui.ctx().content_rect().width() >= 1500.0 {
+                ui.small(shown.keys);
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if !is_on {
+                    ui.weak("switched off");
+                    return;
+                }
+                ui.weak(shown.unit);
+                let font = egui::FontId::proportional(VALUE_SIZE);
+                ui.style_mut().override_font_id = Some(font);
+                let field = DragValue::new(&mut value)
+                    .speed(0.01 * shown.largest)
+                    .max_decimals(shown.decimals);
+                let field = ui.add(field).on_hover_text(shown.setting.help());
+                found(&shown.setting, &field);
+                label.into_iter().for_each(|label| drop(field.clone().labelled_by(label)));
+            });
+        },
+    );
+    let reach = HANDLE / 2.0;
+    let ends = (rail.left() + reach, rail.right() - reach);
+    let x_of =
+        |value: f64| egui::lerp(ends.0..=ends.1, (value / shown.largest).clamp(0.0, 1.0) as f32);
+    let map = study.and_then(|study| study.map.as_ref());
+    let mut lowest = None;
+    if let Some(map) = map {
+        lowest = draw_curve(
+            ui,
+            map,
+            along,
+            present,
+            scope,
+            (curve, &|value| x_of(value * shown.factor)),
+        );
+    }
+    ui.scope_builder(UiBuilder::new().max_rect(rail), |ui| {
+        ui.spacing_mut().slider_width = rail.width();
+        ui.spacing_mut().slider_rail_height = RAIL_HEIGHT;
+        ui.spacing_mut().interact_size.y = HANDLE;
+        ui.multiply_opacity(if is_on { 1.0 } else { 0.5 });
+        let slider = Slider::new(&mut value, 0.0..=shown.largest)
+            .show_value(false)
+            .trailing_fill(true)
+            .clamping(SliderClamping::Never)
+            .max_decimals(shown.decimals);
+        let slider = ui.add(slider);
+        label.into_iter().for_each(|label| drop(slider.clone().labelled_by(label)));
+        if !slider.dragged() {
+            slider.on_hover_text(shown.setting.help());
+        }
+    });
+    if let Some(lowest) = lowest.filter(|_| is_on) {
+        let at = Pos2::new(x_of(lowest * shown.factor), rail.bottom() + 2.0);
+        let corners = [at, at + Vec2::new(-MARK, 7.0), at + Vec2::new(MARK, 7.0)];
+        let color = palette::look_back(ui.visuals());
+        ui.painter().add(Shape::convex_polygon(corners.to_vec(), color, Stroke::NONE));
+        let around = Rect::from_center_size(at + Vec2::new(0.0, 4.0), Vec2::splat(14.0));
+        let about = format!(
+            "Lowest error along this slider: {} {}",
+            significant(lowest * shown.factor, 3),
+            shown.unit
+        );
+        let mark = ui.interact(
+            around,
+            ui.scope_id().with(("lowest", shown.setting.label)),
+            Sense::click(),
+        );
+        mark.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &about));
+        if mark.on_hover_text(&about).clicked() {
+            value = lowest * shown.factor;
+        }
+    }
+    if value != before {
+        // A typed value may exceed the slider's range, but a negative value, infinity or NaN becomes zero.
+        let value = if value.is_finite() { value.max(0.0) / shown.factor } else { 0.0 };
+        if features.look_backs.is_empty() {
+            features.look_backs = vec![engine.project().default_thresholds()];
+        }
+        let first = along.with(features.look_backs[0], value);
+        features.look_backs[0] = first;
+        features.look_backs.iter_mut().for_each(|other| other.t_th_secs = first.t_th_secs);
+    }
+}
+
+/// Draws the error over the range of a threshold, through the present pair. Returns the threshold with the lowest error.
+fn draw_curve(
+    ui: &Ui,
+    map: &ThresholdMap,
+    along: Along,
+    present: Thresholds,
+    scope: &Scope,
+    (place, x_of): (Rect, &dyn Fn(f64) -> f32),
+) -> Option<f64> {
+    let measure = scope.measure(&map.scale);
+    let through = map.nearest(present);
+    let values = match along {
+        Along::F => &map.grid.f_ths,
+        Along::T => &map.grid.t_ths_secs,
+    };
+    let error = |at: usize| match along {
+        Along::F => map.value(scope.on, measure, at, through.1),
+        Along::T => map.value(scope.on, measure, through.0, at),
+    };
+    let errors = values.iter().enumerate().filter_map(|(at, value)| Some((*value, error(at)?)));
+    let errors: Vec<(f64, f64)> = errors.collect();
+    let without = map.conventional_value(scope.on, measure)?;
+    let all = || errors.iter().map(|(_, error)| *error).chain([without]);
+    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
+    let inside = place.shrink2(Vec2::new(0.0, 3.0));
+    let y_of = |error: f64| {
+        let share = (error - low) / (high - low).max(f64::MIN_POSITIVE);
+        egui::lerp(inside.bottom()..=inside.top(), share as f32)
+    };
+    let visuals = ui.visuals();
+    let painter = ui.painter_at(place.expand(2.0));
+    let ends = [inside.left(), inside.right()].map(|x| Pos2::new(x, y_of(without)));
+    let before = Stroke::new(1.0, Trace::Conventional.color(visuals));
+    painter.extend(Shape::dashed_line(&ends, before, DASHED[0], DASHED[1]));
+    let points = errors.iter().map(|(value, error)| Pos2::new(x_of(*value), y_of(*error)));
+    let after = Trace::Compensated.color(visuals);
+    painter.add(Shape::line(points.collect(), Stroke::new(1.6, after)));
+    let now = along.of(present);
+    let near = errors.iter().min_by(|a, b| (a.0 - now).abs().total_cmp(&(b.0 - now).abs()))?;
+    let dot = Pos2::new(x_of(now), y_of(near.1));
+    painter.circle_filled(dot, 3.0, palette::present(visuals));
+    errors.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(value, _)| *value)
+}
+
+/// Returns twice the largest force (N), rounded up. The forces of two samples on one axis cannot differ by more.
+fn force_range(engine: &Engine) -> f64 {
+    let largest = engine.analysis().map_or(0.0, |analysis| {
+        let calibration = &analysis.calibration;
+        let scales = calibration.axes.iter().zip(&calibration.full_scale);
+        let forces = scales.filter(|(axis, _)| axis.is_force());
+        forces.map(|(_, scale)| *scale).fold(0.0, f64::max)
+    });
+    if largest > 0.0 { rounded_up(2.0 * largest) } else { 10.0 }
+}
+
+fn t_range(engine: &Engine) -> f64 {
+    let longest =
+        engine.entries().iter().map(|entry| entry.recording.duration_secs()).fold(0.0, f64::max);
+    if longest > 0.0 { rounded_up(longest.min(LONGEST_SLIDER_SECS)) } else { LONGEST_SLIDER_SECS }
+}
+
+fn rounded_up(value: f64) -> f64 {
+    round_above(value, &[1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
+}

@@ -1,0 +1,403 @@
+//! The answer in one line: the error before and after the compensation with its causes as two bars, a sentence, and the
+//! remedy that lowers the error that is left.
+
+use egui::{Align, Button, ComboBox, Layout, Rect, RichText, Sense, Ui, UiBuilder, Vec2};
+
+use crate::{
+    engine::{Action as Do, Edit, Engine, SEARCH_MINUTES},
+    features::{BLOCKS, Block},
+    questions::{
+        Analysis, Candidates,
+        budget::{Action, ErrorBudget, Remedy},
+        check::{independent_loads::Sufficiency, query::CheckData},
+        thresholds::{Measure, MeasureScale},
+    },
+    recording::{Role, Tare},
+    scoring::{
+        budget::{Budget, Shares},
+        score_set::ScoreSet,
+    },
+    ui::{
+        bars,
+        choice::choice,
+        command::{Command, Out, Workspace},
+        numbers::significant,
+        palette::Trace,
+        pane::Cx,
+        scope::{Errors, Scope, scale_of},
+    },
+};
+
+pub const HEIGHT: f32 = 44.0;
+const SCOPE_WIDTH: f32 = 136.0;
+const NAMES_WIDTH: f32 = 104.0;
+const FIGURES_WIDTH: f32 = 76.0;
+const REMEDY_WIDTH: f32 = 168.0;
+const BAR_HEIGHT: f32 = 16.0;
+const GAP: f32 = 12.0;
+/// Widths of the window (points) from which the bars have these widths.
+const BARS: [(f32, f32); 3] = [(1500.0, 520.0), (1200.0, 320.0), (0.0, 180.0)];
+/// Opacity of figures that belong to earlier settings.
+const OLD: f32 = 0.6;
+
+/// Ratios of the compensated to the uncompensated error, and words for the part that is left.
+const LEFT: [(f64, &str); 5] = [
+    (0.1, "a tenth"),
+    (0.2, "a fifth"),
+    (0.25, "a quarter"),
+    (0.333, "a third"),
+    (0.4, "two fifths"),
+];
+
+pub fn strip(ui: &mut Ui, cx: &mut Cx<'_>) {
+    let rect = ui.max_rect().shrink2(Vec2::new(8.0, 0.0));
+    let Some(analysis) = cx.engine.analysis() else {
+        place(ui, rect, |ui| ui.weak("Nothing to compare yet"));
+        return;
+    };
+    let project = cx.engine.project();
+    if cx.engine.gesture.is_none() && cx.engine.is_current() && project.missing().is_none() {
+        cx.ask(CheckData::of(&cx.engine.request(), project.valid_range()));
+    }
+    let scale = scale_of(analysis);
+    let Some(errors) = Errors::of(analysis, cx.scope.on) else {
+        place(ui, rect, |ui| ui.weak("No reference load: there is nothing to compare with"));
+        return;
+    };
+    let wide = ui.ctx().content_rect().width();
+    let width = BARS.iter().find(|(least, _)| wide >= *least).map_or(0.0, |(_, width)| *width);
+    let mut left = rect.left();
+    let mut next = |width: f32| {
+        let place = Rect::from_x_y_ranges(left..=left + width, rect.y_range());
+        left += width + GAP;
+        place
+    };
+    let (scope, names, area, figures) =
+        (next(SCOPE_WIDTH), next(NAMES_WIDTH), next(width), next(FIGURES_WIDTH));
+    let remedy_place =
+        Rect::from_x_y_ranges(rect.right() - REMEDY_WIDTH..=rect.right(), rect.y_range());
+    let sentence =
+        Rect::from_x_y_ranges(figures.right() + GAP..=remedy_place.left() - GAP, rect.y_range());
+    place(ui, scope, |ui| scope_menu(ui, cx.scope, &scale));
+    let measure = cx.scope.measure(&scale);
+    let lane = cx.engine.lane::<CheckData>();
+    let found = lane.answer();
+    let is_old = !cx.engine.is_current() || found.is_some() && !lane.is_current();
+    ui.scope(|ui| {
+        if is_old {
+            ui.multiply_opacity(OLD);
+        }
+        let calibration = &analysis.calibration;
+        let is_compensated = calibration.learned.is_some() || calibration.features.adds_columns();
+        let compared = Compared { scale: &scale, measure, errors: &errors, is_compensated };
+        let budget = found.and_then(|found| found.budget.as_ref().ok());
+        two_bars(
+            ui,
+            &compared,
+            budget.filter(|_| errors.on == ScoreSet::LeftOut),
+            (names, area, figures),
+            cx.out,
+        );
+        sentences(ui, &compared, analysis, budget, sentence);
+    });
+    if let Some((found, budget)) =
+        found.and_then(|found| Some((found, found.budget.as_ref().ok()?)))
+        && let Some(remedy) = first_remedy(found, cx.engine)
+    {
+        place(ui, remedy_place, |ui| remedy_button(ui, cx.engine, remedy, budget, measure, cx.out));
+    }
+}
+
+fn place<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let layout = Layout::left_to_right(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), contents).inner
+}
+
+fn scope_menu(ui: &mut Ui, scope: &mut Scope, scale: &MeasureScale) {
+    let measure = scope.measure(scale);
+    let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
+    let measures = scale.measures();
+    let all = measures.iter().flat_map(|measure| sets.map(|on| (*measure, on)));
+    let mut chosen = (measure, scope.on);
+    let described = |(measure, on): (Measure, ScoreSet)| {
+        (format!("{}, {}", measure.title(scale), on.title()), on.explanation())
+    };
+    let button = ComboBox::from_id_salt("scope").width(SCOPE_WIDTH - 8.0).truncate();
+    let about =
+        "Axes and samples whose errors the bars, the sentence, the sliders and the map show";
+    choice(ui, button, &mut chosen, all, described).on_hover_text(about);
+    if chosen != (measure, scope.on) {
+        scope.choose(chosen.0);
+        scope.on = chosen.1;
+    }
+}
+
+/// What is compared: the errors of these axes before and after the compensation.
+struct Compared<'a> {
+    scale: &'a MeasureScale,
+    measure: Measure,
+    errors: &'a Errors<'a>,
+    is_compensated: bool,
+}
+
+impl Compared<'_> {
+    /// Returns both errors in the unit of the axes.
+    fn in_units(&self) -> Option<[f64; 2]> {
+        let of = |rmse: &[f64]| self.measure.of_rmse(self.scale, rmse);
+        Some([of(self.errors.before)?, of(self.errors.after)?])
+    }
+
+    /// Returns both errors in % of full scale.
+    fn in_percent(&self) -> Option<[f64; 2]> {
+        let weights = self.measure.weights(self.scale)?;
+        let n = weights.iter().filter(|weight| **weight > 0.0).count();
+        let percent = |rmse: &[f64]| {
+            let axes = rmse.iter().zip(&self.scale.full_scale).zip(&weights);
+            let counted = axes.filter(|((_, full), weight)| **weight > 0.0 && **full > 0.0);
+            let squares = counted.map(|((rmse, full), _)| (rmse / full).powi(2));
+            100.0 * (squares.sum::<f64>() / n.max(1) as f64).sqrt()
+        };
+        Some([percent(self.errors.before), percent(self.errors.after)])
+    }
+}
+
+/// Returns the shares of these axes in a budget.
+fn shares_of<'a>(of: &ErrorBudget, budget: &'a Budget, measure: Measure) -> Option<&'a Shares> {
+    let pool = |name: &str| of.pools.iter().position(|pool| *pool == name);
+    match measure {
+        Measure::Axis(at) => budget.axes.get(at)?.as_ref().ok(),
+        Measure::Forces => budget.pools.get(pool("Forces")?)?.as_ref().ok(),
+        Measure::Moments => budget.pools.get(pool("Moments")?)?.as_ref().ok(),
+        Measure::FullScale if of.pools.len() == 1 => budget.pools.first()?.as_ref().ok(),
+        Measure::FullScale => None,
+    }
+}
+
+fn two_bars(
+    ui: &mut Ui,
+    compared: &Compared<'_>,
+    of: Option<&ErrorBudget>,
+    (names, area, figures): (Rect, Rect, Rect),
+    out: &mut Out,
+) {
+    let Some(percent) = compared.in_percent() else { return };
+    let longest = percent[0].max(percent[1]);
+    let budgets = of.map(|of| [Some(&of.uncompensated), of.compensated.as_ref()]);
+    let parts: [Vec<bars::Part>; 2] = [0, 1].map(|at| {
+        let budget = budgets.and_then(|budgets| budgets[at]);
+        let shares =
+            budget.and_then(|budget| Some((shares_of(of?, budget, compared.measure)?, budget)));
+        shares.map_or_else(Vec::new, |(shares, budget)| bars::parts(shares, budget))
+    });
+    let bright = bars::largest(&parts[1]).or(bars::largest(&parts[0]));
+    let middle = area.center().y;
+    let tops = [middle - BAR_HEIGHT - 2.0, middle + 2.0];
+    let visuals = ui.visuals().clone();
+    let outputs = [Trace::Conventional, Trace::Compensated];
+    let mut about = Vec::new();
+    for (at, trace) in outputs.into_iter().enumerate() {
+        let row =
+            |rect: Rect| Rect::from_x_y_ranges(rect.x_range(), tops[at]..=tops[at] + BAR_HEIGHT);
+        let color = trace.color(&visuals);
+        place(ui, row(names), |ui| ui.label(RichText::new(trace.label()).color(color)));
+        if at == 1 && !compared.is_compensated {
+            continue;
+        }
+        let whole = row(area);
+        let length = (percent[at] / longest.max(f64::MIN_POSITIVE)) as f32;
+        let bar = whole.with_max_x(whole.left() + length * whole.width());
+        bars::bar(ui.painter(), bar, &parts[at], bright, color, &visuals);
+        let figure = format!("{} % FS", significant(percent[at], 3));
+        let causes =
+            parts[at].iter().map(|part| format!("{} {:.0} %", part.name, 100.0 * part.share));
+        about.push(format!(
+            "{}: {figure}. {}",
+            trace.label(),
+            causes.collect::<Vec<_>>().join(", ")
+        ));
+        place(ui, row(figures), |ui| ui.label(figure));
+    }
+    let about = format!(
+        "{}. Shares of the mean squared error. Press for the whole table",
+        about.join("\n")
+    );
+    let bars = ui.interact(area, ui.scope_id().with("bars"), Sense::click()).on_hover_text(&about);
+    bars.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &about));
+    if bars.clicked() {
+        out.send(Command::Show(Workspace::Check));
+    }
+}
+
+fn sentences(
+    ui: &mut Ui,
+    compared: &Compared<'_>,
+    analysis: &Analysis,
+    budget: Option<&ErrorBudget>,
+    rect: Rect,
+) {
+    let Some(errors) = compared.in_units() else { return };
+    let unit = compared.measure.unit(compared.scale);
+    let first = match compared.is_compensated {
+        true => result(errors, unit),
+        false => format!("Without compensation the error is {} {unit}.", significant(errors[0], 3)),
+    };
+    let left = budget.and_then(|of| {
+        let budget = of.compensated.as_ref().filter(|_| compared.is_compensated);
+        let budget = budget.unwrap_or(&of.uncompensated);
+        of.mostly(shares_of(of, budget, compared.measure)?, budget)
+    });
+    let second = match (left, compared.is_compensated) {
+        (Some(left), true) => format!("What is left is mostly {left}."),
+        (Some(left), false) => format!("It is mostly {left}."),
+        (None, _) => match &analysis.calibration.quality.cross_validation {
+            Some(how) if compared.errors.on == ScoreSet::LeftOut => {
+                format!("Cross-validation {how}.")
+            }
+            _ => format!("Errors on the {} samples.", compared.errors.on.label()),
+        },
+    };
+    let is_worse = compared.is_compensated && errors[1] > 1.05 * errors[0];
+    let rect = Rect::from_center_size(rect.center(), Vec2::new(rect.width(), 38.0));
+    let layout = Layout::top_down(Align::Min);
+    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), |ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let color = match is_worse {
+            true => ui.visuals().warn_fg_color,
+            false => ui.visuals().strong_text_color(),
+        };
+        let first = egui::Label::new(RichText::new(first).size(15.0).color(color));
+        ui.add(first.truncate());
+        ui.add(egui::Label::new(RichText::new(second).weak()).truncate());
+    });
+}
+
+/// Returns what the compensation does to the error, in one sentence.
+fn result([before, after]: [f64; 2], unit: &str) -> String {
+    let ratio = after / before;
+    let figures = format!("{} → {} {unit}", significant(before, 3), significant(after, 3));
+    if !ratio.is_finite() {
+        return format!("The error is {figures}.");
+    }
+    if ratio < 0.45 {
+        let far = |known: f64| (ratio / known).ln().abs();
+        let near = LEFT.iter().min_by(|a, b| far(a.0).total_cmp(&far(b.0)));
+        let words = near.filter(|_| ratio > 0.07).map_or("little", |(_, words)| *words);
+        return format!("Compensation leaves {words} of the error: {figures}.");
+    }
+    match ratio {
+        _ if ratio <= 0.55 => format!("Compensation halves the error: {figures}."),
+        _ if ratio <= 0.95 => {
+            format!(
+                "Compensation takes off {:.0} % of the error: {figures}.",
+                100.0 * (1.0 - ratio)
+            )
+        }
+        _ if ratio <= 1.05 => format!("Compensation changes nothing: {figures}."),
+        _ => format!("Compensation makes the error worse: {figures}."),
+    }
+}
+
+/// Returns what a press on the remedy of the strip does; `None` without a remedy.
+pub fn remedy(engine: &Engine) -> Option<Command> {
+    command(first_remedy(engine.lane::<CheckData>().answer()?, engine)?, engine)
+}
+
+/// Returns the remedy of the largest cause that can be pressed.
+fn first_remedy<'a>(found: &'a Sufficiency, engine: &Engine) -> Option<&'a Remedy> {
+    let can_be_pressed = |remedy: &&Remedy| command(remedy, engine).is_some();
+    found.remedies.iter().find(can_be_pressed)
+}
+
+/// Returns what a press on a remedy does; `None` if a press can do nothing.
+pub fn command(remedy: &Remedy, engine: &Engine) -> Option<Command> {
+    let project = engine.project();
+    Some(match &remedy.action {
+        Action::Features(features) => {
+            let features = (**features).clone();
+            Edit::Settings(crate::calibration::FitSettings { features, ..project.settings.clone() })
+                .into()
+        }
+        Action::Tare => Do::Tare((0..engine.entries().len()).collect(), Tare::Auto).into(),
+        Action::LeaveOut(name) => {
+            let at = engine.entries().iter().position(|entry| entry.recording.name() == name)?;
+            Edit::Role(at, Role::Off).into()
+        }
+        Action::TryModels => {
+            let limit = std::time::Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
+            Do::FindBest(Candidates::All, limit).into()
+        }
+        Action::RecordTemperature | Action::Mean(_) => return None,
+    })
+}
+
+/// Returns a short name of what a press on a remedy does.
+pub fn short(remedy: &Remedy, engine: &Engine) -> String {
+    match &remedy.action {
+        Action::Features(features) => {
+            let present = &engine.project().settings.features;
+            let is_added = |block: &&&dyn Block| {
+                let values = features.blocks.of(**block);
+                !values.is_empty() && values != present.blocks.of(**block)
+            };
+            let blocks = BLOCKS.iter().filter(is_added).map(|block| block.name().to_lowercase());
+            let look_back = present.look_backs.is_empty() && !features.look_backs.is_empty();
+            let look_back = look_back.then(|| "look-back".to_owned());
+            let added: Vec<String> = blocks.chain(look_back).collect();
+            match &added[..] {
+                [] => "Change features".to_owned(),
+                all => format!("Add {}", all.join(", ")),
+            }
+        }
+        Action::Tare => "Tare each recording".to_owned(),
+        Action::LeaveOut(name) => format!("Leave out {name}"),
+        Action::TryModels => "Try all models".to_owned(),
+        Action::RecordTemperature => "Record a temperature".to_owned(),
+        Action::Mean(n) => format!("Mean over {n} samples"),
+    }
+}
+
+fn remedy_button(
+    ui: &mut Ui,
+    engine: &Engine,
+    remedy: &Remedy,
+    budget: &ErrorBudget,
+    measure: Measure,
+    out: &mut Out,
+) {
+    let pool = match measure {
+        Measure::Moments => "Moments",
+        _ => "Forces",
+    };
+    let at = budget.pools.iter().position(|name| *name == pool).unwrap_or(0);
+    let error = remedy.errors.get(at);
+    let error = error.map(|error| format!(" → {} %", significant(100.0 * error, 2)));
+    let text = format!("{}{}", short(remedy, engine), error.unwrap_or_default());
+    let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
+    let button = button.fill(ui.visuals().selection.bg_fill).truncate();
+    let about = format!("Remedy for {} (R)", remedy.text(&remedy.action.words(), budget));
+    let pressed = ui.add_sized([REMEDY_WIDTH, 28.0], button).on_hover_text(about).clicked();
+    if pressed && let Some(command) = command(remedy, engine) {
+        out.send(command);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sentence_says_how_much_of_the_error_is_left() {
+        let said = |after: f64, part: &str| {
+            let words = result([2.0, after], "N");
+            assert!(words.contains(part) && words.contains("2.00 → "), "{words}");
+        };
+        said(0.2, "a tenth");
+        said(0.5, "a quarter");
+        said(0.7, "a third");
+        said(1.0, "halves");
+        said(1.6, "20 %");
+        said(2.0, "nothing");
+        said(2.4, "worse");
+        said(0.01, "little");
+    }
+}
