@@ -1,25 +1,43 @@
-//! Pane of the data check: where the error comes from, verdict on the recordings, findings about faults, and range of the loads.
+//! Pane of the check: where the error comes from with a remedy for each cause, and the findings about recordings and rig.
 
-use egui::{RichText, Ui};
+use egui::{Align, Label, Layout, Rect, RichText, Ui, UiBuilder, Vec2};
+use strum::IntoEnumIterator as _;
 
 use crate::{
     engine::Engine,
     finding::{Face, Verdict},
-    questions::check::{
-        independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
+    questions::{
+        budget::{Action, ErrorBudget, Remedy},
+        check::{
+            independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
+        },
+        thresholds::Measure,
     },
     report::Table,
+    scoring::budget::{Budget, Cause, Shares},
     ui::{
         command::{Out, Pane},
-        controls::Controls as _,
+        controls::{Controls as _, place},
+        numbers::significant,
+        palette::Trace,
         pane::{Cx, PaneView},
         plots::{self, Zoom},
+        scope::scale_of,
+        strip::{command, shares_of, short},
         table,
     },
 };
 
-const FIGURE_HEIGHT: f32 = 260.0;
-const FIGURE_WIDTH: f32 = 380.0;
+const FIGURE_HEIGHT: f32 = 220.0;
+/// Width of the list of findings (points), and the share of the pane that it takes at most.
+const FINDINGS_WIDTH: f32 = 416.0;
+const FINDINGS_SHARE: f32 = 0.38;
+const ROW_HEIGHT: f32 = 32.0;
+const NAME_WIDTH: f32 = 190.0;
+const NUMBER_WIDTH: f32 = 66.0;
+const REMEDY_WIDTH: f32 = 230.0;
+const GAP: f32 = 10.0;
+const BAR_HEIGHT: f32 = 9.0;
 
 pub const PANE: Pane = Pane {
     key: "check",
@@ -35,7 +53,7 @@ pub struct View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        self.draw(ui, cx.engine, cx.out);
+        self.draw(ui, cx);
         let project = cx.engine.project();
         if !project.recordings.entries().is_empty() {
             cx.ask(CheckData::of(&cx.engine.request(), project.valid_range()));
@@ -44,75 +62,243 @@ impl PaneView for View {
 }
 
 impl View {
-    fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
-        let check = engine.lane::<CheckData>();
-        let found = check.answer();
-        let tables: Vec<Table> = found.map_or_else(Vec::new, sufficiency_tables);
-        ui.horizontal_wrapped(|ui| {
-            ui.add_enabled_ui(!tables.is_empty(), |ui| {
-                ui.copies("tables", || table::joined(&tables));
-            });
-        });
-        ui.separator();
+    fn draw(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
+        let check = cx.engine.lane::<CheckData>();
         if let Some(problem) = check.problem() {
             ui.warn(problem);
         }
-        let Some(found) = found else {
+        let Some(found) = check.answer() else {
             if check.problem().is_none() {
-                ui.awaited("The result of the check", engine);
+                ui.awaited("The result of the check", cx.engine);
             }
             return;
         };
-        let width = ui.available_width();
-        ui.scrolled(|ui| {
-            let (budget, others) = tables.split_at(usize::from(found.budget.is_ok()));
-            let show = |ui: &mut Ui, shown: &[Table]| {
-                for shown in shown {
-                    table::show(ui, shown);
-                    ui.add_space(8.0);
-                }
-            };
-            show(ui, budget);
-            ui.vertical(|ui| {
-                ui.set_max_width(width);
-                for remedy in found.remedies_in_words() {
-                    ui.label(format!("Remedy for {remedy}"));
-                }
-                verdict(ui, found, check.is_current());
+        let whole = ui.available_rect_before_wrap();
+        let width = FINDINGS_WIDTH.min(FINDINGS_SHARE * whole.width());
+        let left = whole.with_max_x(whole.right() - width - GAP);
+        let right = whole.with_min_x(whole.right() - width);
+        let tables = sufficiency_tables(found);
+        let layout = Layout::top_down(Align::Min);
+        ui.scope_builder(UiBuilder::new().max_rect(left).layout(layout), |ui| {
+            ui.push_id("causes", |ui| {
+                ui.scrolled(|ui| {
+                    ui.set_max_width(left.width() - GAP);
+                    self.causes(ui, found, &tables, cx);
+                });
             });
-            ui.add_space(8.0);
-            show(ui, others);
-            self.figures(ui, found, out);
+        });
+        ui.scope_builder(UiBuilder::new().max_rect(right).layout(layout), |ui| {
+            ui.push_id("findings", |ui| {
+                ui.scrolled(|ui| {
+                    ui.set_max_width(right.width() - GAP);
+                    findings(ui, found, check.is_current());
+                });
+            });
         });
     }
 
-    fn figures(&mut self, ui: &mut Ui, found: &Sufficiency, out: &mut Out) {
+    fn causes(&mut self, ui: &mut Ui, found: &Sufficiency, tables: &[Table], cx: &mut Cx<'_>) {
+        match &found.budget {
+            Ok(budget) => budget_table(ui, cx, found, budget),
+            Err(reason) => drop(ui.label(format!("The error is not split by cause: {reason}."))),
+        }
+        ui.add_space(12.0);
         let figures = rig_figures(&found.rig);
-        for (at, (figure, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
-            ui.allocate_ui(egui::vec2(FIGURE_WIDTH, FIGURE_HEIGHT), |ui| {
-                let id = if at == 0 { "zeros" } else { "sensitivities" };
-                plots::plot(ui, (id, None), FIGURE_HEIGHT, |_| figure.clone(), zoom, out);
-            });
+        let width = 0.5 * (ui.available_width() - GAP);
+        ui.horizontal_top(|ui| {
+            for (at, (figure, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
+                ui.allocate_ui(Vec2::new(width, FIGURE_HEIGHT), |ui| {
+                    let id = if at == 0 { "zeros" } else { "sensitivities" };
+                    plots::plot(ui, (id, None), FIGURE_HEIGHT, |_| figure.clone(), zoom, cx.out);
+                });
+            }
+        });
+        ui.add_space(12.0);
+        ui.horizontal(|ui| ui.copies("tables", || table::joined(tables)));
+        for shown in &tables[usize::from(found.budget.is_ok())..] {
+            table::show(ui, shown);
+            ui.add_space(8.0);
         }
     }
 }
 
-fn verdict(ui: &mut Ui, found: &Sufficiency, is_current: bool) {
-    let words = RichText::new(found.verdict.words()).strong();
+/// Places of the columns in a row of the budget.
+struct Columns {
+    name: Rect,
+    bars: Rect,
+    before: Rect,
+    after: Rect,
+    remedy: Rect,
+}
+
+impl Columns {
+    fn of(row: Rect) -> Self {
+        let name = row.with_max_x(row.left() + NAME_WIDTH);
+        let remedy = row.with_min_x(row.right() - REMEDY_WIDTH);
+        let number = |right: f32| row.with_min_x(right - NUMBER_WIDTH).with_max_x(right);
+        let after = number(remedy.left() - 2.0 * GAP);
+        let before = number(after.left() - GAP);
+        let bars = row.with_min_x(name.right()).with_max_x(before.left() - GAP);
+        Self { name, bars, before, after, remedy }
+    }
+}
+
+/// A row of the budget: a name, and its part of the mean squared error before and after the compensation.
+struct Row {
+    name: String,
+    cause: Option<Cause>,
+    is_tested: bool,
+    squares: [Option<f64>; 2],
+}
+
+fn rows(before: &Shares, after: Option<&Shares>, budget: &Budget) -> Vec<Row> {
+    let both = |of: &dyn Fn(&Shares) -> f64| [Some(of(before)), after.map(of)];
+    let cause = |cause: Cause| {
+        let square = |shares: &Shares| {
+            let found = shares.shares.iter().find(|share| share.cause == cause);
+            found.map_or(0.0, |share| share.square)
+        };
+        Row {
+            name: cause.name(budget.are_segments).to_owned(),
+            cause: Some(cause),
+            is_tested: budget.tested.contains(&cause),
+            squares: both(&square),
+        }
+    };
+    let part =
+        |name: &str, squares| Row { name: name.to_owned(), cause: None, is_tested: true, squares };
+    let others = [
+        part("noise", both(&|shares| shares.noise)),
+        part("unexplained", both(&|shares| shares.unexplained)),
+        part("error", both(&|shares| shares.total)),
+    ];
+    Cause::iter().map(cause).chain(others).collect()
+}
+
+fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &ErrorBudget) {
+    let Some(analysis) = cx.engine.analysis() else { return };
+    let scale = scale_of(analysis);
+    let measure = cx.scope.measure(&scale);
+    ui.horizontal_wrapped(|ui| {
+        for one in scale.measures().into_iter().filter(|one| *one != Measure::FullScale) {
+            let about = "Splits the error of these axes by cause";
+            let button = ui.selectable_label(one == measure, one.title(&scale));
+            if button.on_hover_text(about).clicked() {
+                cx.scope.choose(one);
+            }
+        }
+    });
+    let Some(before) = shares_of(budget, &budget.uncompensated, measure) else {
+        ui.label("The error of these axes is not split by cause.");
+        return;
+    };
+    let after = budget.compensated.as_ref().and_then(|after| shares_of(budget, after, measure));
+    let colors = [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(ui.visuals()));
+    let width = ui.available_width();
+    let row =
+        |ui: &mut Ui, height: f32| Columns::of(ui.allocate_space(Vec2::new(width, height)).1);
+    let head = row(ui, 24.0);
+    for (place, (trace, color)) in
+        [head.before, head.after].into_iter().zip(["% FS", "% FS"].into_iter().zip(colors))
+    {
+        right(ui, place, RichText::new(trace).color(color));
+    }
+    place(ui, head.remedy, |ui| ui.weak("Remedy, and the error with it"));
+    let longest = before.total.max(after.map_or(0.0, |after| after.total)).sqrt();
+    for shown in rows(before, after, &budget.uncompensated) {
+        let columns = row(ui, ROW_HEIGHT);
+        let is_total = shown.name == "error";
+        let name = if is_total {
+            RichText::new("all together").strong()
+        } else {
+            RichText::new(&shown.name)
+        };
+        place(ui, columns.name, |ui| ui.add(Label::new(name).truncate()));
+        let middle = columns.bars.center().y;
+        for (at, square) in shown.squares.into_iter().enumerate() {
+            let number = [columns.before, columns.after][at];
+            let text = match square {
+                _ if !shown.is_tested => "not tested".to_owned(),
+                None => "–".to_owned(),
+                Some(0.0) => "not found".to_owned(),
+                Some(square) => significant(100.0 * square.sqrt(), 3),
+            };
+            let is_weak = square.is_none_or(|square| square == 0.0);
+            let text = RichText::new(text);
+            right(ui, number, if is_weak { text.weak().size(11.0) } else { text });
+            let length = (square.unwrap_or(0.0).sqrt() / longest) as f32 * columns.bars.width();
+            let top = middle + [-BAR_HEIGHT - 0.5, 0.5][at];
+            let bar = Rect::from_min_size(
+                egui::pos2(columns.bars.left(), top),
+                Vec2::new(length, BAR_HEIGHT),
+            );
+            ui.painter().rect_filled(bar, 1.0, colors[at]);
+        }
+        let is_for = |remedy: &&Remedy| match (remedy.cause, &remedy.action) {
+            (Some(cause), _) => Some(cause) == shown.cause,
+            (None, Action::Mean(_)) => shown.name == "noise",
+            (None, Action::RecordTemperature) => shown.cause == Some(Cause::Temperature),
+            (None, _) => shown.name == "unexplained",
+        };
+        if let Some(remedy) = found.remedies.iter().find(is_for) {
+            place(ui, columns.remedy, |ui| {
+                remedy_cell(ui, cx.engine, remedy, budget, measure, cx.out)
+            });
+        }
+    }
+    for sentence in budget.sentences() {
+        ui.add(Label::new(RichText::new(sentence).weak()).wrap());
+    }
+}
+
+fn right(ui: &mut Ui, rect: Rect, text: RichText) {
+    let layout = Layout::right_to_left(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), |ui| ui.label(text));
+}
+
+fn remedy_cell(
+    ui: &mut Ui,
+    engine: &Engine,
+    remedy: &Remedy,
+    budget: &ErrorBudget,
+    measure: Measure,
+    out: &mut Out,
+) {
+    let name = short(remedy, engine);
+    let about = remedy.text(&remedy.action.words(), budget);
+    match command(remedy, engine) {
+        Some(command) => {
+            if ui.press(name, about) {
+                out.send(command);
+            }
+        }
+        None => drop(ui.label(name).on_hover_text(about)),
+    }
+    let pool = if measure == Measure::Moments { "Moments" } else { "Forces" };
+    let at = budget.pools.iter().position(|name| *name == pool).unwrap_or(0);
+    if let Some(error) = remedy.errors.get(at).filter(|_| !matches!(measure, Measure::Axis(_))) {
+        ui.label(format!("→ {} % FS", significant(100.0 * error, 3)));
+    }
+}
+
+/// Draws the verdict on the recordings and the findings, those to act on first.
+fn findings(ui: &mut Ui, found: &Sufficiency, is_current: bool) {
+    let words = RichText::new(found.verdict.words()).strong().size(15.0);
     let words = match found.verdict {
         Verdict::Enough => words,
         Verdict::Doubtful => words.color(ui.visuals().warn_fg_color),
         Verdict::Insufficient => words.color(ui.visuals().error_fg_color),
     };
-    ui.horizontal(|ui| {
-        ui.label(words);
-        if !is_current {
-            ui.weak("updating");
-        }
-    });
-    for sentence in found.sentences(Face::Window) {
-        ui.label(format!("• {sentence}."));
+    ui.add(Label::new(words).wrap());
+    if !is_current {
+        ui.weak("updating");
     }
-    ui.label(&found.holds_for);
-    ui.weak(found.rank_in_words());
+    for sentence in found.sentences(Face::Window) {
+        ui.add_space(6.0);
+        ui.add(Label::new(format!("• {sentence}.")).wrap());
+    }
+    ui.add_space(6.0);
+    ui.add(Label::new(&found.holds_for).wrap());
+    ui.add_space(6.0);
+    ui.add(Label::new(RichText::new(found.rank_in_words()).weak()).wrap());
 }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Button, PopupCloseBehavior, Response, RichText, ScrollArea, TextEdit, Ui, Widget, WidgetText,
+    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, TextEdit, Ui,
+    UiBuilder, Widget, WidgetText,
 };
 
 use crate::engine::Engine;
@@ -154,6 +155,12 @@ pub trait Controls {
         let menu = MenuButton::from_button(button).config(stays);
         menu.ui(self.this_ui(), contents).0
     }
+}
+
+/// Draws contents in a fixed place, from left to right and centred vertically.
+pub fn place<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let layout = Layout::left_to_right(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), contents).inner
 }
 
 impl Controls for Ui {

@@ -323,16 +323,7 @@ fn draw_curve(
 ) -> Option<f64> {
     let measure = scope.measure(&map.scale);
     let through = map.nearest(present);
-    let values = match along {
-        Along::F => &map.grid.f_ths,
-        Along::T => &map.grid.t_ths_secs,
-    };
-    let error = |at: usize| match along {
-        Along::F => map.value(scope.on, measure, at, through.1),
-        Along::T => map.value(scope.on, measure, through.0, at),
-    };
-    let errors = values.iter().enumerate().filter_map(|(at, value)| Some((*value, error(at)?)));
-    let errors: Vec<(f64, f64)> = errors.collect();
+    let errors = map.curve(along, scope.on, measure, through);
     let without = map.conventional_value(scope.on, measure)?;
     let all = || errors.iter().map(|(_, error)| *error).chain([without]);
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
@@ -375,4 +366,18 @@ fn t_range(engine: &Engine) -> f64 {
 
 fn rounded_up(value: f64) -> f64 {
     round_above(value, &[1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_end_at_a_round_number_not_below_the_data() {
+        for (value, expected) in
+            [(22.1, 25.0), (20.0, 20.0), (0.13, 0.2), (9.1, 10.0), (60.0, 60.0)]
+        {
+            assert!((rounded_up(value) - expected).abs() < 1e-12, "{value}");
+        }
+    }
 }

@@ -16,7 +16,7 @@ use crate::{
     ui::{
         channels_pane,
         command::{Command, Out, Pane},
-        controls::Controls as _,
+        controls::{Controls as _, place as place_in},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -43,7 +43,6 @@ pub struct View;
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        cx.scope.follow(cx.engine);
         errors_pane(ui, cx.engine, cx.scope, cx.out);
         // While a slider is dragged, the pane keeps the expected error of the previous settings.
         if let Some((of, analysis)) = cx.engine.exact().filter(|_| cx.engine.gesture.is_none())
@@ -162,8 +161,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
             ui.painter().rect_filled(place, 4.0, visuals.widgets.hovered.weak_bg_fill);
         }
         let color = if is_shown { visuals.selection.stroke.color } else { visuals.text_color() };
-        let layout = Layout::left_to_right(Align::Center);
-        ui.scope_builder(UiBuilder::new().max_rect(columns.axis).layout(layout), |ui| {
+        place_in(ui, columns.axis, |ui| {
             ui.add(Label::new(RichText::new(axis.label()).color(color)).selectable(false));
         });
         if let Some(traces) = analysis.traces.axes.iter().find(|traces| traces.axis == *axis) {

@@ -22,12 +22,13 @@ use crate::{
     ui::{
         channels_pane,
         choice::choice,
-        command::{Out, Pane},
+        command::{Command, Out, Pane},
         controls::Controls as _,
         palette::Trace,
         pane::{Cx, PaneView},
         plots::{self, Drawn, Zoom},
         reversal_threshold::{dwell_secs, reversal_threshold},
+        scope::AxisChoice,
         trace_panes::trace_tick,
     },
 };
@@ -119,6 +120,12 @@ impl PaneView for LoopsPane {
         if cx.engine.project().missing().is_some() {
             return self.channels.ui(ui, cx);
         }
+        if let Some(axis) = cx.scope.axes().first()
+            && *axis != self.axis
+        {
+            self.axis = *axis;
+            self.show_all();
+        }
         self.draw(ui, cx);
         if self.shows_channels(cx.engine) {
             return self.channels.ui(ui, cx);
@@ -146,7 +153,7 @@ impl LoopsPane {
         self.follow(engine);
         let before = &engine.project().measuring;
         let mut measuring = before.clone();
-        ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring));
+        ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring, out));
         if measuring != *before {
             out.send(Edit::Measuring(measuring));
         }
@@ -222,13 +229,19 @@ impl LoopsPane {
         self.zooms[self.mode as usize] = None;
     }
 
-    fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
+    fn choices(
+        &mut self,
+        ui: &mut Ui,
+        engine: &Engine,
+        measuring: &mut MetrologySettings,
+        out: &mut Out,
+    ) {
         ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
             _ if self.shows_channels(engine) => {}
             Mode::Loops => {
-                self.axis_choice(ui, engine);
+                self.axis_choice(ui, engine, out);
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
                 let used = match engine.lane_of::<LookAt>(PANE.key).answer() {
@@ -246,7 +259,7 @@ impl LoopsPane {
                 self.span_choice(ui, engine);
             }
             Mode::Dwells => {
-                self.axis_choice(ui, engine);
+                self.axis_choice(ui, engine, out);
                 if engine.project().recordings.is_static() {
                     ui.weak("Without times there are no dwells");
                 } else {
@@ -272,12 +285,15 @@ impl LoopsPane {
         self.shown[usize::from(output == Trace::Compensated)]
     }
 
-    fn axis_choice(&mut self, ui: &mut Ui, engine: &Engine) {
-        let axes = engine.project().axes().iter();
-        ui.select_from(
-            &mut self.axis,
-            axes.map(|axis| (*axis, axis.symbol(), "Shows the plot of this axis")),
-        );
+    fn axis_choice(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
+        let axes = engine.project().axes();
+        let mut chosen = self.axis;
+        let all = axes.iter().map(|axis| (*axis, axis.symbol(), "Shows the plot of this axis"));
+        ui.select_from(&mut chosen, all);
+        let at = axes.iter().position(|axis| *axis == chosen);
+        if let Some(at) = at.filter(|_| chosen != self.axis) {
+            out.send(Command::Axes(AxisChoice::Only(at)));
+        }
     }
 
     fn up_choice(&mut self, ui: &mut Ui, engine: &Engine) {

@@ -224,17 +224,3 @@ fn full_scales(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
         });
     });
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_end_at_a_round_number_not_below_the_data() {
-        for (value, expected) in
-            [(22.1, 25.0), (20.0, 20.0), (0.13, 0.2), (9.1, 10.0), (60.0, 60.0)]
-        {
-            assert!((rounded_up(value) - expected).abs() < 1e-12, "{value}");
-        }
-    }
-}

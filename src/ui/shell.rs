@@ -351,6 +351,7 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
+        self.scope.follow(&self.engine);
         self.engine.write_down();
     }
 

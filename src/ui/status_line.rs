@@ -7,6 +7,7 @@ use egui::Ui;
 use crate::{
     engine::{Action, Engine, query::Background as _},
     questions::errors::query::Analyse,
+    recording::Role,
     shown::counted,
     ui::{
         command::{Command, Out},
@@ -59,15 +60,23 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                     .on_hover_text("These results are computed from a part of the samples. The result of all samples replaces them as soon as it is computed");
                 return;
             }
-            let verb = if analysis.fitted { "Refit" } else { "Applied" };
-            ui.label(format!(
-                "{verb} in {} ms · {} training and {} test samples",
-                significant(1e3 * analysis.elapsed.as_secs_f64(), 3),
-                quality.n_train,
-                quality.n_test,
+            ui.label(if analysis.fitted { "Up to date" } else { "Applied" }).on_hover_text(format!(
+                "Computed in {} ms",
+                significant(1e3 * analysis.elapsed.as_secs_f64(), 3)
             ));
+            let n_of = |role: Role| engine.entries().iter().filter(|entry| entry.role == role).count();
+            let mut words = format!(
+                "{}: {} train, {} test",
+                counted(engine.entries().len(), "recording"),
+                n_of(Role::Train),
+                n_of(Role::Test),
+            );
+            if let Some(how) = &quality.cross_validation {
+                words += &format!(" · CV {how}");
+            }
+            ui.weak(words);
             if let Some(share) = engine.share_with_past() {
-                ui.label(format!("· look-back finds an earlier sample for {:.0} %", 100.0 * share)).on_hover_text(
+                ui.weak(format!("· look-back finds an earlier sample for {:.0} %", 100.0 * share)).on_hover_text(
                     "For the remaining samples, no load within the time threshold t_th differed by the force threshold F_th; their present gauges stand in for the earlier gauges",
                 );
             }

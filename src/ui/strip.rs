@@ -21,6 +21,7 @@ use crate::{
         bars,
         choice::choice,
         command::{Command, Out, Workspace},
+        controls::place,
         numbers::significant,
         palette::Trace,
         pane::Cx,
@@ -108,11 +109,6 @@ pub fn strip(ui: &mut Ui, cx: &mut Cx<'_>) {
     }
 }
 
-fn place<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
-    let layout = Layout::left_to_right(Align::Center);
-    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), contents).inner
-}
-
 fn scope_menu(ui: &mut Ui, scope: &mut Scope, scale: &MeasureScale) {
     let measure = scope.measure(scale);
     let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
@@ -162,7 +158,7 @@ impl Compared<'_> {
 }
 
 /// Returns the shares of these axes in a budget.
-fn shares_of<'a>(of: &ErrorBudget, budget: &'a Budget, measure: Measure) -> Option<&'a Shares> {
+pub fn shares_of<'a>(of: &ErrorBudget, budget: &'a Budget, measure: Measure) -> Option<&'a Shares> {
     let pool = |name: &str| of.pools.iter().position(|pool| *pool == name);
     match measure {
         Measure::Axis(at) => budget.axes.get(at)?.as_ref().ok(),
@@ -370,7 +366,7 @@ fn remedy_button(
     };
     let at = budget.pools.iter().position(|name| *name == pool).unwrap_or(0);
     let error = remedy.errors.get(at);
-    let error = error.map(|error| format!(" → {} %", significant(100.0 * error, 2)));
+    let error = error.map(|error| format!(" → {} % FS", significant(100.0 * error, 2)));
     let text = format!("{}{}", short(remedy, engine), error.unwrap_or_default());
     let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
     let button = button.fill(ui.visuals().selection.bg_fill).truncate();

@@ -61,7 +61,6 @@ impl PaneView for View {
         }
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
-        cx.scope.follow(cx.engine);
         trace_panes(ui, cx, &self.drawn);
     }
 }

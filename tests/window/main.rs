@@ -65,8 +65,7 @@ impl Dialogs for Choices {
 }
 
 fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
-    let advanced = Preferences { advanced: true, ..Preferences::default() };
-    window_of(files, choices, advanced)
+    window_of(files, choices, Preferences::default())
 }
 
 fn window_of(files: Vec<PathBuf>, choices: Choices, preferences: Preferences) -> Window {
@@ -81,6 +80,8 @@ fn window_of(files: Vec<PathBuf>, choices: Choices, preferences: Preferences) ->
         },
         None,
     );
+    settle(&mut window);
+    window.key_press(Key::Num0); // all axes
     settle(&mut window);
     window
 }
@@ -217,6 +218,14 @@ fn show(window: &mut Window, pane: &str) {
     settle(window);
 }
 
+/// Opens a file by its path in the list of recordings.
+#[track_caller]
+fn load(window: &mut Window, path: &str) {
+    show(window, "recordings");
+    type_into(window, "Open", path);
+    click(window, Role::Button, "Load");
+}
+
 /// Shows this pane alone.
 fn maximize(window: &mut Window, pane: &str) {
     show(window, pane);
@@ -296,12 +305,11 @@ fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
     assert_eq!((paper.len(), bench.len()), (90, 6));
     assert!(analysis(&window).fitted);
     window.check_accessibility();
-    for heading in ["RMSE", "Role", "Name"] {
-        window.get_by_role_and_label(Role::Label, heading);
+    for heading in ["Errors (RMSE)", "Look-back", "Uncompensated"] {
+        assert!(has(&window, heading), "{heading}");
     }
-    window.get_by_role_and_label(Role::CheckBox, "Look-back");
-    assert!(has(&window, "simulated"));
-    assert!(has(&window, "train_path1_mount1_fast"));
+    assert!(has(&window, "Simulated sensor"));
+    assert!(has(&window, "Compensation halves the error: "));
     for axis in Axis::ALL {
         assert_eq!(panes(&window, &format!("{} [{}]", axis.symbol(), axis.unit())), 1);
     }
@@ -312,6 +320,7 @@ fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
 fn the_sliders_set_the_thresholds_and_without_a_past_comp_equals_conv() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "settings");
     let [conventional, before] = train_rmse(&window);
     assert_ne!(conventional, before);
 
@@ -368,6 +377,7 @@ fn many_quick_moves_of_a_slider_end_with_the_newest() {
 fn offset_and_full_scale_distance_are_choices_of_the_fit() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "settings");
     assert!(analysis(&window).calibration.offset);
     click(&mut window, Role::CheckBox, "Offset term");
     let without = analysis(&window);
@@ -389,10 +399,11 @@ fn offset_and_full_scale_distance_are_choices_of_the_fit() {
 #[test]
 fn pattern_b_trains_on_every_tenth_sample() {
     let mut window = window(Vec::new());
+    show(&mut window, "settings");
     assert_eq!(analysis(&window).calibration.quality.n_train, 202_500);
     click(&mut window, Role::Button, "B");
     assert_eq!(analysis(&window).calibration.quality.n_train, 20_250);
-    assert!(has(&window, "20250 training"));
+    assert!(has(&window, "20250 samples"));
     click(&mut window, Role::Button, "A");
     assert_eq!(analysis(&window).calibration.quality.n_train, 202_500);
 }
@@ -401,6 +412,7 @@ fn pattern_b_trains_on_every_tenth_sample() {
 fn a_role_is_chosen_from_the_menu_in_the_row() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "recordings");
     click_first(&mut window, Role::Button, "Train");
     click(&mut window, Role::RadioButton, "Test");
     let roles: Vec<_> =
@@ -409,7 +421,7 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
     assert_eq!(roles, [Test, Train, Test]);
     let quality = &analysis(&window).calibration.quality;
     assert_eq!((quality.n_train, quality.n_test), (400, 800));
-    menu(&mut window, "Roles", "Use all for training");
+    menu(&mut window, "Edit", "Use all for training");
     assert_eq!(analysis(&window).calibration.quality.n_train, 1200);
 }
 
@@ -417,10 +429,10 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
 fn without_a_training_recording_the_window_offers_a_remedy() {
     let files = Files::new();
     let mut window = window(files.three());
-    menu(&mut window, "Roles", "Exclude all");
+    menu(&mut window, "Edit", "Exclude all");
     assert!(state(&window).problem().is_some());
     assert!(has(&window, "no recording is in the train role"));
-    menu(&mut window, "Roles", "Use all for training");
+    menu(&mut window, "Edit", "Use all for training");
     assert_eq!(state(&window).problem(), None);
 }
 
@@ -428,6 +440,7 @@ fn without_a_training_recording_the_window_offers_a_remedy() {
 fn a_press_on_a_name_puts_the_recording_on_screen() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "recordings");
     click_first(&mut window, Role::Button, "b");
     assert_eq!(state(&window).project().view, View::One(1));
     let traces = Arc::clone(&analysis(&window).traces);
@@ -444,6 +457,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
 fn closing_a_recording_removes_it_from_the_fit() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "recordings");
     click_first(&mut window, Role::Button, "×");
     assert_eq!(names(&window), ["b", "test_c"]);
     assert_eq!(analysis(&window).calibration.trained_on, ["b"]);
@@ -459,24 +473,30 @@ fn closing_a_recording_removes_it_from_the_fit() {
 }
 
 #[test]
-fn axes_and_their_errors_are_hidden_and_shown() {
+fn the_table_of_errors_chooses_the_axes_on_screen() {
     let files = Files::new();
-    let mut window = window(files.three());
-    assert_eq!((panes(&window, "Fy [N]"), panes(&window, "error [N]")), (1, 3));
-    click(&mut window, Role::Button, "Fy");
-    assert_eq!((panes(&window, "Fy [N]"), panes(&window, "error [N]")), (0, 2));
-    click(&mut window, Role::Button, "Fy");
-    assert_eq!(panes(&window, "Fy [N]"), 1);
-    for axis in ["Fx", "Fy", "Fz"] {
-        click(&mut window, Role::Button, axis);
-    }
-    assert!(has(&window, "All axes are hidden"));
+    let mut window = window_of(files.three(), Choices::default(), Preferences::default());
+    let shown = |window: &Window| {
+        ["Fx [N]", "Fy [N]", "Fz [N]", "error [N]"].map(|label| panes(window, label))
+    };
+    window.key_press(Key::Num2);
+    settle(&mut window);
+    assert_eq!(shown(&window), [0, 1, 0, 1], "one axis is large");
+    click(&mut window, Role::RadioButton, "Fx [N]");
+    assert_eq!(shown(&window), [1, 0, 0, 1]);
+    window.key_press_modifiers(Modifiers::SHIFT, Key::Num3);
+    settle(&mut window);
+    assert_eq!(shown(&window), [1, 0, 1, 2]);
+    window.key_press(Key::Num0);
+    settle(&mut window);
+    assert_eq!(shown(&window), [1, 1, 1, 3]);
 }
 
 #[test]
 fn recordings_are_cut_in_time_and_put_together_again() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "recordings");
     assert!(window.query_by_role_and_label(Role::Button, "Undo split").is_none());
     click(&mut window, Role::Button, "Split");
     assert_eq!(names(&window).len(), 6);
@@ -506,9 +526,9 @@ fn files_are_opened_by_menu_shortcut_drop_and_path() {
     window.input_mut().dropped_files.push(dropped);
     settle(&mut window);
 
-    type_into(&mut window, "Open", open("load.csv").to_str().unwrap());
-    click(&mut window, Role::Button, "Load");
+    load(&mut window, open("load.csv").to_str().unwrap());
 
+    show(&mut window, "recordings");
     type_into(&mut window, "Open", open("enter.csv").to_str().unwrap());
     window.key_press(Key::Enter);
     settle(&mut window);
@@ -546,8 +566,7 @@ fn files_that_do_not_fit_are_reported_and_lose_nothing() {
         (json, "not a calibration"),
         (files.path("missing.csv"), "missing.csv"),
     ] {
-        type_into(&mut window, "Open", path.to_str().unwrap());
-        click(&mut window, Role::Button, "Load");
+        load(&mut window, path.to_str().unwrap());
         message(&mut window, Level::Error, part);
         click(&mut window, Role::Button, "Dismiss all");
         assert!(state(&window).notices.is_empty());
@@ -576,8 +595,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
 
     window.key_press(Key::F3);
     settle(&mut window);
-    type_into(&mut window, "Open", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Load");
+    load(&mut window, path.to_str().unwrap());
     assert!(has(&window, "Applying "));
     assert!(!analysis(&window).fitted);
     let slider = window.get_by_role_and_label(Role::Slider, "F_th");
@@ -634,8 +652,9 @@ fn a_calibration_named_at_the_start_is_applied_to_the_built_in_sensor() {
     calibration.features.look_backs[0].f_th = 1.0;
     let path = files.path("c.json");
     write_calibration(&calibration, &path).unwrap();
-    let window = window(vec![path]);
+    let mut window = window(vec![path]);
     assert!(state(&window).project().recordings.is_simulated());
+    show(&mut window, "recordings");
     assert!(has(&window, "Applying "));
     let applied = analysis(&window);
     assert!(!applied.fitted);
@@ -689,8 +708,7 @@ fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
     type_into(&mut window, "Export to", path.to_str().unwrap());
     click(&mut window, Role::Button, "Write files");
     show(&mut window, "traces");
-    type_into(&mut window, "Open", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Load");
+    load(&mut window, path.to_str().unwrap());
     let scores = analysis(&window).factory.clone().expect("the recording has scores");
     let conventional = analysis(&window).calibration.quality.conventional.clone();
     let [factory, fitted] = [scores.test_rmse[0].unwrap(), conventional.test_rmse.unwrap()[0]];
@@ -711,10 +729,9 @@ fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
     window.run_steps(3);
     assert!(has(&window, "Fx at "));
     assert!(has(&window, "look-back to the sample "));
-    assert!(has(&window, " s earlier, "));
     window.remove_cursor();
     window.run_steps(3);
-    assert!(!has(&window, "look-back to the sample "));
+    assert!(has(&window, "look-back to the sample "), "the last sample stays");
 }
 
 #[test]
@@ -726,8 +743,8 @@ fn the_wheel_zooms_and_fit_view_shows_all_again() {
     let time_at = |window: &mut Window| {
         window.hover_at(right);
         window.run_steps(3);
-        let tooltip = window.get_by_label_contains("Fx at ").value().unwrap();
-        let time = tooltip.trim_start_matches("Fx at ").trim_end_matches(" s");
+        let printed = window.get_by_label_contains("Fx at ").value().unwrap();
+        let time = printed.trim_start_matches("Fx at ").trim_end_matches(" s");
         let time: f64 = time.parse().unwrap();
         window.remove_cursor();
         window.run_steps(2);
@@ -771,6 +788,7 @@ fn a_recording_without_reference_shows_conv_and_comp_and_no_errors() {
     let mut paths = files.three();
     paths.push(files.recording("bare.csv", 0.7, 200, &[]));
     let mut window = window(paths);
+    show(&mut window, "recordings");
     assert_eq!(panes(&window, "error [N]"), 3);
     click_first(&mut window, Role::Button, "bare");
     let traces = Arc::clone(&analysis(&window).traces);
@@ -796,6 +814,7 @@ fn a_recording_without_reference_alone_shows_nothing_of_the_built_in_sensor() {
 #[test]
 fn an_answer_about_recordings_that_were_closed_meanwhile_is_dropped() {
     let mut window = window(Vec::new());
+    show(&mut window, "settings");
     window.get_by_role_and_label(Role::Button, "B").click();
     window.step();
     window.step();
@@ -810,6 +829,7 @@ fn an_answer_about_recordings_that_were_closed_meanwhile_is_dropped() {
 fn an_entered_full_scale_is_used_until_it_is_measured_again() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "settings");
     let measured = analysis(&window).calibration.full_scale.clone();
     click(&mut window, Role::DisclosureTriangle, "Full scale");
     let last = window.get_by_role_and_label(Role::SpinButton, "Fz [N]");
@@ -831,6 +851,7 @@ fn moments_alone_are_measured_over_full_scale() {
     let files = Files::new();
     let axes = [Axis::Mx, Axis::My];
     let mut window = window(vec![files.recording("a.csv", 0.0, 400, &axes)]);
+    show(&mut window, "settings");
     assert_eq!(panes(&window, "error [N·m]"), 2);
     assert!(!has(&window, "F_th is a distance over"));
     slide(&mut window, "F_th", 40.0);
@@ -843,7 +864,7 @@ fn moments_alone_are_measured_over_full_scale() {
 fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
     let files = Files::new();
     let mut window = window(files.three());
-    window.set_size(Vec2::new(800.0, 500.0));
+    window.set_size(Vec2::new(900.0, 480.0));
     for theme in ["Light", "Dark"] {
         click(&mut window, Role::Button, "View");
         click(&mut window, Role::RadioButton, theme);
@@ -860,6 +881,7 @@ fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
 fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
     let files = Files::new();
     let mut window = window(files.three());
+    show(&mut window, "settings");
     let before = analysis(&window).calibration.feature_names().len();
     click(&mut window, Role::CheckBox, "Play");
     let features = analysis(&window).calibration.features.clone();
@@ -886,7 +908,8 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
 fn a_kernel_is_trained_in_the_background_and_becomes_stale_with_its_settings() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::ComboBox, "Regressor");
+    show(&mut window, "settings");
+    click(&mut window, Role::ComboBox, "Model type");
     click(&mut window, Role::Button, "Kernel");
     assert_eq!(state(&window).project().settings.regressor, Regressor::Kernel);
     assert!(has(&window, "Not trained yet"));
@@ -909,7 +932,8 @@ fn a_kernel_is_trained_in_the_background_and_becomes_stale_with_its_settings() {
 fn a_training_that_cannot_begin_gives_the_reason() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::ComboBox, "Regressor");
+    show(&mut window, "settings");
+    click(&mut window, Role::ComboBox, "Model type");
     click(&mut window, Role::Button, "Linear + kernel");
     type_number(&mut window, "Landmarks", "2000");
     click(&mut window, Role::Button, "Train the kernel");
@@ -967,7 +991,6 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     let map = Arc::clone(study.map.as_ref().unwrap());
     assert!(map.is_complete());
     assert_eq!(panes(&window, "Map of F_th and t_th"), 1);
-    assert_eq!(panes(&window, "forces [N] over F_th [N]"), 1);
     assert!(study.past_ages.n_samples > 0);
     let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
@@ -991,6 +1014,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
         Arc::clone(study.map.as_ref().unwrap())
     };
     assert!(Arc::ptr_eq(&map, &shown(&window)));
+    show(&mut window, "settings");
     click(&mut window, Role::CheckBox, "Offset term");
     assert!(!Arc::ptr_eq(&map, &shown(&window)));
 }
@@ -1025,7 +1049,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     let mut window = window(files.three());
     maximize(&mut window, "loops");
     window.check_accessibility();
-    assert_eq!(panes(&window, "Fz error [N] against Fz Reference [N]"), 1);
+    assert_eq!(panes(&window, "Fx error [N] against Fx Reference [N]"), 1);
     assert_eq!(panes(&window, "Loop width against load"), 1);
     for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
     {
@@ -1037,16 +1061,12 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
     assert!(has(&window, "raw·N"));
-    assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] against Fx Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
     assert!(has(&window, "1200 samples of 3 recordings"));
-    // Each axis also has a button in the traces, which are lower on screen.
-    let axes = window.get_all_by_role_and_label(Role::Button, "Fx");
-    let highest = axes.min_by(|one, other| one.rect().top().total_cmp(&other.rect().top()));
-    highest.expect("the axis of the loops").click();
-    settle(&mut window);
-    assert_eq!(panes(&window, "S1 [raw] against Fx Reference [N]"), 1);
+    click(&mut window, Role::Button, "Fz");
+    assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
     click(&mut window, Role::Button, "Largest cycle");
     assert!(has(&window, "raw·N"));
     type_number(&mut window, "Reversal threshold", "50");
@@ -1059,8 +1079,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
 fn a_press_on_a_notice_dismisses_it() {
     let files = Files::new();
     let mut window = window(files.three());
-    type_into(&mut window, "Open", "missing.csv");
-    click(&mut window, Role::Button, "Load");
+    load(&mut window, "missing.csv");
     message(&mut window, Level::Error, "missing.csv");
     let text = window.get_all_by_role(Role::Label);
     let text = text.into_iter().find_map(|label| {
@@ -1083,7 +1102,7 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     let mut window = window_with(files.three(), choices.clone());
     maximize(&mut window, "loops");
     click(&mut window, Role::Button, "Cross-plot");
-    assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] against Fx Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "across");
     click(&mut window, Role::Button, "Time");
     click(&mut window, Role::ComboBox, "up");
@@ -1115,6 +1134,7 @@ fn faulty_samples_are_counted_and_left_out() {
         write!(text, "\n{t},{s1},{s2},{force}").unwrap();
     }
     let mut window = window(vec![files.write("press.csv", &text)]);
+    show(&mut window, "recordings");
     let n_recordings = |window: &Window| state(window).project().recordings.entries().len();
     assert!(has(&window, "of 2000 samples look faulty"));
     click(&mut window, Role::Button, "Leave out faulty samples");
@@ -1183,7 +1203,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
     window.key_press(Key::F4);
     settle(&mut window);
     let plot = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] against Fz Reference [N]")
+        .get_by_role_and_label(Role::GraphicsObject, "Fx error [N] against Fx Reference [N]")
         .rect();
     // The pointer moves down along the middle of the plot until a line is near.
     let on_loop = (1..40).find_map(|step| {
@@ -1193,7 +1213,7 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
         has(&window, "click to show only this cycle").then_some(at)
     });
     let at = on_loop.expect("a loop passes the middle");
-    assert!(has(&window, "Fz error ") && has(&window, "cycle "));
+    assert!(has(&window, "Fx error ") && has(&window, "cycle "));
     assert_eq!(shell(&window).visible_time(), None);
     window.drag_at(at);
     window.drop_at(at);
@@ -1211,8 +1231,8 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     settle(&mut window);
     assert!(!has(&window, "inked with Traces"));
     for (up, title) in [
-        (None, "Fz error [N] against Fz Reference [N]"),
-        (Some("S1"), "S1 [raw] against Fz Reference [N]"),
+        (None, "Fx error [N] against Fx Reference [N]"),
+        (Some("S1"), "S1 [raw] against Fx Reference [N]"),
     ] {
         if let Some(up) = up {
             click(&mut window, Role::ComboBox, "up");

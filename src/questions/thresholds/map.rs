@@ -12,11 +12,8 @@ use crate::{
         measure::{Measure, MeasureScale},
         scorer::PointScores,
     },
-    scoring::{quantile::quantile, score_set::ScoreSet},
+    scoring::score_set::ScoreSet,
 };
-
-/// Share of the map's errors that the colour scale covers. All larger errors have the last colour.
-const SHADED_SHARE: f64 = 0.95;
 
 /// Threshold that varies along a curve of errors, while the other one is fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,10 +133,10 @@ impl ThresholdMap {
     /// Returns the smallest and the largest error of the colour scale; `None` without any error. The few largest errors lie
     /// above the scale, because a look-back that finds hardly any earlier sample can have a far larger error.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
-        let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
-        let (least, greatest) = known.iter().collect::<MinMax>().ends()?;
-        let most = quantile(&mut known, SHADED_SHARE)?;
-        Some((least, if most > least { most } else { greatest }))
+        let known = self.values(set, measure);
+        let (least, greatest) = known.iter().flatten().collect::<MinMax>().ends()?;
+        let without = self.conventional_value(set, measure).unwrap_or(greatest);
+        Some((least, if without > least { without } else { greatest }))
     }
 
     /// Returns the points `(threshold, error)` of the curve along one threshold through this pair, ascending. Pairs without

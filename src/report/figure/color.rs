@@ -28,10 +28,20 @@ pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
     [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
 }
 
-/// Returns the colour that a colour scale gives to a share from 0 to 1. Lightness increases evenly with the share, so the
-/// scale is readable in grey.
-pub fn shade(share: f64) -> [u8; 3] {
-    colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0)).as_array()
+/// Number of steps of [`shade`].
+pub const SHADES: usize = 8;
+/// Colours of errors that are larger than those without compensation, on a dark and on a light background.
+const WORSE: [[u8; 3]; 2] = [[120, 84, 54], [226, 205, 176]];
+
+/// Returns the colour of an error: blue, deepest for the lowest error (share 0) on a light background and brightest on a dark
+/// one, in eight steps up to the error without compensation (share 1), and brown beyond it.
+pub fn shade(share: f64, is_dark: bool) -> [u8; 3] {
+    if share > 1.0 + 1e-9 {
+        return WORSE[usize::from(!is_dark)];
+    }
+    let step = (share.max(0.0) * SHADES as f64).floor().min(SHADES as f64 - 1.0);
+    let middle = (step + 0.5) / SHADES as f64;
+    colorous::BLUES.eval_continuous(if is_dark { middle } else { 1.0 - middle }).as_array()
 }
 
 #[cfg(test)]
@@ -39,14 +49,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_grow_lighter_from_end_to_end() {
-        let light = |share: f64| {
-            let [r, g, b] = shade(share).map(f64::from);
-            0.3 * r + 0.6 * g + 0.1 * b
-        };
-        let lights: Vec<f64> = (0..=20).map(|at| light(f64::from(at) / 20.0)).collect();
-        assert!(lights.is_sorted());
-        assert_eq!(shade(-1.0), shade(0.0));
-        assert_eq!(shade(7.0), shade(1.0));
+    fn colours_have_eight_steps_of_lightness_and_end_where_compensation_makes_worse() {
+        for is_dark in [true, false] {
+            let light = |share: f64| {
+                let [r, g, b] = shade(share, is_dark).map(f64::from);
+                0.3 * r + 0.6 * g + 0.1 * b
+            };
+            let mut lights: Vec<f64> = (0..=100).map(|at| light(f64::from(at) / 100.0)).collect();
+            assert!(lights.is_sorted_by(|a, b| if is_dark { a >= b } else { a <= b }));
+            lights.dedup();
+            assert_eq!(lights.len(), SHADES);
+            assert_eq!(shade(-1.0, is_dark), shade(0.0, is_dark));
+            assert_eq!(shade(1.1, is_dark), shade(7.0, is_dark));
+            assert_ne!(shade(1.1, is_dark), shade(1.0, is_dark));
+        }
     }
 }

@@ -26,7 +26,6 @@ const APART: (f64, f64) = (80.0, 45.0);
 const MAX_NAMED_CELLS: usize = 12;
 /// Distance outside the plot up to which lines are drawn (SVG units), so that no line ends are visible at the plot's edge.
 const BEYOND: f64 = 40.0;
-const SHADE_STEPS: usize = 64;
 
 impl Figure<'_> {
     /// Returns the figure as SVG of this width and height, with ticks, labels and a legend.
@@ -240,7 +239,7 @@ impl Svg<'_> {
         writeln!(out, r#"<g shape-rendering="crispEdges">"#)?;
         for (at, value) in map.values.iter().enumerate() {
             let fill = match value.filter(|value| value.is_finite()) {
-                Some(value) => hex(color::shade(far(value, map.shades.range, 0.0, 1.0))),
+                Some(value) => hex(color::shade(far(value, map.shades.range, 0.0, 1.0), false)),
                 None => "#d0d0d0".to_owned(),
             };
             rect(out, cell((at / n_up, at % n_up)), &format!(r#"fill="{fill}""#))?;
@@ -256,10 +255,10 @@ impl Svg<'_> {
     fn shades(&self, scale: &Scale, out: &mut String) -> fmt::Result {
         let [_, top, right, bottom] = self.plot;
         let (left, width) = (right + 22.0, 18.0);
-        let height = (bottom - top) / SHADE_STEPS as f64;
-        for at in 0..SHADE_STEPS {
+        let height = (bottom - top) / color::SHADES as f64;
+        for at in 0..color::SHADES {
             let y = bottom - (at + 1) as f64 * height;
-            let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
+            let fill = hex(color::shade((at as f64 + 0.5) / color::SHADES as f64, false));
             // The steps of the colour scale overlap slightly, so that no gaps are visible between them.
             rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }

@@ -12,7 +12,7 @@ use crate::{
     engine::{Edit, Engine},
     features::Thresholds,
     questions::thresholds::{Measure, ShownFTh, ThresholdMap},
-    report::figure::color::shade,
+    report::figure::color::{SHADES, shade},
     scoring::score_set::ScoreSet,
     ui::{command::Out, numbers::significant, palette::rgb, plots},
 };
@@ -21,12 +21,14 @@ use crate::{
 /// shown, and the set of samples.
 #[derive(Default)]
 pub struct MapTexture {
-    made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
-    /// The image, the range of errors that its colours cover, and true if an error is above this range.
-    image: Option<(TextureHandle, (f64, f64), bool)>,
+    made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet, bool)>,
+    /// The image, and the range of errors that its shades of blue cover.
+    image: Option<(TextureHandle, (f64, f64))>,
 }
 
 const SCALE_WIDTH: f32 = 14.0;
+const LABELS_WIDTH: f32 = 44.0;
+const LABEL_SIZE: f32 = 11.0;
 
 pub fn map(
     ui: &mut Ui,
@@ -38,7 +40,7 @@ pub fn map(
     out: &mut Out,
 ) {
     texture.update(ui.ctx(), map, measure, set);
-    let Some((image, (least, greatest), is_cut_off)) = &texture.image else {
+    let Some((image, (least, greatest))) = &texture.image else {
         ui.weak(match map.n_rows_done() {
             0 => "The first rows of the map are being computed.".to_owned(),
             _ => format!("No errors to show: {}", set.missing(Some(NoCrossValidation::FewSamples))),
@@ -76,9 +78,11 @@ pub fn map(
                     ("present", Some(present), MarkerShape::Circle, 7.0),
                 ] {
                     if let Some(pair) = pair {
-                        let points = Points::new(name, mark(pair)).shape(shape).radius(radius);
-                        let is_filled = shape == MarkerShape::Diamond;
-                        plot.points(points.filled(is_filled).color(Color32::WHITE));
+                        // A white mark on a black one is visible on every colour of the map.
+                        for (color, more) in [(Color32::BLACK, 2.0), (Color32::WHITE, 0.0)] {
+                            let points = Points::new(name, mark(pair)).shape(shape);
+                            plot.points(points.radius(radius + more).filled(true).color(color));
+                        }
                     }
                 }
             });
@@ -102,11 +106,7 @@ pub fn map(
                 out.send(Edit::Thresholds(thresholds));
             }
         }
-        let unit = measure.unit(&map.scale);
-        let least = format!("{} {unit}", significant(*least, 3));
-        let above = if *is_cut_off { "≥ " } else { "" };
-        let greatest = format!("{above}{} {unit}", significant(*greatest, 3));
-        scale_of_colors(ui, height, &least, &greatest);
+        scale_of_colors(ui, height, (*least, *greatest), measure.unit(&map.scale));
     });
 }
 
@@ -149,53 +149,67 @@ impl MapTexture {
         set: ScoreSet,
     ) {
         let n_rows = map.n_rows_done();
-        let same = self.made.as_ref().is_some_and(|(known, rows, m, s)| {
-            Arc::ptr_eq(known, map) && (*rows, *m, *s) == (n_rows, measure, set)
+        let is_dark = context.global_style().visuals.dark_mode;
+        let same = self.made.as_ref().is_some_and(|(known, rows, m, s, dark)| {
+            Arc::ptr_eq(known, map) && (*rows, *m, *s, *dark) == (n_rows, measure, set, is_dark)
         });
         if same {
             return;
         }
         let values = map.values(set, measure);
         self.image = map.shades(set, measure).map(|range| {
-            let image = picture(map, &values, range);
+            let image = picture(map, &values, range, is_dark);
             let image = context.load_texture("threshold map", image, TextureOptions::NEAREST);
-            (image, range, values.iter().flatten().any(|value| *value > range.1))
+            (image, range)
         });
-        self.made = Some((Arc::clone(map), n_rows, measure, set));
+        self.made = Some((Arc::clone(map), n_rows, measure, set, is_dark));
     }
 }
 
 /// Returns the image with one pixel for each pair of thresholds: F_th increases to the right, t_th upwards. A row that is not
 /// computed yet shows the nearest computed row.
-fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) -> ColorImage {
+fn picture(
+    map: &ThresholdMap,
+    values: &[Option<f64>],
+    (low, high): (f64, f64),
+    is_dark: bool,
+) -> ColorImage {
     let (n_f, n_t) = (map.grid.f_ths.len(), map.grid.t_ths_secs.len());
     let has_row = |f_at: usize| values[f_at * n_t].is_some();
     let near = |f_at: usize| {
         (0..n_f).filter(|at| has_row(*at)).min_by_key(|at| at.abs_diff(f_at)).unwrap_or(f_at)
     };
     let near: Vec<usize> = (0..n_f).map(near).collect();
-    let color = |value: f64| rgb(shade((value - low) / (high - low).max(f64::MIN_POSITIVE)));
+    let color =
+        |value: f64| rgb(shade((value - low) / (high - low).max(f64::MIN_POSITIVE), is_dark));
     let row = |t_at: usize| near.iter().map(move |f_at| values[f_at * n_t + t_at]);
     let pixels = (0..n_t).rev().flat_map(row);
     let pixels = pixels.map(|value| value.map_or(Color32::TRANSPARENT, color));
     ColorImage::new([n_f, n_t], pixels.collect())
 }
 
-fn scale_of_colors(ui: &mut Ui, height: f32, least: &str, greatest: &str) {
+/// Draws the colour scale, with the error at which each step begins.
+fn scale_of_colors(ui: &mut Ui, height: f32, (least, greatest): (f64, f64), unit: &str) {
     ui.vertical(|ui| {
-        ui.small(greatest);
-        let size = Vec2::new(SCALE_WIDTH, (height - 60.0).max(20.0));
+        ui.small(format!("[{unit}]"));
+        let is_dark = ui.visuals().dark_mode;
+        let size = Vec2::new(SCALE_WIDTH + LABELS_WIDTH, (height - 60.0).max(20.0));
         let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-        let steps = 64;
-        for step in 0..steps {
-            let from = step as f32 / steps as f32;
-            let slice = egui::Rect::from_min_size(
-                rect.min + Vec2::new(0.0, from * rect.height()),
-                Vec2::new(rect.width(), rect.height() / steps as f32 + 0.5),
-            );
-            let share = 1.0 - f64::from(from);
-            ui.painter().rect_filled(slice, 0.0, rgb(shade(share)));
+        let bar = rect.with_max_x(rect.left() + SCALE_WIDTH);
+        // The uppermost step is that of errors larger than those without compensation.
+        let n = SHADES + 1;
+        let step_height = bar.height() / n as f32;
+        let font = egui::FontId::proportional(LABEL_SIZE);
+        for step in 0..n {
+            let bottom = bar.bottom() - step as f32 * step_height;
+            let slice = bar.with_max_y(bottom).with_min_y(bottom - step_height);
+            let share = (step as f64 + 0.5) / SHADES as f64;
+            ui.painter().rect_filled(slice, 0.0, rgb(shade(share, is_dark)));
+            let value = least + (greatest - least) * step as f64 / SHADES as f64;
+            let at = slice.right_bottom() + Vec2::new(4.0, 0.0);
+            let color = ui.visuals().text_color();
+            let align = egui::Align2::LEFT_CENTER;
+            ui.painter().text(at, align, significant(value, 3), font.clone(), color);
         }
-        ui.small(least);
     });
 }
