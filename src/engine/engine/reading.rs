@@ -133,7 +133,8 @@ impl Engine {
 
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
         // A session that was just opened has no unsaved changes, and stays so when its simulated recordings arrive.
-        let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
+        let is_first = self.entries().is_empty();
+        let is_saved = is_first && self.saved.is_some() && !self.is_unsaved();
         let is_other = self.project.is_of_other(&set.layout().gauge_names);
         if is_other {
             self.set_aside();
@@ -159,6 +160,9 @@ impl Engine {
             self.saved = Some(self.project.clone());
         }
         self.prove();
+        if is_first && !is_saved && self.finds_thresholds {
+            self.find_first_thresholds();
+        }
     }
 
     /// Replaces the recordings by those of the same files that were read by other column maps.
