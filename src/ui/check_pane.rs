@@ -195,8 +195,7 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
     let after = budget.compensated.as_ref().and_then(|after| shares_of(budget, after, measure));
     let colors = [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(ui.visuals()));
     let width = ui.available_width();
-    let row =
-        |ui: &mut Ui, height: f32| Columns::of(ui.allocate_space(Vec2::new(width, height)).1);
+    let row = |ui: &mut Ui, height: f32| Columns::of(ui.allocate_space(Vec2::new(width, height)).1);
     let head = row(ui, 24.0);
     for (place, (trace, color)) in
         [head.before, head.after].into_iter().zip(["% FS", "% FS"].into_iter().zip(colors))

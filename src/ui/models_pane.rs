@@ -19,16 +19,8 @@ use crate::{
     },
 };
 
-mod model_plots;
-
-use model_plots::ModelPlots;
-
 const MOST_MINUTES: f64 = 10_000.0;
 const BARS_SHARE: f32 = 0.34;
-/// Share of the pane's height for the plots of the model on screen.
-const PLOTS_SHARE: f32 = 0.45;
-/// Minimum height of the plots of the model on screen (points), if the pane is high enough.
-const SMALLEST_PLOTS: f32 = 200.0;
 /// Maximum number of characters of a model's name beside its bar in the chart of errors.
 const BAR_NAME_LENGTH: usize = 18;
 /// Maximum number of characters of a model's name in the list.
@@ -42,34 +34,24 @@ pub const PANE: Pane = Pane {
 
 #[derive(Debug)]
 pub struct View {
-    errors_on: ScoreSet,
     minutes: f64,
     sort: Sort,
-    plots: ModelPlots,
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self {
-            errors_on: ScoreSet::LeftOut,
-            minutes: SEARCH_MINUTES,
-            sort: Sort::by(RELATIVE),
-            plots: ModelPlots::default(),
-        }
+        Self { minutes: SEARCH_MINUTES, sort: Sort::by(RELATIVE) }
     }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         let engine = cx.engine;
-        let out = &mut *cx.out;
+        let (out, on) = (&mut *cx.out, cx.scope.on);
         ui.horizontal_wrapped(|ui| {
             self.trying(ui, engine, out);
             ui.separator();
-            let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
-            let sets = sets.map(|set| (set, set.title(), set.explanation()));
-            ui.select_from(&mut self.errors_on, sets);
-            let whole = || whole(engine, &self.sort, self.errors_on);
+            let whole = || whole(engine, &self.sort, on);
             let holds =
                 "Saves all rows of the list in the present order, with training, test and cross-validated errors";
             let any = !engine.models.rows.is_empty();
@@ -87,19 +69,10 @@ impl PaneView for View {
             ui.label(remark);
         }
         ui.weak("→ proposed: the most accurate model · = the smallest model that is nearly as accurate · italic: model fitted to other recordings");
-        let height = PLOTS_SHARE * ui.available_height();
-        egui::Panel::bottom("model plots")
-            .default_size(height)
-            .min_size(SMALLEST_PLOTS.min(height))
-            .resizable(true)
-            .show(ui, |ui| {
-                self.plots.ui(ui, cx);
-            });
-        let out = &mut *cx.out;
         let width = BARS_SHARE * ui.available_width();
         egui::Panel::right("model bars").default_size(width).show(ui, |ui| bars(ui, engine, out));
         egui::CentralPanel::no_frame().show(ui, |ui| {
-            ui.scrolled(|ui| self.list(ui, engine, out));
+            ui.scrolled(|ui| self.list(ui, engine, on, out));
         });
     }
 }
@@ -149,9 +122,9 @@ impl View {
         }
     }
 
-    fn list(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    fn list(&mut self, ui: &mut Ui, engine: &Engine, errors_on: ScoreSet, out: &mut Out) {
         let project = engine.project();
-        let table = engine.models.table(project, &[self.errors_on]);
+        let table = engine.models.table(project, &[errors_on]);
         table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
             let row = &engine.models.rows[at];
             ui.push_id(row.id, |ui| more(ui, row, out));

@@ -1,6 +1,6 @@
-//! Pane of the thresholds: the map of the error for pairs of force threshold F_th and time threshold t_th, the histogram of look-back ages, and the proposed pairs.
+//! Pane of the thresholds: the map of the error for pairs of force threshold F_th and time threshold t_th, and the proposed
+//! pairs.
 
-mod ages;
 mod map;
 
 use std::sync::Arc;
@@ -26,11 +26,6 @@ use crate::{
 };
 
 pub use map::MapTexture;
-
-/// Share of the pane's height for the histogram of look-back ages.
-const AGES_SHARE: f32 = 0.26;
-/// Height of the pane (points) below which the histogram of look-back ages is omitted.
-const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
 pub const PANE: Pane = Pane {
     key: "thresholds",
@@ -80,16 +75,7 @@ impl View {
         suggestion(ui, engine, study, measure, out);
         blocks(ui, engine, measure, out);
         ui.separator();
-        let size = ui.available_size();
-        let has_room = size.y > MIN_HEIGHT_FOR_AGES;
-        let ages_height = if has_room { AGES_SHARE * size.y } else { 0.0 };
-        ui.allocate_ui(egui::vec2(size.x, size.y - ages_height), |ui| {
-            map::map(ui, engine, map, measure, scope.on, &mut self.texture, out);
-        });
-        if has_room {
-            let place = [ui.available_width() - 6.0, (ages_height - 8.0).max(60.0)];
-            ages::ages(ui, engine, &study.past_ages, place, out);
-        }
+        map::map(ui, engine, map, measure, scope.on, &mut self.texture, out);
     }
 }
 
