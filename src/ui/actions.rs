@@ -451,9 +451,15 @@ pub fn workspaces() -> Vec<Action> {
         ),
         action(
             "Presenter mode, full screen",
-            "Hides the menus and enlarges everything, for a projector; F11 ends presenter mode",
+            "Shows one sentence, the map or the loops, one axis and both thresholds in large letters, for a projector; F11 or Escape ends it",
             alone(Key::F11),
             Command::TogglePresenter,
+        ),
+        action(
+            "Loops or map in presenter mode",
+            "Shows the loops in place of the map of the thresholds, or the map again",
+            alone(Key::L),
+            Command::TogglePresentedLoops,
         ),
     ];
     Workspace::ALL.into_iter().zip(keys).map(show).chain(of_window).collect()

@@ -127,6 +127,8 @@ pub enum Command {
     ToggleMaximized(Option<Pane>),
     /// Starts or ends presenter mode: full screen, larger text and no menus.
     TogglePresenter,
+    /// Shows the loops in place of the map in presenter mode, or the map again.
+    TogglePresentedLoops,
     /// Opens the command palette.
     ShowPalette,
     /// Shows the control of a setting, and moves the keyboard focus to it.

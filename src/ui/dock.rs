@@ -57,9 +57,6 @@ pub fn dock(ui: &mut Ui, cx: &mut Cx<'_>) {
     let width = if is_wide { MODEL_WIDTH } else { NARROW_MODEL_WIDTH };
     let model = rect.with_max_x(rect.left() + width);
     let rest = rect.with_min_x(model.right() + 2.0 * PADDING);
-    let half = 0.5 * (rest.width() - 2.0 * PADDING);
-    let left = rest.with_max_x(rest.left() + half);
-    let right = rest.with_min_x(rest.right() - half);
     let mut settings = project.settings.clone();
     let is_fitted = project.applied.is_none();
     ui.add_enabled_ui(is_fitted, |ui| {
@@ -68,8 +65,22 @@ pub fn dock(ui: &mut Ui, cx: &mut Cx<'_>) {
             ui.shrink_clip_rect(model.expand(2.0));
             model_choices(ui, cx.engine, &mut settings, cx.out);
         });
-        let study = cx.engine.lane::<StudyThresholds>().answer();
-        for (along, place) in [(Along::F, left), (Along::T, right)] {
+    });
+    if settings != project.settings {
+        cx.out.send(Edit::Settings(settings));
+    }
+    thresholds(ui, cx, rest);
+}
+
+/// Draws both thresholds, each with its slider.
+pub fn thresholds(ui: &mut Ui, cx: &mut Cx<'_>, place: Rect) {
+    let project = cx.engine.project();
+    let mut settings = project.settings.clone();
+    let study = cx.engine.lane::<StudyThresholds>().answer();
+    let half = 0.5 * (place.width() - 2.0 * PADDING);
+    let places = [place.with_max_x(place.left() + half), place.with_min_x(place.right() - half)];
+    ui.add_enabled_ui(project.applied.is_none(), |ui| {
+        for (along, place) in [Along::F, Along::T].into_iter().zip(places) {
             threshold(ui, cx.engine, along, &mut settings.features, (cx.scope, study), place);
         }
     });

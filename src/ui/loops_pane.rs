@@ -91,6 +91,8 @@ pub struct LoopsPane {
     /// Width and height of the drawing in pixels. Each is that of the plot on screen or of a saved figure, whichever is
     /// larger.
     pixels: [f64; 2],
+    /// True if the table of values is beside the plot.
+    has_figures: bool,
     /// Single channels, which are shown if the recordings lack something for a calibration.
     channels: channels_pane::View,
 }
@@ -110,6 +112,7 @@ impl Default for LoopsPane {
             rest: None,
             zooms: [None; Mode::ALL.len()],
             pixels: STANDS_ALONE.into(),
+            has_figures: true,
             channels: channels_pane::View::asking_as(PANE.key, true),
         }
     }
@@ -144,7 +147,7 @@ impl LoopsPane {
         self.mode == Mode::Channels || self.mode == Mode::Loops && is_static
     }
 
-    fn draw(&mut self, ui: &mut Ui, Cx { engine, time, out, .. }: &mut Cx<'_>) {
+    fn draw(&mut self, ui: &mut Ui, Cx { engine, time, presents, out, .. }: &mut Cx<'_>) {
         if engine.analysis().is_none() {
             let text = engine.problem().unwrap_or("No calibration is fitted yet.");
             ui.centered_and_justified(|ui| ui.label(text));
@@ -153,7 +156,10 @@ impl LoopsPane {
         self.follow(engine);
         let before = &engine.project().measuring;
         let mut measuring = before.clone();
-        ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring, out));
+        self.has_figures = !*presents;
+        if !*presents {
+            ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring, out));
+        }
         if measuring != *before {
             out.send(Edit::Measuring(measuring));
         }
@@ -164,7 +170,7 @@ impl LoopsPane {
         if let Some(problem) = engine.lane_of::<LookAt>(PANE.key).problem() {
             ui.warn(problem);
         }
-        let on_screen = ui.pixels_per_point() * plot_size(ui);
+        let on_screen = ui.pixels_per_point() * self.plot_size(ui);
         self.pixels =
             [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
         match (self.mode, engine.lane_of::<LookAt>(PANE.key).answer()) {
@@ -333,6 +339,11 @@ impl LoopsPane {
         );
     }
 
+    fn plot_size(&self, ui: &Ui) -> egui::Vec2 {
+        let figures = if self.has_figures { FIGURES_WIDTH + 12.0 } else { 0.0 };
+        (ui.available_size() - egui::vec2(figures, 2.0)).max(egui::vec2(200.0, 160.0))
+    }
+
     /// Draws the plot on the left. On the right, `figures` draws the table of values.
     fn lay_out<'a>(
         &mut self,
@@ -341,7 +352,7 @@ impl LoopsPane {
         out: &mut Out,
         figures: impl FnOnce(&mut Ui, &mut Self, &mut Out),
     ) -> Drawn {
-        let size @ egui::Vec2 { x: width, y: height } = plot_size(ui);
+        let size @ egui::Vec2 { x: width, y: height } = self.plot_size(ui);
         ui.horizontal_top(|ui| {
             let top_down = egui::Layout::top_down(egui::Align::Min);
             let drawn = ui.allocate_ui_with_layout(size, top_down, |ui| {
@@ -350,6 +361,9 @@ impl LoopsPane {
                 let zoom = &mut self.zooms[self.mode as usize];
                 plots::plot(ui, (id, name), height, figure, zoom, out)
             });
+            if !self.has_figures {
+                return drawn.inner;
+            }
             ui.vertical(|ui| {
                 ui.set_width(FIGURES_WIDTH);
                 egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
@@ -363,11 +377,6 @@ impl LoopsPane {
         })
         .inner
     }
-}
-
-fn plot_size(ui: &Ui) -> egui::Vec2 {
-    let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
-    room.max(egui::vec2(200.0, 160.0))
 }
 
 fn channel_name(channel: Channel, engine: &Engine) -> String {

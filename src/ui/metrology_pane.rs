@@ -8,7 +8,9 @@ use crate::{
     finding::Face,
     questions::{
         loops::{Look, Question, TableOf, query::LookAt},
-        metrology::{Metrology, MetrologySettings, crosstalk, figure_records, overview},
+        metrology::{
+            Metrology, MetrologySettings, axis_figures, crosstalk, figure_records, overview,
+        },
     },
     recording::Axis,
     report::{Shown, Table},
@@ -37,7 +39,7 @@ pub struct MetrologyPane {
 
 impl PaneView for MetrologyPane {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        self.draw(ui, cx.engine, cx.out);
+        self.draw(ui, cx.engine, cx.scope.axes().first().copied(), cx.out);
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(None, Question::Table(self.of(cx.engine))) {
             cx.ask_as(PANE.key, LookAt(look));
@@ -51,7 +53,7 @@ impl MetrologyPane {
         self.of.unwrap_or_else(|| TableOf::usual(&engine.project().recordings))
     }
 
-    fn draw(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    fn draw(&mut self, ui: &mut Ui, engine: &Engine, axis: Option<Axis>, out: &mut Out) {
         let lane = engine.lane_of::<LookAt>(PANE.key);
         let (answer, problem) = (lane.answer(), lane.problem());
         let table = match answer.filter(|_| engine.analysis().is_some()) {
@@ -88,7 +90,13 @@ impl MetrologyPane {
         };
         let width = ui.available_width();
         ui.scrolled(|ui| {
-            for shown in &tables {
+            let at = axis.and_then(|axis| table.axes.iter().position(|known| *known == axis));
+            let at = at.unwrap_or(0);
+            if at < table.axes.len() {
+                table::show(ui, &axis_figures(table, at, self.shown));
+                ui.add_space(8.0);
+            }
+            for shown in &tables[1..] {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }

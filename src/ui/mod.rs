@@ -35,6 +35,7 @@ mod pane;
 mod panes;
 mod picture;
 mod plots;
+mod presenter;
 mod recordings_panel;
 mod regressor_panel;
 mod reversal_threshold;

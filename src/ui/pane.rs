@@ -13,6 +13,8 @@ pub struct Cx<'a> {
     pub time: &'a mut TimeView,
     /// Axes and samples whose errors all panes show.
     pub scope: &'a mut Scope,
+    /// True in presenter mode, in which panes draw their plots without controls.
+    pub presents: bool,
     pub out: &'a mut Out,
     /// Requests for results, which are sent to the engine after all panes are drawn. [`Self::ask`] adds a request.
     pub asked: &'a mut Vec<Asked>,

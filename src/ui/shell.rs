@@ -32,6 +32,7 @@ use crate::{
         pane::Cx,
         panes::{Views, needs_calibration},
         picture::Images,
+        presenter::Presenter,
         scope::Scope,
         setting, settings_panel, status_line, strip,
         time_view::TimeView,
@@ -44,7 +45,6 @@ use questions::Questions;
 /// Change of the text scale factor at each press of Ctrl+Plus or Ctrl+Minus.
 const TEXT_STEP: f32 = 0.1;
 const STATUS_HEIGHT: f32 = 24.0;
-const PRESENTER_SCALE: f32 = 1.4;
 
 /// The program window: the engine, and the state of everything on screen.
 pub struct Shell {
@@ -65,14 +65,14 @@ pub struct Shell {
     palette: CommandPalette,
     help: Help,
     pictures: Images,
-    presents: bool,
+    presenter: Presenter,
     /// True once the user agreed to close the window with unsaved changes.
     closing: bool,
     title: String,
     /// Number of the document for which the panes were made; see [`Engine::n_documents`].
     n_documents: u64,
     /// Preferences that the last frame used. Theme and text size are set again if the preferences have changed.
-    looks: Option<Preferences>,
+    looks: Option<(Preferences, f32)>,
 }
 
 impl Shell {
@@ -113,7 +113,7 @@ impl Shell {
             palette: CommandPalette::default(),
             help: Help::default(),
             pictures: Images::default(),
-            presents: false,
+            presenter: Presenter::default(),
             closing: false,
             title: String::new(),
             n_documents: 0,
@@ -212,6 +212,9 @@ impl Shell {
                 let pointed = pointed.or(self.places.first()).map(|(pane, _)| *pane);
                 self.workspaces.toggle_maximized(pane.or(pointed));
             }
+            Command::TogglePresentedLoops => {
+                self.presenter.shows_loops = !self.presenter.shows_loops;
+            }
             Command::ToggleDrawer(pane) => self.workspaces.toggle_drawer(Some(pane)),
             Command::Axes(choice) => self.scope.show(choice, self.engine.project().axes()),
             Command::OtherRecording(step) => self.show_other_recording(step),
@@ -225,9 +228,9 @@ impl Shell {
                 }
             }
             Command::TogglePresenter => {
-                self.presents = !self.presents;
-                self.looks = None;
-                ui.send_viewport_cmd(egui::ViewportCommand::Fullscreen(self.presents));
+                self.presenter.is_on = !self.presenter.is_on;
+                let is_on = self.presenter.is_on;
+                ui.send_viewport_cmd(egui::ViewportCommand::Fullscreen(is_on));
             }
             Command::ShowPalette => self.palette.open(),
             Command::FindSetting(setting) => {
@@ -326,10 +329,11 @@ impl Shell {
 
     /// Updates title, theme and panes from the engine. Asks before unsaved work is lost, and stores unsaved work.
     fn follow_engine(&mut self, ui: &Ui) {
-        if self.looks.as_ref() != Some(&self.engine.preferences) {
-            let larger = if self.presents { PRESENTER_SCALE } else { 1.0 };
-            appearance::apply(ui.ctx(), &self.engine.preferences, larger);
-            self.looks = Some(self.engine.preferences.clone());
+        let larger = self.presenter.scale(ui.ctx());
+        let looks = (self.engine.preferences.clone(), larger);
+        if self.looks.as_ref() != Some(&looks) {
+            appearance::apply(ui.ctx(), &looks.0, larger);
+            self.looks = Some(looks);
         }
         let title = self.engine.title();
         if title != self.title {
@@ -365,24 +369,28 @@ impl Shell {
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
         let (engine, time, scope) = (&self.engine, &mut self.time, &mut self.scope);
+        let presents = self.presenter.is_on;
+        if presents && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            out.send(Command::TogglePresenter);
+        }
         let bar = egui::Frame::NONE
             .fill(ui.visuals().panel_fill)
             .inner_margin(egui::Margin::symmetric(8, 0));
-        if !self.presents {
+        if !presents {
             Panel::top("menu").exact_size(menu::HEIGHT).frame(bar).show(ui, |ui| {
                 menu::menu_bar(ui, engine, &self.workspaces, can, out);
             });
+            Panel::top("strip").exact_size(strip::HEIGHT).frame(bar).show(ui, |ui| {
+                strip::strip(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
+            });
+            Panel::bottom("status").exact_size(STATUS_HEIGHT).frame(bar).show(ui, |ui| {
+                status_line::status_line(ui, engine, out);
+            });
         }
-        Panel::top("strip").exact_size(strip::HEIGHT).frame(bar).show(ui, |ui| {
-            strip::strip(ui, &mut Cx { engine, time, scope, out, asked: &mut asked });
-        });
-        Panel::bottom("status").exact_size(STATUS_HEIGHT).frame(bar).show(ui, |ui| {
-            status_line::status_line(ui, engine, out);
-        });
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
-        if self.workspaces.has_dock() {
+        if !presents && self.workspaces.has_dock() {
             Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel).show(ui, |ui| {
-                dock::dock(ui, &mut Cx { engine, time, scope, out, asked: &mut asked });
+                dock::dock(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
             });
         }
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
@@ -394,17 +402,23 @@ impl Shell {
             if is_empty && !engine.is_busy() {
                 return welcome::choices(ui, engine, out);
             }
+            if presents {
+                let cx = &mut Cx { engine, time, scope, presents, out, asked: &mut asked };
+                return self.presenter.draw(ui, &mut self.views, cx);
+            }
             self.workspaces.draw(ui, out, &mut |ui, out, pane| {
                 places.push((pane, ui.max_rect()));
                 let missing = engine.project().missing();
                 if let Some(missing) = missing.filter(|_| needs_calibration(pane)) {
                     ui.centered_and_justified(|ui| ui.weak(format!("Waits: {missing}")));
                 } else if let Some(view) = self.views.of(pane) {
-                    view.ui(ui, &mut Cx { engine, time, scope, out, asked: &mut asked });
+                    view.ui(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
                 }
             });
         });
-        self.notices.show(ui, &self.engine, out);
+        if !presents {
+            self.notices.show(ui, &self.engine, out);
+        }
         asked.into_iter().for_each(|asked| self.engine.ask_for(asked));
         let engine = &self.engine;
         // Escape closes the help before it closes an import window.

@@ -20,7 +20,6 @@ use crate::{
         controls::Controls as _,
         numbers::significant,
         pane::{Cx, PaneView},
-        scope::Scope,
         status_line::busy,
     },
 };
@@ -49,7 +48,7 @@ impl PaneView for View {
             ui.fail(problem);
         }
         match study.answer().and_then(|study| Some((study, study.map.as_ref()?))) {
-            Some((study, map)) => self.draw(ui, (cx.engine, &*cx.scope), study, map, cx.out),
+            Some((study, map)) => self.draw(ui, cx, study, map),
             None if study.problem().is_none() => {
                 ui.awaited("The map", cx.engine);
             }
@@ -62,19 +61,20 @@ impl View {
     fn draw(
         &mut self,
         ui: &mut Ui,
-        (engine, scope): (&Engine, &Scope),
+        Cx { engine, scope, presents, out, .. }: &mut Cx<'_>,
         study: &ThresholdStudy,
         map: &Arc<ThresholdMap>,
-        out: &mut Out,
     ) {
         let measure = scope.measure(&map.scale);
-        choices(ui, map, measure, out);
-        if let Some(lag) = &study.lag {
-            ui.warn(lag.text(Face::Window));
+        if !*presents {
+            choices(ui, map, measure, out);
+            if let Some(lag) = &study.lag {
+                ui.warn(lag.text(Face::Window));
+            }
+            suggestion(ui, engine, study, measure, out);
+            blocks(ui, engine, measure, out);
+            ui.separator();
         }
-        suggestion(ui, engine, study, measure, out);
-        blocks(ui, engine, measure, out);
-        ui.separator();
         map::map(ui, engine, map, measure, scope.on, &mut self.texture, out);
     }
 }

@@ -67,7 +67,7 @@ impl PaneView for View {
 
 fn trace_panes(
     ui: &mut Ui,
-    Cx { engine, time: panes, scope, out, .. }: &mut Cx<'_>,
+    Cx { engine, time: panes, scope, presents, out, .. }: &mut Cx<'_>,
     drawn: &DrawnLines,
 ) {
     let Some(analysis) = engine.analysis() else {
@@ -83,7 +83,9 @@ fn trace_panes(
     };
     let traces = &*analysis.traces;
     panes.follow(traces);
-    choices(ui, engine, panes, out);
+    if !*presents {
+        choices(ui, engine, panes, out);
+    }
     let played = panes.play(ui, traces);
     if !ui.ctx().text_edit_focused() && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
         panes.cursors.clear();

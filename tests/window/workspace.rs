@@ -566,3 +566,27 @@ fn a_recording_is_tared_and_undone() {
         "these recordings have no unloaded interval"
     );
 }
+
+#[test]
+fn presenter_mode_shows_a_sentence_the_map_one_axis_and_both_sliders() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    window.key_press(Key::Num2);
+    settle(&mut window);
+    window.key_press(Key::F11);
+    wait(&mut window, 3);
+    assert!(has(&window, " instead of ") && !has(&window, "Find an action"));
+    assert_eq!(panes(&window, "Map of F_th and t_th"), 1);
+    assert_eq!(panes(&window, "Fy [N]"), 1);
+    slide(&mut window, "t_th", 4.0);
+    assert_eq!(state(&window).project().thresholds().t_th_secs, 4.0);
+    window.key_press(Key::L);
+    window.key_press(Key::B);
+    wait(&mut window, 3);
+    assert_eq!(panes(&window, "Map of F_th and t_th"), 0);
+    assert_eq!(panes(&window, "Fy error [N] against Fy Reference [N]"), 1);
+    assert!(has(&window, " without compensation"));
+    window.key_press(Key::Escape);
+    wait(&mut window, 3);
+    assert!(has(&window, "Find an action"));
+}
