@@ -78,6 +78,10 @@ pub fn pages_with(typed: &str) -> Vec<Action> {
 }
 
 impl Help {
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
     pub fn toggle(&mut self) {
         self.open = !self.open;
     }

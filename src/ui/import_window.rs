@@ -1,4 +1,4 @@
-//! Import window: the text layout of a file, the role of each column, and a preview of the rows. The window edits a column map,
+//! Import page: the text layout of a file, the role of each column, and a preview of the rows. The page edits a column map,
 //! and shows how the file is read with this map.
 
 mod columns;
@@ -29,50 +29,46 @@ impl Default for ImportFields {
     }
 }
 
-pub fn import_window(
-    context: &egui::Context,
+/// Draws the import page in the place of the panes.
+pub fn import_page(
+    ui: &mut Ui,
     engine: &Engine,
     fields: &mut ImportFields,
+    is_covered: bool,
     out: &mut Out,
 ) {
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Escape first closes an open list or ends typing, and only then closes the import window.
-    let ends_by_key = !egui::Popup::is_any_open(context)
+    let context = &ui.ctx().clone();
+    // Escape first closes an open list or the help, or ends typing, and only then closes the import page.
+    let ends_by_key = !is_covered
+        && !egui::Popup::is_any_open(context)
         && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
         && context.input(|input| input.key_pressed(egui::Key::Escape));
-    let mut open = !ends_by_key;
-    let screen = context.content_rect();
     let name = importing.path.file_name().unwrap_or_default().to_string_lossy();
-    let size = egui::vec2(screen.width().min(900.0), (screen.height() - 160.0).min(620.0));
-    egui::Window::new(format!("Import {name}"))
-        .id(egui::Id::unique("import"))
-        .open(&mut open)
-        .default_size(size)
-        // The upper left corner of the window is fixed, so that the window does not move when its contents change.
-        .default_pos(screen.center() - 0.5 * size)
-        .show(context, |ui| {
-            if let Some(problem) = &importing.problem {
-                ui.fail(problem);
+    egui::Frame::NONE.inner_margin(egui::Margin::symmetric(12, 8)).show(ui, |ui| {
+        ui.label(egui::RichText::new(format!("Import {name}")).strong().size(15.0));
+        if let Some(problem) = &importing.problem {
+            ui.fail(problem);
+        }
+        let Some(inspection) = importing.inspection.as_deref() else {
+            if importing.problem.is_none() {
+                busy(ui);
             }
-            let Some(inspection) = importing.inspection.as_deref() else {
-                if importing.problem.is_none() {
-                    busy(ui);
-                }
-                return;
-            };
-            egui::Panel::bottom("import foot")
-                .show(ui, |ui| foot::foot(ui, importing, inspection, fields, out));
-            egui::CentralPanel::no_frame().show(ui, |ui| {
-                egui::ScrollArea::vertical()
-                    .auto_shrink([false, false])
-                    .show(ui, |ui| body(ui, engine, importing, inspection, out));
-            });
+            return;
+        };
+        egui::Panel::bottom("import foot")
+            .show(ui, |ui| foot::foot(ui, importing, inspection, fields, out));
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            egui::ScrollArea::vertical()
+                .auto_shrink([false, false])
+                .show(ui, |ui| body(ui, engine, importing, inspection, out));
         });
+    });
     fields.is_typing = context.text_edit_focused();
-    if !open {
+    if ends_by_key {
         out.send(ImportCommand::CancelAll);
     }
 }

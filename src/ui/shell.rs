@@ -26,7 +26,7 @@ use crate::{
         dock,
         hand::Hand,
         help::Help,
-        import_window::{ImportFields, import_window},
+        import_window::{ImportFields, import_page},
         live_pane, menu,
         notices::Notices,
         pane::Cx,
@@ -388,7 +388,7 @@ impl Shell {
             });
         }
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
-        if !presents && self.workspaces.has_dock() {
+        if !presents && self.workspaces.has_dock() && engine.importing.is_none() {
             Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel).show(ui, |ui| {
                 dock::dock(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
             });
@@ -396,8 +396,9 @@ impl Shell {
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let places = &mut self.places;
             places.clear();
-            if is_empty && engine.importing.is_some() {
-                return; // The import window is shown instead.
+            if engine.importing.is_some() {
+                let is_covered = self.help.is_open();
+                return import_page(ui, engine, &mut self.import_fields, is_covered, out);
             }
             if is_empty && !engine.is_busy() {
                 return welcome::choices(ui, engine, out);
@@ -421,9 +422,7 @@ impl Shell {
         }
         asked.into_iter().for_each(|asked| self.engine.ask_for(asked));
         let engine = &self.engine;
-        // Escape closes the help before it closes an import window.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
-        import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
         self.questions.show(ui.ctx(), engine, out);
     }
