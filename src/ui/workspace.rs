@@ -131,6 +131,7 @@ impl Workspaces {
     /// Maximises a pane, or shows all panes again if a pane is maximised.
     pub fn toggle_maximized(&mut self, pane: Option<Pane>) {
         self.maximized = pane.filter(|_| self.maximized.is_none());
+        self.drawer.take_if(|drawer| self.maximized == Some(*drawer));
     }
 
     pub fn draw(
