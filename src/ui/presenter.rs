@@ -34,9 +34,12 @@ pub struct Presenter {
 impl Presenter {
     /// Returns the factor by which everything is larger than in the window, so that each screen shows the same picture.
     pub fn scale(&self, context: &egui::Context) -> f32 {
-        let size = context.zoom_factor() * context.content_rect().size();
-        let share = (size.x / SCREEN.x).min(size.y / SCREEN.y);
-        if self.is_on && share > 0.0 { LARGER * share } else { 1.0 }
+        if !self.is_on {
+            return 1.0;
+        }
+        let inside = context.input(|input| input.viewport().inner_rect);
+        let size = inside.map_or(SCREEN, |inside| context.zoom_factor() * inside.size());
+        LARGER * (size.x / SCREEN.x).min(size.y / SCREEN.y).max(0.1)
     }
 
     pub fn draw(&self, ui: &mut Ui, views: &mut Views, cx: &mut Cx<'_>) {
