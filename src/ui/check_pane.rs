@@ -81,7 +81,7 @@ impl View {
         let layout = Layout::top_down(Align::Min);
         ui.scope_builder(UiBuilder::new().max_rect(left).layout(layout), |ui| {
             ui.push_id("causes", |ui| {
-                ui.scrolled(|ui| {
+                egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                     ui.set_max_width(left.width() - GAP);
                     self.causes(ui, found, &tables, cx);
                 });
@@ -89,7 +89,7 @@ impl View {
         });
         ui.scope_builder(UiBuilder::new().max_rect(right).layout(layout), |ui| {
             ui.push_id("findings", |ui| {
-                ui.scrolled(|ui| {
+                egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                     ui.set_max_width(right.width() - GAP);
                     findings(ui, found, check.is_current());
                 });
@@ -107,7 +107,8 @@ impl View {
         let width = 0.5 * (ui.available_width() - GAP);
         ui.horizontal_top(|ui| {
             for (at, (figure, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
-                ui.allocate_ui(Vec2::new(width, FIGURE_HEIGHT), |ui| {
+                ui.add_space(6.0); // for the label of the vertical axis
+                ui.allocate_ui(Vec2::new(width - 12.0, FIGURE_HEIGHT), |ui| {
                     let id = if at == 0 { "zeros" } else { "sensitivities" };
                     plots::plot(ui, (id, None), FIGURE_HEIGHT, |_| figure.clone(), zoom, cx.out);
                 });

@@ -27,9 +27,9 @@ use crate::{
 
 /// Heights of a row (points): in a window of at least this height, and in a lower one.
 const ROW_HEIGHTS: (f32, f32, f32) = (40.0, 880.0, 34.0);
-const AXIS_WIDTH: f32 = 62.0;
-const NUMBER_WIDTH: f32 = 62.0;
-const CHANGE_WIDTH: f32 = 52.0;
+const AXIS_WIDTH: f32 = 58.0;
+const NUMBER_WIDTH: f32 = 54.0;
+const CHANGE_WIDTH: f32 = 46.0;
 const GAP: f32 = 6.0;
 
 pub const PANE: Pane = Pane {

@@ -15,7 +15,7 @@ use crate::ui::{
 
 /// Heights of the sentence and of the sliders (points).
 const HEAD_HEIGHT: f32 = 76.0;
-const FOOT_HEIGHT: f32 = 84.0;
+const FOOT_HEIGHT: f32 = 100.0;
 const SENTENCE_SIZE: f32 = 27.0;
 const SCOPE_SIZE: f32 = 14.0;
 const PADDING: f32 = 16.0;

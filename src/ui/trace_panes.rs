@@ -35,6 +35,8 @@ const MIN_COLUMN_WIDTH: f32 = 260.0;
 
 /// Width of a legend entry (points): a piece of line, a check box and the name of the load.
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
+/// Width of the head (points) from which the role and the length of the recording are in it.
+const WIDTH_WITH_LENGTH: f32 = 780.0;
 
 pub const PANE: Pane =
     Pane { key: "traces", title: "Traces", explanation: "Loads and errors over time" };
@@ -167,7 +169,8 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
             }
         }
         view_choice(ui, engine, out);
-        if let Shown::One(at) = engine.project().view
+        if ui.available_width() > WIDTH_WITH_LENGTH
+            && let Shown::One(at) = engine.project().view
             && let Some(entry) = engine.entries().get(at)
         {
             let recording = &entry.recording;
