@@ -11,7 +11,7 @@ pub struct HeldOut {
     pub samples: u64,
 }
 
-/// Expected error of one axis, in its unit: the value within which 95 % of the held-out errors lie.
+/// Expected error of one axis, in its unit: the value within which 95 % of the errors on further recordings should lie.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisExpectedError {
     pub axis: Axis,
@@ -21,9 +21,9 @@ pub struct AxisExpectedError {
     pub value: Option<f64>,
     /// Expected error `value`, in percent of full scale.
     pub percent_fs: Option<f64>,
-    /// Value within which 95 % of the errors in cross-validation lie.
+    /// Value from cross-validation, widened because it rests on few groups.
     pub cross_validation: Option<f64>,
-    /// Value within which 95 % of the errors on the test recordings lie.
+    /// Value within which 95 % of the errors on the test recordings lie; widened if there is no cross-validation.
     pub test: Option<f64>,
 }
 
@@ -64,8 +64,9 @@ impl fmt::Display for ExpectedError {
         let held_out: Vec<String> = [left_out, test].into_iter().filter_map(words).collect();
         write!(
             f,
-            "95 % of the held-out errors lie within the expected error, on {}",
-            held_out.join(", and on ")
+            "95 % of the errors on further recordings of this kind should lie within the expected error. It follows from {}, and is \
+             wider than the 95 % of these errors as far as few groups say little",
+            held_out.join(", and from ")
         )?;
         if held_out.len() > 1 {
             write!(f, "; the larger of both values is the expected error")?;

@@ -92,21 +92,20 @@ pub(crate) fn expected_error_of_fit(
     let all = data.entries.iter().zip(past).enumerate();
     for (at, (entry, past)) in all.filter(|(_, (entry, _))| is_test(entry)) {
         let loads = calibration.compensated_loads(&entry.recording, past);
-        tested.add_loads(&loads, entry.recording.loads(), step);
-        tested.n_groups += usize::from(firsts[at] == at);
+        tested.add_loads(firsts[at], &loads, entry.recording.loads(), step);
     }
     let full_scale = calibration.full_scale.iter().copied();
     let axes: Vec<(Axis, f64)> = calibration.axes.iter().copied().zip(full_scale).collect();
     expected_from(&data.entries, &axes, data.groups.by, left_out, tested)
 }
 
-pub(crate) fn groups_left_out(data: &Dataset) -> Result<usize, NoCrossValidation> {
+pub(crate) fn groups_left_out(data: &Dataset) -> Result<(), NoCrossValidation> {
     match data.cross_validation() {
         by if by.is_by_block() => Err(NoCrossValidation::FewGroups {
             found: data.training_groups().len(),
             needed: MIN_GROUPS,
         }),
-        by => Ok(by.groups),
+        _ => Ok(()),
     }
 }
 
@@ -118,7 +117,7 @@ fn left_out_errors(
     past: &[Past],
     progress: &Progress,
 ) -> Result<HeldOutErrors, NoCrossValidation> {
-    let n_groups = groups_left_out(data)?;
+    groups_left_out(data)?;
     if calibration.learned.is_some() {
         return Err(NoCrossValidation::of(calibration.regressor.learner()));
     }
@@ -127,7 +126,7 @@ fn left_out_errors(
     let fits = data.fits_left_out(calibration, &sums)?;
     let is_trained = |entry: &Entry| entry.role == Role::Train;
     let step = step_of(data, is_trained);
-    let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
+    let mut errors = HeldOutErrors::new(n_axes);
     let mut without_part = calibration.clone();
     for ((entry, pieces), past) in data.entries.iter().zip(&data.folds.pieces).zip(past) {
         if !is_trained(entry) || progress.is_cancelled() {
@@ -136,7 +135,7 @@ fn left_out_errors(
         // Cross-validation leaves out only whole recordings here, so each recording is one piece.
         without_part.compensated = Some(fits[pieces[0].fold].clone());
         let loads = without_part.compensated_loads(&entry.recording, past);
-        errors.add_loads(&loads, entry.recording.loads(), step);
+        errors.add_loads(pieces[0].fold, &loads, entry.recording.loads(), step);
     }
     Ok(errors)
 }

@@ -18,14 +18,14 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
         .column(Column::numbers("Expected error"), |error| {
             load(error, error.value, "the load on this axis hardly changes in the recordings, so its expected error is unknown")
         })
-        .about("Load error within which 95 % of the held-out errors lie")
+        .about("Load error within which 95 % of the errors on further recordings should lie")
         .digits("Expected error [% FS]", 3, |error| error.percent_fs)
         .about("Expected error in percent of full scale")
         .column(Column::numbers("Cross-validation"), |error| {
             load(error, error.cross_validation, &NoCrossValidation::NotDone.to_string())
         })
         .about(
-            "95 % error on groups of training recordings, each predicted by a fit to the other groups",
+            "95 % error on groups of training recordings, each predicted by a fit to the other groups; widened for few groups",
         )
         .column(Column::numbers("Test"), |error| load(error, error.test, "there is no test recording"))
         .about("95 % error on the test recordings")

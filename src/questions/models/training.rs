@@ -96,13 +96,13 @@ fn left_out_errors(
     parts: &[Moments],
     has_shares: bool,
 ) -> Result<HeldOutErrors, NoCrossValidation> {
-    let n_groups = groups_left_out(data)?;
+    groups_left_out(data)?;
     let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
-    let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
-    for (part, shares) in parts.iter().zip(part_shares(parts, has_shares)) {
+    let mut errors = HeldOutErrors::new(n_axes);
+    for (group, (part, shares)) in parts.iter().zip(part_shares(parts, has_shares)).enumerate() {
         let kept = part.kept.iter().enumerate();
         let kept = kept.map(|(at, [residual, output])| residual - shares[at % n_axes] * output);
-        errors.add(kept, 1);
+        errors.add(group, kept, 1);
     }
     errors.n_samples = parts.iter().map(|part| part.n_samples).sum();
     Ok(errors)
